@@ -1,4 +1,4 @@
-//! Where a silhouette is seen from, and how a figure is fitted into it.
+//! Viewpoints, cameras, and how a figure is framed in the image.
 
 use core::fmt;
 use glam::{Vec2, Vec3};
@@ -16,7 +16,7 @@ pub struct Viewpoint {
     toward: Vec3,
 }
 
-/// Why two angles are not a viewpoint.
+/// The reason why two angles are not a viewpoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ViewpointError {
@@ -43,8 +43,8 @@ impl fmt::Display for ViewpointError {
 impl core::error::Error for ViewpointError {}
 
 impl Viewpoint {
-    /// A viewpoint from degrees. Multiples of 90 degrees are exact, and azimuths
-    /// a whole turn apart are the same viewpoint.
+    /// Makes a viewpoint from degrees. Multiples of 90 degrees are exact, and azimuths a whole turn
+    /// apart give the same viewpoint.
     ///
     /// # Errors
     /// For angles that are not finite or out of range.
@@ -65,12 +65,11 @@ impl Viewpoint {
         })
     }
 
-    /// The same place, with the camera turned about its axis of sight: clockwise as seen from
-    /// behind it, so that the figure turns counterclockwise in the image. Multiples of 90
-    /// degrees are exact, and whole turns change nothing.
+    /// Rolls the camera about its optical axis: clockwise as seen from behind it, so that the
+    /// figure turns counterclockwise in the image. Multiples of 90 degrees are exact, and whole
+    /// turns change nothing.
     ///
-    /// An angle that is not finite gives a viewpoint from which every figure is refused as
-    /// not finite.
+    /// With an angle that is not finite, every figure is rejected as not finite.
     #[must_use]
     pub fn rolled(self, degrees: f32) -> Self {
         let (sin, cos) = sin_cos_degrees(degrees);
@@ -85,28 +84,29 @@ impl Viewpoint {
         }
     }
 
-    /// The direction of the image's right, a unit vector.
+    /// Returns the direction of the image's right, a unit vector.
     #[must_use]
     pub const fn right(&self) -> Vec3 {
         self.right
     }
 
-    /// The direction of the image's up, a unit vector.
+    /// Returns the direction of the image's up, a unit vector.
     #[must_use]
     pub const fn up(&self) -> Vec3 {
         self.up
     }
 
-    /// The direction from the walker to the camera, a unit vector.
+    /// Returns the direction from the walker to the camera, a unit vector.
     #[must_use]
     pub const fn toward(&self) -> Vec3 {
         self.toward
     }
 }
 
-/// Sine and cosine of an angle in degrees, exact at multiples of 90.
+/// Returns the sine and cosine of an angle in degrees, exact at multiples of 90.
 fn sin_cos_degrees(degrees: f32) -> (f32, f32) {
-    // The remainder is exact; 360 times a rounded quotient is not beyond 372,000 turns.
+    // The remainder is exact. Subtracting 360 times a rounded quotient is not, beyond 372,000
+    // turns.
     let remainder = libm::fmodf(degrees, 360.0);
     let turned = if remainder < 0.0 {
         remainder + 360.0
@@ -124,26 +124,26 @@ fn sin_cos_degrees(degrees: f32) -> (f32, f32) {
     }
 }
 
-/// Least distance of a point in front of a perspective camera's eye, metres.
+/// The least distance of a point in front of a perspective camera's eye, metres.
 pub const NEAR_M: f32 = 0.1;
 
-/// How rays run.
+/// The kind of projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Rays {
-    /// In parallel.
+    /// Parallel rays.
     Orthographic,
-    /// From an eye this far from the point that it aims at.
+    /// Rays from an eye at this distance from the point that it aims at.
     Perspective { aim: Vec3, distance_m: f32 },
 }
 
-/// A camera: a viewpoint, and parallel rays or such from one eye.
+/// A camera: a viewpoint, with parallel rays or in perspective.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     viewpoint: Viewpoint,
     lens: Rays,
 }
 
-/// Why there is no such camera.
+/// The reason why a camera cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum CameraError {
@@ -170,7 +170,7 @@ impl fmt::Display for CameraError {
 impl core::error::Error for CameraError {}
 
 impl Camera {
-    /// A camera that looks along `viewpoint`, with parallel rays.
+    /// Makes a camera with parallel rays that looks along `viewpoint`.
     #[must_use]
     pub const fn orthographic(viewpoint: Viewpoint) -> Self {
         Self {
@@ -179,11 +179,11 @@ impl Camera {
         }
     }
 
-    /// A camera whose eye stands `distance_m` from `aim` in the direction of `viewpoint`
-    /// and looks at it.
+    /// Makes a camera whose eye is `distance_m` from `aim` in the direction of `viewpoint` and
+    /// looks at `aim`.
     ///
     /// # Errors
-    /// For a distance or an aim that cannot be.
+    /// For a distance out of range or an aim that is not finite.
     pub fn perspective(
         viewpoint: Viewpoint,
         aim: Vec3,
@@ -202,13 +202,13 @@ impl Camera {
         })
     }
 
-    /// Where it looks from.
+    /// Returns the viewpoint.
     #[must_use]
     pub const fn viewpoint(&self) -> Viewpoint {
         self.viewpoint
     }
 
-    /// What it aims at and how far from there its eye stands, metres; none with parallel rays.
+    /// Returns the aim and the eye's distance from it, metres; `None` with parallel rays.
     pub(crate) const fn eye(&self) -> Option<(Vec3, f32)> {
         match self.lens {
             Rays::Orthographic => None,
@@ -216,7 +216,7 @@ impl Camera {
         }
     }
 
-    /// How far in front of the eye `point` lies, metres: infinitely far for parallel rays.
+    /// Returns how far `point` is in front of the eye, metres: infinity for parallel rays.
     #[must_use]
     pub fn depth_m(&self, point: Vec3) -> f32 {
         match self.lens {
@@ -227,12 +227,12 @@ impl Camera {
         }
     }
 
-    /// Where `point` appears: metres to the right and metres up, of the origin with parallel
-    /// rays, of the aim in perspective. There they are metres in the plane through the aim:
-    /// what is nearer appears larger.
+    /// Returns where `point` appears: metres to the right and metres up, from the origin with
+    /// parallel rays, from the aim in perspective. In perspective they are metres in the plane
+    /// through the aim: whatever is nearer appears larger.
     ///
     /// # Guarantees
-    /// Means something only for points of a depth of at least [`NEAR_M`].
+    /// The result is meaningful only for points with a depth of at least [`NEAR_M`].
     #[must_use]
     pub fn project(&self, point: Vec3) -> Vec2 {
         let Viewpoint { right, up, .. } = self.viewpoint;
@@ -247,16 +247,17 @@ impl Camera {
     }
 }
 
-/// How a figure is fitted into the image.
+/// The rule by which a figure is placed and scaled in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Framing {
-    /// Scaled so that it fills all rows, and shifted by whole columns so that its centroid
-    /// lands in the middle; what the columns cut off is reported.
+    /// Scaled to fill all rows, and shifted by whole columns so that its centroid lands in the
+    /// middle. The part that the columns cut off is reported.
     Height,
-    /// Stretched to its bounding box: a scale for each axis, nothing is cut off.
+    /// Stretched so that its bounding box fills the image: a scale for each axis, nothing is cut
+    /// off.
     Box,
-    /// One scale, whatever the figure does: nothing is measured or shifted. A walk or a
-    /// sensor that keeps its place has one of these for all frames.
+    /// One fixed scale, independent of the figure: nothing is measured or shifted. Use the same one
+    /// for all frames of a walk or of a fixed sensor.
     Fixed {
         /// The point that appears in the middle of the image, metres.
         centre: Vec3,

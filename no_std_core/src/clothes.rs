@@ -1,8 +1,9 @@
-//! What an avatar wears, in a byte.
+//! An avatar's clothes, in a byte.
 
 use core::fmt;
 
-/// What the hulls of a dressed avatar include, beside shoes, which all dressed people wear.
+/// The clothes that the hulls of a dressed avatar include, besides shoes, which all dressed people
+/// wear.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clothes {
     /// How far clothes stand away from the body.
@@ -42,8 +43,8 @@ pub enum Legs {
 }
 
 impl Clothes {
-    /// As a pack has them: bits 0 and 1 are the fit, 2 and 3 the legs, 4 the coat, 5 long hair,
-    /// 6 short sleeves; `None` of any other byte.
+    /// Decodes the byte in a pack: bits 0 and 1 are the fit, 2 and 3 the legs, 4 the coat, 5 long
+    /// hair, 6 short sleeves; `None` for any other byte.
     #[must_use]
     pub const fn of_bits(bits: u8) -> Option<Self> {
         let fit = match bits & 3 {
@@ -70,7 +71,7 @@ impl Clothes {
         })
     }
 
-    /// The same back.
+    /// Encodes the clothes as the byte in a pack.
     #[must_use]
     pub const fn bits(self) -> u8 {
         self.fit as u8
@@ -82,7 +83,7 @@ impl Clothes {
 }
 
 impl fmt::Display for Clothes {
-    /// In one word, such as `loose+shorts+long-hair`.
+    /// Writes one word, such as `loose+shorts+long-hair`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self.fit {
             ClothesFit::Tight => "tight",

@@ -1,10 +1,9 @@
-//! What all clips of a pack share: stated once, not in each of some hundred bytes.
+//! The codebook: numbers that all clips of a pack share, stored once to keep clips small.
 //!
-//! A joint's rotation is `reference * basis * v * basis^-1`: a usual pose, then a small
-//! rotation `v` whose axes are those along which this joint really moves. A channel's
-//! numbers come in steps that suit how far the joint moves what hangs on it, and in Rice
-//! codes whose parameters are those of the pack's own walks. A template is a mean walk,
-//! from which clips state their differences.
+//! A joint's rotation is `reference * basis * v * basis^-1`: a usual pose, then a small rotation
+//! `v` about the axes in which this joint mainly moves. The steps of a channel's numbers suit how
+//! far the joint moves whatever hangs on it, and the parameters of its Rice codes suit the pack's
+//! own walks. A template is a mean walk, from which clips store their differences.
 
 use crate::bits::BitReader;
 use crate::entry_table::EntryTable;
@@ -25,17 +24,17 @@ pub struct Codebook<'a> {
     templates: EntryTable<'a>,
 }
 
-/// The two rotations around a joint's own one.
+/// The two rotations by which a joint's own rotation is multiplied.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointFrame {
-    /// Reference times basis.
+    /// The reference times the basis.
     pub left: [f32; 4],
     /// The basis's inverse.
     pub right: [f32; 4],
 }
 
 impl JointFrame {
-    /// The joint's rotation for a vector in its basis.
+    /// Returns the joint's rotation for a vector in its basis.
     #[inline]
     pub(crate) fn turn(&self, vector: [f32; 3]) -> [f32; 4] {
         product(product(self.left, quaternion(vector)), self.right)
@@ -46,7 +45,7 @@ impl<'a> Codebook<'a> {
     /// Checks every field of `bytes`; reading cannot fail afterwards.
     ///
     /// # Errors
-    /// Where the bytes are not one whole codebook.
+    /// If the bytes are not exactly one codebook.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, FormatError> {
         let (Some(fixed), Some(parameters)) =
             (bytes.get(..CODEBOOK_BYTES), bytes.get(CODEBOOK_BYTES..))
@@ -79,15 +78,15 @@ impl<'a> Codebook<'a> {
         Ok(codebook)
     }
 
-    /// The same codebook with the templates of section `TMPL`.
+    /// Adds the templates of section `TMPL`.
     ///
     /// # Errors
-    /// Where the bytes are not a table of templates, at most 255.
+    /// If the bytes are not a table of at most 255 templates.
     pub fn with_templates(self, section: &'a [u8]) -> Result<Self, FormatError> {
         self.with_checked(section, &CodeTable::of(&self))
     }
 
-    /// The same with what was read of the codebook.
+    /// Adds the templates of a section, checked with codes that were read from the codebook.
     pub(crate) fn with_checked(
         mut self,
         section: &'a [u8],
@@ -103,27 +102,27 @@ impl<'a> Codebook<'a> {
         Ok(self)
     }
 
-    /// The same over a section of templates that have been checked already.
+    /// Adds the templates of a section that was checked before.
     pub(crate) fn over(mut self, section: &'a [u8]) -> Result<Self, FormatError> {
         self.templates = EntryTable::parse(section)?;
         Ok(self)
     }
 
-    /// How many templates there are.
+    /// Returns the number of templates.
     #[must_use]
     pub fn template_count(&self) -> usize {
         self.templates.len()
     }
 
-    /// The template that a clip names: 0 is none.
+    /// Returns the template that a clip names: 0 is none.
     pub(crate) fn template(&self, number: u8) -> Option<MeanWalk<'a>> {
         let index = usize::from(number).checked_sub(1)?;
-        // Cannot fail for an entry: `with_templates` has been through all of them.
+        // Cannot fail for an entry: `with_templates` has checked all of them.
         MeanWalk::new(self.templates.entry(index)?.1)
     }
 
-    /// Greatest and mean error of one joint over all clips of the pack, mm: virtual points
-    /// 3 cm off the joint, in the walker's space, as the encoder measured them.
+    /// Returns the greatest and the mean error of one joint over all clips of the pack, mm, as the
+    /// encoder measured them at virtual points 3 cm off the joint, in the walker's space.
     #[must_use]
     pub fn joint_error_mm(&self, joint: Joint) -> (f32, f32) {
         let at = JOINT_ERRORS_AT + 4 * joint.index();
@@ -131,21 +130,21 @@ impl<'a> Codebook<'a> {
         (millimetres(at), millimetres(at + 2))
     }
 
-    /// The rotation of a joint for a vector of [`crate::rotation`] in its basis.
+    /// Returns the rotation of a joint for a vector of [`crate::rotation`] in its basis.
     #[must_use]
     pub fn rotation(&self, joint: Joint, vector: Vec3) -> Quat {
         Quat::from_array(self.frame(joint).turn(vector.to_array()))
     }
 
-    /// The rotations around a joint's own one: a joint's rotation is the first times
-    /// [`crate::rotation::rotation`] of its vector times the second.
+    /// Returns the two factors around a joint's own rotation: the joint's rotation is the first
+    /// times [`crate::rotation::rotation`] of its vector times the second.
     #[must_use]
     pub fn frame_rotations(&self, joint: Joint) -> (Quat, Quat) {
         let JointFrame { left, right } = self.frame(joint);
         (Quat::from_array(left), Quat::from_array(right))
     }
 
-    /// The rotations around a joint's own one.
+    /// Returns the two factors around a joint's own rotation.
     pub(crate) fn frame(&self, joint: Joint) -> JointFrame {
         let at = FRAME_BYTES * joint.index();
         let component = |at| f32::from(i16_at(self.fixed, at)) * FRAME_STEP;
@@ -158,15 +157,15 @@ impl<'a> Codebook<'a> {
         }
     }
 
-    /// The step of a channel's numbers, radians or metres, in a clip of this scale.
+    /// Returns the step of a channel's numbers, radians or metres, in a clip of this scale.
     #[must_use]
     pub fn step(&self, channel: usize, scale: u8) -> f32 {
         let offset = self.fixed.get(STEPS_AT + channel).copied().unwrap_or(0);
         step_size(scale.saturating_add(offset))
     }
 
-    /// The step of a take's heading, radians: the finest of the pelvis's rotation, which it
-    /// is a part of.
+    /// Returns the step of an uncut clip's heading, radians: the finest step of the pelvis's
+    /// rotation, of which the heading is a part.
     #[must_use]
     pub fn heading_step(&self, scale: u8) -> f32 {
         let pelvis = 3 * Joint::Pelvis.index();
@@ -175,25 +174,25 @@ impl<'a> Codebook<'a> {
         })
     }
 
-    /// The Rice parameters of all channels, from the first.
+    /// Returns a reader of the Rice parameters of all channels.
     pub(crate) const fn parameters(&self) -> BitReader<'a> {
         BitReader::new(self.parameters)
     }
 
-    /// Bytes that the codebook takes in its pack.
+    /// Returns the size of the codebook in its pack, bytes, without templates.
     #[must_use]
     pub const fn len_bytes(&self) -> usize {
         self.fixed.len() + self.parameters.len()
     }
 }
 
-/// What the codebook states of one channel's numbers.
+/// The codebook's parameters of one channel.
 #[derive(Clone, Copy)]
 pub(crate) struct ChannelParameters {
-    /// Most groups that a clip has in this channel.
+    /// The most groups that a clip has in this channel.
     pub groups: u8,
     usual_groups: u8,
-    /// Rice parameter of the difference to it.
+    /// The Rice parameter of the difference from `usual_groups`.
     groups_rice: u8,
 }
 
@@ -201,15 +200,15 @@ pub(crate) struct ChannelParameters {
 pub(crate) type Codes = [u8; MAX_GROUPS];
 
 impl ChannelParameters {
-    /// No groups.
+    /// A channel without groups.
     pub(crate) const NONE: Self = Self {
         groups: 0,
         usual_groups: 0,
         groups_rice: 0,
     };
 
-    /// The channel's head, behind which are its codes; `None` where it has more groups than
-    /// there are harmonics.
+    /// Reads the channel's head, which its codes follow; `None` if it has more groups than there
+    /// are harmonics.
     pub(crate) fn read(bits: &mut BitReader<'_>) -> Option<Self> {
         let groups = bits.unsigned(GROUPS_BITS);
         if groups == 0 {
@@ -224,7 +223,7 @@ impl ChannelParameters {
         })
     }
 
-    /// Reads the channel's codes, which a checked codebook has, into the first of `codes`.
+    /// Reads the channel's codes, which a checked codebook has, into the start of `codes`.
     #[inline]
     pub(crate) fn read_codes<'c>(
         &self,
@@ -244,8 +243,8 @@ impl ChannelParameters {
         codes
     }
 
-    /// Reads how many groups a clip has in this channel; `None` where they are more than the
-    /// codebook has.
+    /// Reads how many groups a clip has in this channel; `None` if there are more than the codebook
+    /// has.
     #[inline(always)]
     pub(crate) fn read_groups(&self, numbers: &mut BitReader<'_>) -> Option<usize> {
         if self.groups == 0 {
@@ -258,8 +257,8 @@ impl ChannelParameters {
     }
 }
 
-/// The Rice parameter of a channel's next group: the constant's and the first harmonic's as
-/// they are, the others' as differences to the one before, `last`.
+/// Reads the Rice parameter of a channel's next group: the constant's and the first harmonic's
+/// directly, the others' as differences from the previous one, `last`.
 #[inline]
 fn next_code(bits: &mut BitReader<'_>, group: usize, last: u32) -> u32 {
     if group < 2 {
@@ -269,10 +268,10 @@ fn next_code(bits: &mut BitReader<'_>, group: usize, last: u32) -> u32 {
     }
 }
 
-/// What the codebook states of all channels, read once to check many clips. 2 kB.
+/// The codebook's parameters of all channels, read once to check many clips. 2 kB.
 pub(crate) struct CodeTable {
     channels: [ChannelParameters; CHANNELS],
-    /// Those of all channels one after another.
+    /// The Rice parameters of all channels, one channel after another.
     codes: heapless::Vec<u8, { CHANNELS * MAX_GROUPS }>,
 }
 
@@ -287,7 +286,7 @@ impl CodeTable {
         table
     }
 
-    /// Apart from [`Self::of`], which a board then needs no copy of the table for.
+    /// Separate from [`Self::of`], so that a board needs no copy of the table.
     #[inline(never)]
     fn read(&mut self, mut bits: BitReader<'_>) {
         let mut codes = [0; MAX_GROUPS];
@@ -295,12 +294,12 @@ impl CodeTable {
             // A codebook's channels have been checked.
             *channel = ChannelParameters::read(&mut bits).unwrap_or(ChannelParameters::NONE);
             let codes = channel.read_codes(&mut bits, &mut codes);
-            // As many as there are channels and groups, which the capacity allows.
+            // At most as many as there are channels times groups, which the capacity allows.
             let _ = self.codes.extend_from_slice(codes);
         }
     }
 
-    /// The channels from the first, each with its codes.
+    /// Returns the channels in order, each with its codes.
     pub(crate) fn channels(&self) -> impl Iterator<Item = (&ChannelParameters, &[u8])> {
         let mut rest = self.codes.as_slice();
         self.channels.iter().map(move |channel| {
@@ -313,17 +312,17 @@ impl CodeTable {
     }
 }
 
-/// A mean walk that clips state their differences from, read in place.
+/// A mean walk from which clips store their differences, read in place.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeanWalk<'a> {
-    /// Scale of its steps.
+    /// The scale of its steps.
     pub scale: u8,
-    /// Its numbers.
+    /// A reader of its numbers.
     pub bits: BitReader<'a>,
 }
 
 impl<'a> MeanWalk<'a> {
-    /// The template of these bytes, unchecked but for their length.
+    /// Returns the template of these bytes, of which only the length is checked.
     fn new(bytes: &'a [u8]) -> Option<Self> {
         Some(Self {
             scale: *bytes.first()?,
@@ -355,14 +354,14 @@ impl<'a> MeanWalk<'a> {
 /// One channel of a template.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct TemplateChannel {
-    /// Groups that it has.
+    /// The number of its groups.
     pub groups: usize,
-    /// How much larger its Rice parameters are than those of differences.
+    /// How much larger its Rice parameters are than those of clips' differences.
     larger: u32,
 }
 
 impl TemplateChannel {
-    /// The channel's head; `None` where it has more groups than the codebook.
+    /// Reads the channel's head; `None` if it has more groups than the codebook.
     #[inline]
     pub(crate) fn read(bits: &mut BitReader<'_>, channel: &ChannelParameters) -> Option<Self> {
         if channel.groups == 0 {
@@ -376,18 +375,18 @@ impl TemplateChannel {
         })
     }
 
-    /// The Rice parameter of a group whose differences have this one.
+    /// Returns the Rice parameter of a group in which clips' differences have the parameter `code`.
     #[inline]
     pub(crate) fn code(&self, code: u8) -> u32 {
         (u32::from(code) + self.larger).min(MAX_RICE)
     }
 }
 
-/// The numbers of a channel's groups: of the constant one and a 0, then of each harmonic the
-/// cosine's and the sine's.
+/// The numbers of a channel's groups: for the constant a number and 0, then for each harmonic those
+/// of the cosine and the sine.
 pub(crate) type ChannelNumbers = [[i32; 2]; MAX_GROUPS];
 
-/// Reads the numbers of as many groups as `codes` are given.
+/// Reads the numbers of one group for each of `codes`.
 #[inline]
 pub(crate) fn read_numbers<'n>(
     bits: &mut BitReader<'_>,
@@ -408,7 +407,7 @@ pub(crate) fn read_numbers<'n>(
     numbers.get(..len).unwrap_or_default()
 }
 
-/// Passes over the numbers of a group.
+/// Skips the numbers of a group.
 #[inline]
 pub(crate) fn skip_group(bits: &mut BitReader<'_>, group: usize, code: u32) {
     bits.skip_rice(code);

@@ -55,13 +55,14 @@ impl Accuracy {
     pub(super) fn within(
         entrants: &[Entrant],
         scene: &DrawnInputs<'_>,
-        (seed, most): (u64, Option<usize>),
+        seed: u64,
+        most: Option<usize>,
     ) -> Result<Option<(Self, Vec<String>)>> {
         let views = match most {
             None => Some(scene.views.clone()),
             Some(most) => Self::views_within(entrants, scene, most)?,
         };
-        let found = views.map(|views| Self::of(entrants, (scene, &views), seed));
+        let found = views.map(|views| Self::of(entrants, scene, &views, seed));
         found.transpose()
     }
 
@@ -103,7 +104,8 @@ impl Accuracy {
 
     fn of(
         entrants: &[Entrant],
-        (scene, views): (&DrawnInputs<'_>, &Views),
+        scene: &DrawnInputs<'_>,
+        views: &Views,
         seed: u64,
     ) -> Result<(Self, Vec<String>)> {
         let drawn = drawn(entrants, scene, views)?;
@@ -136,7 +138,7 @@ fn drawn<'a>(
         views: Some(views.clone()),
         ..ContestOptions::default()
     };
-    DrawnContest::new((scene.pack, scene.walks), entrants, options)
+    DrawnContest::new(scene.pack, scene.walks, entrants, options)
 }
 
 #[cfg(test)]
@@ -180,7 +182,7 @@ mod tests {
         let all = Accuracy::pictures(&entrants, &scene, &views).expect("a contest");
         assert_eq!(all, 18);
         let found = |most| {
-            let found = Accuracy::within(&entrants, &scene, (1, most)).expect("measured");
+            let found = Accuracy::within(&entrants, &scene, 1, most).expect("measured");
             found.map(|(it, _)| (it.viewpoints, it.viewpoints_planned, it.probes))
         };
         assert_eq!(found(None), Some((9, Some(9), 18)));

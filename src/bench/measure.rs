@@ -72,7 +72,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
     let cap = Cap::new(task.most, to_come.collect(), task.tell);
     let mut watched = Watched::new(task.root, start, cap);
     let most_s = watched.cap.left_s() / 3.0;
-    let first = First::of(loaded.recognizer.as_ref(), &single, (plan, most_s))?;
+    let first = First::of(loaded.recognizer.as_ref(), &single, plan, most_s)?;
 
     let peak_rss_over_baseline_bytes = loaded.baseline.below(first.peak_rss_bytes);
     let entrants = [Entrant {
@@ -148,7 +148,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
             batches.push((asked, size, measured, memory::peak_rss_bytes()));
         }
     }
-    let parts = alone.install(|| parts((scene, plan), recognizer, call_s, &mut watched))?;
+    let parts = alone.install(|| parts(scene, plan, recognizer, call_s, &mut watched))?;
     let accuracy = match pictures {
         Err(error) => Err(error),
         Ok(None) => Ok(None),
@@ -156,7 +156,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
             let full_s = rank1_s(call_s, parts.preprocessing.times.p50_us * 1e-6);
             let share = watched.cap.begin(full_s);
             let most = (full_s > share.most_s).then(|| share_of(all, share.most_s / full_s));
-            Accuracy::within(&entrants, &task.scene, (task.seed, most))
+            Accuracy::within(&entrants, &task.scene, task.seed, most)
         }
     };
     let others_busy = others.and_then(|others| others.share(task.root));
@@ -209,7 +209,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
     }
     if let Some(share) = others_busy.filter(|share| *share > LOAD_WARNED_OF) {
         found.push(format!(
-            "others kept {:.0} % of the processors busy while it was measured",
+            "other processes kept {:.0} % of the processors busy while it was measured",
             100.0 * share
         ));
     }
@@ -334,7 +334,8 @@ fn share_of(pictures: usize, share: f64) -> usize {
 
 /// Drawing alone, and with the inference; people take turns.
 fn parts(
-    (scene, plan): (&DrawnInputs<'_>, &TimingPlan),
+    scene: &DrawnInputs<'_>,
+    plan: &TimingPlan,
     recognizer: &dyn Recognizer,
     call_s: f64,
     watch: &mut Watched<'_>,

@@ -265,6 +265,9 @@ pub(crate) struct Length {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bench::statistics::Times;
+    use crate::bench::timing::WorkExtent;
+    use crate::bench::windows::TimingPlan;
 
     fn window(ns: &[u64], energy_j: Option<f64>) -> MeasuredWindow {
         let times = Times::of(&mut ns.to_vec()).expect("times");
@@ -291,7 +294,7 @@ mod tests {
         let second = 1_000_000_000;
         let said = |planned: TimingPlan, made: TimingPlan, windows: &[MeasuredWindow], batch| {
             let mut timing = Timing::of(windows, batch).expect("windows");
-            timing.extent = Some(WorkExtent::of((&planned, &made), windows, batch));
+            timing.extent = Some(WorkExtent::of(&planned, &made, windows, batch));
             timing.cut()
         };
         let full = TimingPlan::DEFAULT;

@@ -69,13 +69,14 @@ impl First {
     pub(super) fn of(
         recognizer: &dyn Recognizer,
         input: &[f32],
-        (plan, most_s): (&TimingPlan, f64),
+        plan: &TimingPlan,
+        most_s: f64,
     ) -> Result<Self> {
         let started = Instant::now();
         let outputs = recognizer.run(input, 1)?;
         let first_ms = ms_since(started);
         let mut call_s = first_ms * 1e-3;
-        for _ in 0..plan.within(most_s, (call_s, 1)).warm_up {
+        for _ in 0..plan.within(most_s, call_s, 1).warm_up {
             call_s = call_s.min(seconds_of(&mut || recognizer.run(input, 1).map(drop))?);
         }
         Ok(Self {
@@ -101,13 +102,13 @@ pub(super) fn timed<const N: usize>(
     works: [TimedCall<'_>; N],
     watch: &mut Watched<'_>,
 ) -> Result<[MeasuredWindows; N]> {
-    let made = plan.within(share.left_s() / N as f64, (call_s, batch));
-    let all = measure_windows((&made, share.until), batch, works, watch)?;
+    let made = plan.within(share.left_s() / N as f64, call_s, batch);
+    let all = measure_windows(&made, share.until, batch, works, watch)?;
     let mut found = Vec::with_capacity(N);
     for windows in all {
         let mut timing =
             Timing::of(&windows, batch).ok_or(Error::Missing("at least one window"))?;
-        timing.extent = Some(WorkExtent::of((plan, &made), &windows, batch));
+        timing.extent = Some(WorkExtent::of(plan, &made, &windows, batch));
         found.push(MeasuredWindows { windows, timing });
     }
     found

@@ -27,7 +27,8 @@ impl WorkExtent {
     /// Of windows with `batch` inferences a call.
     #[must_use]
     pub(super) fn of(
-        (planned, made): (&TimingPlan, &TimingPlan),
+        planned: &TimingPlan,
+        made: &TimingPlan,
         windows: &[MeasuredWindow],
         batch: usize,
     ) -> Self {

@@ -50,7 +50,7 @@ impl TimingPlan {
     /// have no 90th percentile), at least one; before each, one call to warm up for ten that are timed;
     /// and what is left of the time for the window, at least one call.
     #[must_use]
-    pub(crate) fn within(&self, most_s: f64, (call_s, batch): (f64, usize)) -> Self {
+    pub(crate) fn within(&self, most_s: f64, call_s: f64, batch: usize) -> Self {
         if self.takes_s(call_s, batch) <= most_s {
             return *self;
         }
@@ -114,7 +114,8 @@ pub(crate) trait Watch {
 /// # Errors
 /// When a call fails.
 pub(crate) fn measure<const N: usize>(
-    (plan, until): (&TimingPlan, Option<Instant>),
+    plan: &TimingPlan,
+    until: Option<Instant>,
     batch: usize,
     works: [TimedCall<'_>; N],
     watch: &mut dyn Watch,
@@ -135,7 +136,7 @@ pub(crate) fn measure<const N: usize>(
                 works[at]()?;
             }
             watch.begin();
-            window((plan, until), batch as u64, works[at], &mut times)?;
+            window(plan, until, batch as u64, works[at], &mut times)?;
             let energy_j = watch.end();
             let times = Times::of(&mut times).ok_or(Error::Missing("a call in each window"))?;
             all[at].push(MeasuredWindow { times, energy_j });
@@ -145,7 +146,8 @@ pub(crate) fn measure<const N: usize>(
 }
 
 fn window(
-    (plan, until): (&TimingPlan, Option<Instant>),
+    plan: &TimingPlan,
+    until: Option<Instant>,
     batch: u64,
     work: TimedCall<'_>,
     times: &mut Vec<u64>,
@@ -199,7 +201,7 @@ mod tests {
             calls += 1;
             Ok(())
         };
-        let [windows] = measure((&plan(0), None), 1, [&mut work], &mut watch).expect("never fails");
+        let [windows] = measure(&plan(0), None, 1, [&mut work], &mut watch).expect("never fails");
         assert_eq!(calls, 2 * (3 + 100));
         assert_eq!(watch.0, 2);
         assert!(
@@ -209,7 +211,7 @@ mod tests {
         );
         // Two batches of 64 are 128 inferences.
         let [windows] =
-            measure((&plan(0), None), 64, [&mut || Ok(())], &mut watch).expect("never fails");
+            measure(&plan(0), None, 64, [&mut || Ok(())], &mut watch).expect("never fails");
         assert!(windows.iter().all(|window| window.times.calls == 2));
     }
 
@@ -220,7 +222,7 @@ mod tests {
             Ok(())
         };
         let [windows] =
-            measure((&plan(30), None), 1, [&mut work], &mut Counted::default()).expect("ok");
+            measure(&plan(30), None, 1, [&mut work], &mut Counted::default()).expect("ok");
         for MeasuredWindow { times, .. } in windows {
             let sum_us = times.mean_us * times.calls as f64;
             assert!(sum_us >= 30_000.0, "{sum_us}");
@@ -242,13 +244,7 @@ mod tests {
             }
         };
         let (mut a, mut b) = (work('a'), work('b'));
-        measure(
-            (&plan(0), None),
-            1,
-            [&mut a, &mut b],
-            &mut Counted::default(),
-        )
-        .expect("never fails");
+        measure(&plan(0), None, 1, [&mut a, &mut b], &mut Counted::default()).expect("never fails");
         assert_eq!(*order.borrow(), ['a', 'b', 'a']); // a, b, then b, a
     }
 
@@ -265,15 +261,15 @@ mod tests {
     #[test]
     fn a_plan_that_takes_too_long_is_cut_and_others_are_not() {
         let cut = |most_s, call_s, batch| {
-            let plan = TimingPlan::DEFAULT.within(most_s, (call_s, batch));
+            let plan = TimingPlan::DEFAULT.within(most_s, call_s, batch);
             (plan.windows, plan.inferences, plan.warm_up)
         };
         assert_eq!(
-            TimingPlan::DEFAULT.within(5.06, (1e-3, 1)),
+            TimingPlan::DEFAULT.within(5.06, 1e-3, 1),
             TimingPlan::DEFAULT
         );
         assert_eq!(
-            TimingPlan::DEFAULT.within(f64::INFINITY, (2.0, 1)),
+            TimingPlan::DEFAULT.within(f64::INFINITY, 2.0, 1),
             TimingPlan::DEFAULT
         );
         // 7 calls: one window, none to spare for a warm-up.
@@ -288,7 +284,7 @@ mod tests {
         assert_eq!(cut(1.0, 2.0, 1), (1, 1, 0));
         assert_eq!(cut(0.0, 2.0, 4), (1, 4, 0));
         // Short calls have shorter windows, with as many inferences.
-        let short = TimingPlan::DEFAULT.within(3.0, (1e-3, 1));
+        let short = TimingPlan::DEFAULT.within(3.0, 1e-3, 1);
         assert_eq!(
             (short.windows, short.inferences, short.warm_up),
             (5, 100, 10)
@@ -297,7 +293,7 @@ mod tests {
         // What is cut takes no longer than it may.
         for call_s in [1e-3, 0.01, 0.1, 0.3, 1.0, 3.0] {
             for most_s in [3.0_f64, 10.0, 33.0, 150.0] {
-                let plan = TimingPlan::DEFAULT.within(most_s, (call_s, 1));
+                let plan = TimingPlan::DEFAULT.within(most_s, call_s, 1);
                 let takes_s = plan.takes_s(call_s, 1);
                 assert!(takes_s <= most_s.max(call_s) + 1e-6, "{call_s} {most_s}");
                 assert!(
@@ -318,7 +314,7 @@ mod tests {
         let mut b = || Ok(());
         let over = Some(Instant::now());
         let works: [TimedCall<'_>; 2] = [&mut a, &mut b];
-        let both = measure((&plan(1000), over), 1, works, &mut Counted::default());
+        let both = measure(&plan(1000), over, 1, works, &mut Counted::default());
         // Each kind of work has one window of one call, and no warm-up.
         for windows in both.expect("never fails") {
             assert_eq!((windows.len(), windows[0].times.calls), (1, 1));
@@ -337,7 +333,7 @@ mod tests {
                 Err(Error::Missing("a 50th call"))
             }
         };
-        let failed = measure((&plan(0), None), 1, [&mut work], &mut Counted::default());
+        let failed = measure(&plan(0), None, 1, [&mut work], &mut Counted::default());
         assert_eq!(
             failed.expect_err("fails").to_string(),
             "expected a 50th call, found none"

@@ -44,7 +44,7 @@ const USUAL_S: f64 = 300.0;
 #[command(
     mut_arg("threads", |threads| threads.value_name("N[,N..]").help("Threads of one inference; each number is measured in turn [default: 1]")),
     mut_arg("views", |views| views.visible_alias("accuracy").help("Viewpoints at which rank-1 is measured: \"paper\" (703), \"side\", or a CSV file with azimuth_deg and elevation_deg [default: paper]")),
-    after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench gaitbase.onnx --max-seconds 60 --frames 1,8,16,32,64\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench mine.onnx --video made        # from video frames to answers\n  edgegait bench mine.onnx --video walk --background empty.png --minutes 10 --json path.json\n  edgegait bench mine.onnx --no-accuracy --threads 1,2,4 --batch 1,8,64 --csv mine.csv\n  edgegait bench --compare pi4.json pi5.json --format markdown --chart boards.svg\n\nEach model is measured in a process of its own: one input at a time, then batches, then rendering\nof its input, then rendering and inference together; last its rank-1, with the same runtime and\nsettings. Results are from the median window. Values that a machine does not expose are left out."
+    after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench gaitbase.onnx --max-seconds 60 --frames 1,8,16,32,64\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench mine.onnx --video made        # from video frames to answers\n  edgegait bench mine.onnx --video walk --background empty.png --minutes 10 --json path.json\n  edgegait bench mine.onnx --no-accuracy --threads 1,2,4 --batch 1,8,64 --csv mine.csv\n  edgegait bench --compare pi4.json pi5.json --format markdown --chart boards.svg\n\nEach model is measured in a process of its own: one input at a time, then batches, then drawing\nits input, then both together; last its rank-1, with the same runtime and settings. Results are\nfrom the median window. Values that a machine does not expose are left out."
 )]
 pub(super) struct BenchArgs {
     /// ONNX models, and a pack whose walks are their inputs [default: the shipped models, the
@@ -340,10 +340,10 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
         let told = |told: &MeasuringProgress| progress.now(&told.what, told.left_s);
         let with: [&OsStr; 2] = ["--alone-threads".as_ref(), threads.as_ref()];
         let here = [&here[..], &with].concat();
-        let mut result: ModelResult = elsewhere(args, (model, index), &here, &told)?;
+        let mut result: ModelResult = elsewhere(args, model, index, &here, &told)?;
         if !args.frames.is_empty() {
             let only = [&here[..], &["--only-lengths".as_ref()]].concat();
-            let (lengths, cut) = elsewhere(args, (model, index), &only, &told)?;
+            let (lengths, cut) = elsewhere(args, model, index, &only, &told)?;
             result.lengths = lengths;
             result.add(cut);
         }
@@ -422,7 +422,8 @@ const fn build() -> &'static str {
 /// Measures one model in a process of its own, by running this program again.
 fn elsewhere<R: DeserializeOwned>(
     args: &BenchArgs,
-    (model, index): (&Model, usize),
+    model: &Model,
+    index: usize,
     flags: &[&OsStr],
     told: &(dyn Fn(&MeasuringProgress) + Sync),
 ) -> Result<R> {

@@ -1,4 +1,4 @@
-//! Which bodies walk: made from measurements, or fitted to a mesh.
+//! Flags that choose the bodies: from measurements, or fitted to a mesh.
 
 use super::cache::CacheArgs;
 use super::hints::WithFlags;
@@ -16,28 +16,28 @@ use crate::people::rigging::from_obj;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// The flags.
+/// The flags that choose the bodies.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct BodyArgs {
-    /// Stature of the body that walks [default: from the skeleton's own segment lengths]
+    /// Stature of the body in metres [default: from the skeleton's segment lengths]
     #[arg(long, value_name = "M")]
     stature_m: Option<f64>,
-    /// Mass of the body that walks [default: the mean body mass index of ANSUR II]
+    /// Mass of the body in kg [default: from the mean body mass index of ANSUR II]
     #[arg(long, value_name = "KG")]
     mass_kg: Option<f64>,
-    /// Sex of the body that walks [default: between both]
+    /// Sex of the body [default: halfway between both]
     #[arg(long, value_name = "SEX")]
     sex: Option<SexArg>,
-    /// What was measured of the subjects: a row for each with "subject" and any of stature_m,
-    /// mass_kg, sex and body dimensions such as hip_breadth_mm, before the three options above
-    /// [default: dimensions that go with stature, mass and sex]
+    /// Measurements of the subjects: a row for each with "subject" and any of stature_m, mass_kg,
+    /// sex and body dimensions such as hip_breadth_mm; they take precedence over the three options
+    /// above [default: dimensions predicted from stature, mass and sex]
     #[arg(long, value_name = "FILE.csv")]
     bodies: Option<PathBuf>,
-    /// The body of all subjects: hulls fitted to a mesh, skinned (.glb, .gltf) or standing with the
-    /// arms away from the trunk (.obj) [default: the mesh of each file that has one]
+    /// Mesh to fit the hulls of all subjects to: skinned (.glb, .gltf), or standing with the arms
+    /// away from the trunk (.obj) [default: the mesh of each file that has one]
     #[arg(long, value_name = "MESH", conflicts_with_all = ["stature_m", "bodies"])]
     body: Option<PathBuf>,
-    /// Skeleton of the .obj: a file whose rest pose is that of the mesh [default: found in the mesh]
+    /// Skeleton of the .obj: a file with the mesh's rest pose [default: found in the mesh]
     #[arg(long, value_name = "FILE", requires = "body")]
     skeleton: Option<PathBuf>,
     #[command(flatten)]
@@ -45,35 +45,35 @@ pub(super) struct BodyArgs {
 }
 
 impl BodyArgs {
-    /// The files that flags name.
+    /// Returns the files that the flags name.
     pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> {
         let files = [&self.bodies, &self.body, &self.skeleton];
         files.into_iter().flatten().cloned()
     }
 
-    /// Those who were measured, and warnings of fields that are taken as not measured.
+    /// Returns the measured people, and warnings about fields that count as not measured.
     ///
     /// # Errors
-    /// As [`MeasuredPeople::read`].
+    /// The same as [`MeasuredPeople::read`].
     pub(super) fn measured(&self, keep_going: KeepGoing) -> Result<(MeasuredPeople, Vec<String>)> {
         let Some(path) = &self.bodies else {
             return Ok((MeasuredPeople::default(), Vec::new()));
         };
         let (people, unusable) = MeasuredPeople::read_usable(path)?;
         if keep_going.is_given() {
-            let warning = |error: &Error| format!("{}: taken as not measured", WithFlags(error));
+            let warning = |error: &Error| format!("{}: treated as not measured", WithFlags(error));
             return Ok((people, unusable.iter().map(warning).collect()));
         }
         let first = unusable.into_iter().next();
         first.map_or(Ok((people, Vec::new())), |error| {
-            let hint = "--keep-going takes it as not measured";
+            let hint = "--keep-going treats it as not measured";
             Err(with_hint(error, hint))
         })
     }
 
-    /// The bodies of these recordings, with hulls fitted to meshes: of so many points if they are
-    /// stated, with this seed. Input files and warnings go into the header. Recordings whose own
-    /// mesh has no figure are taken out if that was asked for.
+    /// Returns the bodies of these recordings, with hulls fitted to meshes with this number of
+    /// points, if given, and this seed. Input files and warnings go into the header. With
+    /// `--keep-going`, recordings whose own mesh has no figure are removed.
     ///
     /// # Errors
     /// For meshes that cannot be read or have no figure.
@@ -96,7 +96,7 @@ impl BodyArgs {
         let fit = |path: &Path, mesh: &Motion| {
             let progress = Progress::new("hulls", STEPS);
             let points = points.unwrap_or(USUAL_POINTS);
-            let found = kept_body(mesh, (points, seed), &cache, &|| progress.step());
+            let found = kept_body(mesh, points, seed, &cache, &|| progress.step());
             found.map(|(body, _)| body).map_err(|error| match error {
                 Error::Mesh(problem) => Error::input(path, problem),
                 other => other,
@@ -137,13 +137,13 @@ impl BodyArgs {
         })
     }
 
-    /// The mesh of `--body`, with a skeleton.
+    /// Reads the mesh of `--body`, with a skeleton.
     fn mesh(&self, path: &Path) -> Result<Motion> {
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         match (is_gltf(path), extension == "obj", &self.skeleton) {
             (true, _, None) => skinned_body(path),
             (true, _, Some(_)) => Err(Error::Usage(
-                "--skeleton: a .glb or .gltf has its own".into(),
+                "--skeleton: a .glb or .gltf file has its own skeleton".into(),
             )),
             (_, true, skeleton) => {
                 let skeleton = skeleton.as_deref().map(rest).transpose()?;
@@ -154,15 +154,13 @@ impl BodyArgs {
     }
 }
 
-/// A skeleton for a mesh.
+/// Reads a skeleton for a mesh.
 fn rest(path: &Path) -> Result<Motion> {
     if is_gltf(path) {
         return skinned_body(path);
     }
     match FileContents::read(path)? {
         FileContents::Motion(motion) => Ok(motion),
-        FileContents::Markers(_) => {
-            Err(Error::input(path, "markers, where a skeleton is expected"))
-        }
+        FileContents::Markers(_) => Err(Error::input(path, "expected a skeleton, found markers")),
     }
 }

@@ -1,20 +1,19 @@
-//! Where what is costly is kept: the flag of the commands that keep anything.
+//! The flag that names the cache of costly results.
 
 use crate::cache::Cache;
 use std::path::PathBuf;
 
-/// The flag.
+/// The flag that names the cache.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct CacheArgs {
-    /// Where hulls that were fitted to meshes and answers of networks are kept for the next run, a
-    /// gigabyte at most; "none" keeps nothing [default: EDGEGAIT_CACHE, or a folder among the system's
-    /// caches]
+    /// Folder that caches hulls fitted to meshes and the answers of networks, a gigabyte at most;
+    /// "none" caches nothing [default: EDGEGAIT_CACHE, or a folder in the system's cache folder]
     #[arg(long, value_name = "FOLDER|none")]
     cache: Option<PathBuf>,
 }
 
 impl CacheArgs {
-    /// The cache.
+    /// Returns the cache.
     pub(super) fn cache(&self) -> Cache {
         Cache::named(self.cache.as_deref())
     }

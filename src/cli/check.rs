@@ -1,4 +1,4 @@
-//! `edgegait check`: whether a model works, before anything is measured with it.
+//! `edgegait check`: tests whether a model works, before it is scored.
 
 use super::Ending;
 use super::args::{Common, FileArgs};
@@ -21,25 +21,25 @@ use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// What is said where ONNX Runtime is not there.
+/// The error of ONNX Runtime if its library was not found.
 const NO_LIBRARY: &str =
-    "its library is not here (pip install onnxruntime, or name it with --ort-lib)";
-/// From where people are looked for, enrolled from the side: where nothing was learnt, pictures from the
-/// very same side are told apart as well. Ours.
+    "its library was not found (pip install onnxruntime, or name it with --ort-lib)";
+/// Azimuths of the probes, degrees, with the gallery at the side: from exactly the side, even an
+/// untrained model recognizes people. Our choice.
 const SIDES_DEG: [f32; 3] = [60.0, 90.0, 120.0];
-/// People whom a model is shown, one input each.
+/// People in the test inputs, one input each.
 const SHOWN: usize = 8;
 
-/// Try a model on both runtimes with a few inputs, and say what would go wrong
+/// Try a model on both runtimes with a few inputs, and report problems
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait check mine.onnx\n  edgegait check mine.onnx --ort-lib /path/to/libonnxruntime.so --json -\n\nA model works if it loads, and answers in finite numbers that depend on its input alone, and\nalike on each runtime that is there. Its rank-1, beside that of the pictures themselves, shows wrong\noutputs, distances or framing. The exit code is 0 if nothing speaks against it, 4 if something does,\n1 or 2 after an error."
+    after_help = "Examples:\n  edgegait check mine.onnx\n  edgegait check mine.onnx --ort-lib /path/to/libonnxruntime.so --json -\n\nA model passes if it loads, if its answers are finite and depend on its input alone, and if all\navailable runtimes give the same answers. Its rank-1, next to that of the pixel baseline, shows wrong\noutputs, distances or framing. The exit code is 0 without problems, 4 with problems, 1 or 2 after an\nerror."
 )]
 pub(super) struct CheckArgs {
     /// An ONNX model, or a shipped model's name
     #[arg(value_name = "MODEL")]
     model: PathBuf,
-    /// The ONNX Runtime library [env: EDGEGAIT_ORT_LIB, ORT_DYLIB_PATH; default: looked for beside
+    /// The ONNX Runtime library [env: EDGEGAIT_ORT_LIB, ORT_DYLIB_PATH; default: searched for in
     /// Python's onnxruntime and in the system's library folders]
     #[arg(long, value_name = "PATH")]
     ort_lib: Option<PathBuf>,
@@ -48,7 +48,7 @@ pub(super) struct CheckArgs {
 }
 
 impl CheckArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         FileArgs {
             inputs: with_contracts(std::slice::from_ref(&self.model)),
@@ -57,42 +57,43 @@ impl CheckArgs {
     }
 }
 
-/// What a runtime said to a model.
+/// The result of trying a model on a runtime.
 #[derive(Serialize)]
 struct Tried {
-    /// What was asked for: `rten` or `ort`.
+    /// The requested runtime: `rten` or `ort`.
     runtime: String,
-    /// What came of it, if it loaded.
+    /// The checkup, if the model loaded.
     checkup: Option<Checkup>,
-    /// Why it did not.
+    /// Why it did not load.
     error: Option<String>,
 }
 
-/// Rank-1 of people who are enrolled from the side, or from each other viewpoint.
+/// Rank-1 with a gallery at the side, or at each other viewpoint.
 #[derive(Serialize)]
 struct FromTheSide {
     seen_from: String,
     people: u64,
     probes: u64,
     rank1: f64,
-    /// That of the templates themselves; none for sequences of silhouettes.
+    /// Rank-1 of the pixel baseline; none for sequences of silhouettes.
     pixels_rank1: Option<f64>,
 }
 
-/// The results.
+/// The results of the command.
 #[derive(Serialize)]
 struct CheckResults<'a> {
     #[serde(flatten)]
     header: ResultHeader,
     contract: &'a Contract,
-    /// Whether no contract lies beside it.
+    /// Whether the contract was guessed, without a file beside the model.
     guessed: bool,
     parameters: u64,
     tried: Vec<Tried>,
-    /// How far the runtimes' answers are apart, relative to how far they lie from their mean.
+    /// The difference between the runtimes' answers, relative to the distance of answers from
+    /// their mean.
     runtimes_apart: Option<f64>,
     from_the_side: Option<FromTheSide>,
-    /// What speaks against it.
+    /// The problems that were found.
     problems: Vec<String>,
 }
 
@@ -174,16 +175,16 @@ pub(super) fn run(args: &CheckArgs) -> Result<Ending> {
     }
     if both.first().is_some_and(|one| one.is_softmax()) && contract.classes.is_empty() {
         problems.push(
-            "its embeddings are shares that sum to 1, as after a softmax: export what comes before it, or name \
-             classes in its .toml"
+            "its embeddings sum to 1, as after a softmax: export the layer before it, or name classes in its \
+             .toml"
                 .into(),
         );
     }
     let is_quantized = model.graph().is_quantized();
     if let Some(apart) = runtimes_apart.filter(|apart| !Checkup::is_alike(*apart, is_quantized)) {
         problems.push(format!(
-            "the runtimes answer differently, by {apart:.1e} of how far answers lie from their mean (edgegait \
-             parity says more)"
+            "the runtimes' answers differ by {apart:.1e}, relative to the distance of answers from their mean \
+             (see edgegait parity)"
         ));
     }
     let from_the_side = best
@@ -211,10 +212,10 @@ pub(super) fn run(args: &CheckArgs) -> Result<Ending> {
     })
 }
 
-/// What speaks against a model on any runtime.
+/// Returns the problems of a model on any runtime.
 ///
 /// # Errors
-/// If it runs on none.
+/// If it runs on no runtime.
 fn problems_of(tried: &[Tried]) -> Result<Vec<String>> {
     if tried.iter().all(|one| one.checkup.is_none()) {
         let errors = tried.iter().filter_map(|one| one.error.clone());
@@ -227,7 +228,7 @@ fn problems_of(tried: &[Tried]) -> Result<Vec<String>> {
             .collect::<Vec<_>>()
     };
     let mut problems: Vec<String> = tried.iter().flat_map(of).collect();
-    // A library that is not there says nothing of the model.
+    // A missing library is not a problem of the model.
     let refused = tried.iter().filter_map(|one| {
         let error = one.error.as_ref().filter(|error| *error != NO_LIBRARY)?;
         Some(format!("{}: {error}", one.runtime))
@@ -237,17 +238,17 @@ fn problems_of(tried: &[Tried]) -> Result<Vec<String>> {
 }
 
 impl FromTheSide {
-    /// What a low rate may mean.
+    /// Returns a possible reason for a low rank-1.
     fn doubt(&self) -> Option<String> {
         let chance = 1.0 / self.people.max(1) as f64;
         let is_poor = self.rank1 < (2.0 * chance).max(0.75 * self.pixels_rank1.unwrap_or(0.5));
         is_poor.then(|| {
             format!(
-                "rank-1 is {} %, where {}: are its input range, framing, distance and outputs those \
-                 of its training?",
+                "rank-1 is {} %, but {}: do its input range, framing, distance and outputs match its \
+                 training?",
                 percent(self.rank1),
                 match self.pixels_rank1 {
-                    Some(rank1) => format!("comparing the pictures themselves gives {} %", percent(rank1)),
+                    Some(rank1) => format!("comparing pixels gives {} %", percent(rank1)),
                     None => format!("chance is {} %", percent(chance)),
                 }
             )
@@ -255,14 +256,14 @@ impl FromTheSide {
     }
 }
 
-/// Whether people are looked for from other viewpoints than those from which they are enrolled: what a
-/// model that takes viewpoints is for. It has to know several.
+/// Returns whether probes are compared with the gallery at other viewpoints, which is the purpose
+/// of a model that takes viewpoints. The model has to be trained on several.
 fn is_across(contract: &Contract) -> bool {
     contract.view_input.is_some() && contract.training.viewpoints.len() != 1
 }
 
-/// From where people are looked for: of a model that takes viewpoints, from those of its training that are
-/// nearest to the side.
+/// Returns the viewpoints of the probes: for a model that takes viewpoints, the ones of its
+/// training that are nearest to the side.
 fn views(contract: &Contract) -> Result<Views> {
     if contract.view_input.is_none() || contract.training.viewpoints.is_empty() {
         return Views::grid("60, 90 and 120 degrees", SIDES_DEG, [0.0]);
@@ -275,14 +276,14 @@ fn views(contract: &Contract) -> Result<Views> {
     })
 }
 
-/// Looks for everybody of the scene from the side.
+/// Measures rank-1 of all people of the scene, enrolled from the side.
 fn from_the_side(entrant: Entrant, scene: &DrawnInputs<'_>, seed: u64) -> Result<FromTheSide> {
     let template = entrant.recognizer.contract().template;
     let mut entrants = vec![entrant];
     if template != Template::Silhouettes {
         entrants.push(Entrant::pixels(None, entrants[0].form().settings));
     }
-    // Classes are of other people as a rule: everybody is enrolled.
+    // The model's classes are usually other people, so everybody is enrolled.
     let protocol = Protocol::named(if is_across(entrants[0].recognizer.contract()) {
         "cross-view"
     } else {
@@ -293,7 +294,7 @@ fn from_the_side(entrant: Entrant, scene: &DrawnInputs<'_>, seed: u64) -> Result
         protocol: Some(protocol),
         ..ContestOptions::default()
     };
-    let drawn = DrawnContest::new((scene.pack, scene.walks), &entrants, options)?;
+    let drawn = DrawnContest::new(scene.pack, scene.walks, &entrants, options)?;
     let outcome = drawn
         .contest
         .run(&entrants, seed, &mut |_| {}, &mut |_| {})?;
@@ -321,23 +322,23 @@ fn say(args: &CheckArgs, model: &Model, results: &CheckResults<'_>) {
     let from = if shipped::is_name(&args.model) {
         "as shipped".to_owned()
     } else if results.guessed {
-        "by its shape".to_owned()
+        "guessed from its shape".to_owned()
     } else {
-        format!("by {}", Contract::path_beside(&args.model).display())
+        format!("from {}", Contract::path_beside(&args.model).display())
     };
     let list = |numbers: &[f32]| {
         let all: Vec<String> = numbers.iter().map(ToString::to_string).collect();
         all.join(", ")
     };
     let mut shifted = String::new();
-    for (what, numbers) in [("less", &contract.mean), ("divided by", &contract.std)] {
+    for (what, numbers) in [("minus", &contract.mean), ("divided by", &contract.std)] {
         if !numbers.is_empty() {
             shifted += &format!(" {what} {}", list(numbers));
         }
     }
     let used = model.stated_contract().outputs;
     say(format!(
-        "taken {from} for {}, input range {}{shifted}, framing {}, {} distance; embedding {:?}{}; \
+        "contract {from}: {}, input range {}{shifted}, framing {}, {} distance; embedding {:?}{}; \
          {} parameters",
         contract.given(),
         contract.input_range.name(),
@@ -371,7 +372,7 @@ fn say(args: &CheckArgs, model: &Model, results: &CheckResults<'_>) {
     }
     if let Some(apart) = results.runtimes_apart {
         say(format!(
-            "the runtimes' answers are {apart:.1e} apart, of how far answers lie from their mean"
+            "the runtimes' answers differ by {apart:.1e}, relative to the distance of answers from their mean"
         ));
     }
     if let Some(found) = &results.from_the_side {
@@ -399,6 +400,6 @@ fn say(args: &CheckArgs, model: &Model, results: &CheckResults<'_>) {
         say(format!("problem: {problem}"));
     }
     if results.problems.is_empty() {
-        say("nothing speaks against it".into());
+        say("no problems found".into());
     }
 }

@@ -1,4 +1,4 @@
-//! `edgegait cohort`: make the built-in people.
+//! `edgegait cohort`: makes synthetic people.
 
 use super::args::{Common, FileArgs};
 use super::encoding::{EncodingArgs, say_choice};
@@ -26,32 +26,30 @@ pub(super) struct CohortArgs {
     /// Where to write the pack
     #[arg(long, value_name = "PATH", default_value = "cohort.egp")]
     out: PathBuf,
-    /// How many people; or A..B: a slice of a population, from number A on and without number B.
-    /// In slices, and where there are more than 999, a person's bytes do not depend on who else is
-    /// in the pack
+    /// Number of people, or A..B: a slice of a population, numbers A to B-1. In slices, and in
+    /// packs of more than 999 people, a person's bytes do not depend on the others
     #[arg(long, value_name = "N|A..B", default_value_t = PeopleChoice::First(PEOPLE))]
     people: PeopleChoice,
-    /// Encode each person alone and without looking for the fewest bytes: many times as fast, as
-    /// exact, and walks take about two thirds more bytes
+    /// Encode each person alone, without searching for the fewest bytes: many times as fast and as
+    /// exact, but walks take about two thirds more bytes
     #[arg(long)]
     quick: bool,
-    /// Speeds in km/h, each 3 to 12; people run from 7.5 on
+    /// Speeds in km/h, 3 to 12; people run from 7.5 on
     #[arg(long, value_name = "V[,V..]", value_delimiter = ',', default_values_t = SPEEDS_KMH)]
     speeds_kmh: Vec<f64>,
-    /// Sex of all of them [default: women and men alternate]
+    /// Sex of all people [default: women and men alternate]
     #[arg(long, value_name = "SEX")]
     sex: Option<SexArg>,
-    /// Age of all of them, 18 to 80 years [default: drawn from 18 to 58]
+    /// Age of all people, 18 to 80 years [default: sampled from 18 to 58]
     #[arg(long, value_name = "YEARS")]
     age_years: Option<f64>,
-    /// Stature of all of them [default: drawn]
+    /// Stature of all people in metres [default: sampled]
     #[arg(long, value_name = "M")]
     stature_m: Option<f64>,
-    /// Mass of all of them [default: drawn]
+    /// Mass of all people in kg [default: sampled]
     #[arg(long, value_name = "KG")]
     mass_kg: Option<f64>,
-    /// Draw clothes, hair and shoes for each person, for good or anew for each take [default: people
-    /// are bare]
+    /// Sample clothes, hair and shoes for each person, once or for each take [default: no clothes]
     #[arg(
         long,
         value_name = "WHEN",
@@ -60,7 +58,7 @@ pub(super) struct CohortArgs {
         default_missing_value = "for-good"
     )]
     dressed: Option<DressedArg>,
-    /// Measure people as they are decoded and drawn, and print it beside what is published
+    /// Measure the decoded, drawn people, and print the results beside published norms
     #[cfg(feature = "import")]
     #[arg(long)]
     audit: bool,
@@ -70,15 +68,15 @@ pub(super) struct CohortArgs {
     pub common: Common,
 }
 
-/// Most people who are encoded together, which takes fewer bytes and more memory.
+/// The most people that are encoded together, which takes fewer bytes and more memory.
 const MOST_TOGETHER: usize = 999;
 
-/// Which people.
+/// The people to make.
 #[derive(Clone, Debug)]
 enum PeopleChoice {
-    /// So many, from the first on.
+    /// This many people, from the first on.
     First(usize),
-    /// Those of these numbers.
+    /// The people with these numbers.
     Slice(Range<usize>),
 }
 
@@ -90,7 +88,7 @@ impl PeopleChoice {
         }
     }
 
-    /// Whether they are encoded each for itself.
+    /// Returns whether each person is encoded separately.
     const fn is_population(&self) -> bool {
         !matches!(self, Self::First(1..=MOST_TOGETHER))
     }
@@ -115,7 +113,7 @@ impl FromStr for PeopleChoice {
         people
             .filter(|people| !people.numbers().is_empty())
             .ok_or_else(|| {
-                "expected a number of people, as 26, or a slice of at least one, as 100..200".into()
+                "expected a number of people, such as 26, or a slice, such as 100..200".into()
             })
     }
 }
@@ -130,7 +128,7 @@ impl fmt::Display for PeopleChoice {
 }
 
 impl CohortArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         FileArgs {
             inputs: Vec::new(),

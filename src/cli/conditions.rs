@@ -1,4 +1,4 @@
-//! Flags that say under which conditions people walk.
+//! Flags that choose the conditions.
 
 use super::args::file_with;
 use crate::confounders::{CATALOGUE, Condition, Conditions, DoseUnit, Draws, NAMES, dose};
@@ -9,35 +9,35 @@ use crate::text_table::Column::Left;
 use crate::text_table::Table;
 use std::path::PathBuf;
 
-/// Under which conditions people walk.
+/// The flags that choose the conditions.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct ConditionArgs {
-    /// Conditions: casia-b (NM, BG, CL), tum-iitkgp, domain-random (everything at once, drawn), each
-    /// (every confounder alone, at strength 1), or a .toml file
+    /// Conditions: casia-b (NM, BG, CL), tum-iitkgp, domain-random (everything at once, sampled),
+    /// each (every confounder alone, at strength 1), or a .toml file
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "confound")]
     conditions: Option<String>,
-    /// One condition, of these confounders with their strengths, as in backpack=0.5,roll=5deg
+    /// One condition: confounders with their strengths, as in backpack=0.5,roll=5deg
     /// (`edgegait sweep --list-conditions` lists them)
     #[arg(long, value_name = "NAME=STRENGTH[,..]", value_delimiter = ',', value_parser = dose, allow_hyphen_values = true)]
     confound: Vec<Dose>,
 }
 
 impl ConditionArgs {
-    /// The file that names conditions, if it is one.
+    /// Returns the file of conditions, if `--conditions` names one.
     pub(super) fn file(&self) -> Option<PathBuf> {
         file_with("toml", self.conditions.as_ref())
     }
 
-    /// Whether any was asked for.
+    /// Returns whether any condition was requested.
     #[must_use]
     pub(super) fn is_given(&self) -> bool {
         self.conditions.is_some() || !self.confound.is_empty()
     }
 
-    /// Refuses conditions where what is in a folder is used as it is.
+    /// Rejects conditions for a folder, whose images are used as they are.
     ///
     /// # Errors
-    /// If any was asked for.
+    /// If any condition was requested.
     pub(super) fn refuse_for_folders(&self) -> Result<()> {
         if self.is_given() {
             return Err(Error::Usage(
@@ -47,11 +47,11 @@ impl ConditionArgs {
         Ok(())
     }
 
-    /// The conditions, in order; those of `usual` if none were asked for, and none without that.
-    /// Results state them, and the file that they are from.
+    /// Returns the conditions, in order: those of `usual` if none were requested. States them, and
+    /// their file, in the header.
     ///
     /// # Errors
-    /// If there are none of this name, or the file cannot be used.
+    /// If the name is unknown, or the file cannot be used.
     pub(super) fn load(
         &self,
         usual: Option<&str>,
@@ -64,7 +64,7 @@ impl ConditionArgs {
                 .any(|dose| dose.kind == self.confound[at].kind)
         }) {
             let name = self.confound[twice].kind.confounder().name;
-            return Err(Error::Usage(format!("--confound: {name} is there twice")));
+            return Err(Error::Usage(format!("--confound: {name} appears twice")));
         }
         let list = match self.conditions.as_deref().or(usual) {
             Some(name) if self.confound.is_empty() => {
@@ -83,13 +83,13 @@ impl ConditionArgs {
     }
 }
 
-/// All confounders and built-in conditions, as text.
+/// Lists all confounders and built-in conditions as text.
 ///
 /// # Errors
-/// Never: what is built in can be read.
+/// Never: built-in conditions can be read.
 pub(super) fn listing() -> Result<String> {
     let mut table = Table::new(&[Left(22)]);
-    table.note("confounders (strength 0 to 1; ± marks those from -1):");
+    table.note("confounders (strength 0 to 1; with ±, -1 to 1):");
     let mut class = None;
     let mut all: Vec<_> = CATALOGUE.iter().collect();
     all.sort_by_key(|confounder| confounder.class);
@@ -109,7 +109,7 @@ pub(super) fn listing() -> Result<String> {
             format!("{}{unit}", confounder.at_full),
         ]);
     }
-    table.note("\nconditions that are built in:");
+    table.note("\nbuilt-in conditions:");
     for set in NAMES {
         table.note(format!("\n  --conditions {set}"));
         for condition in Conditions::named(set)?.list {
@@ -119,7 +119,7 @@ pub(super) fn listing() -> Result<String> {
     Ok(table.to_string())
 }
 
-/// What acts in a condition.
+/// Describes the confounders of a condition.
 fn described(condition: &Condition) -> String {
     let own = condition.confounders.to_string();
     let choices: Vec<String> = condition.one_of.iter().map(Draws::to_string).collect();

@@ -121,11 +121,11 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
         )));
     }
     if let Some(twice) = repeated(&args.strengths) {
-        return Err(Error::Usage(format!("--strengths: {twice} is there twice")));
+        return Err(Error::Usage(format!("--strengths: {twice} appears twice")));
     }
     if let Some(twice) = repeated(&args.only) {
         return Err(Error::Usage(format!(
-            "--only: {} is there twice",
+            "--only: {} appears twice",
             twice.name
         )));
     }
@@ -175,7 +175,7 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
         conditions: study.conditions(),
     };
     let drawn = match args.cycles {
-        None if DrawnContest::is_made((&pack, &walks), &entrants)? => ContestOptions {
+        None if DrawnContest::is_made(&pack, &walks, &entrants)? => ContestOptions {
             cycles: Some(CYCLES),
             ..options
         },
@@ -186,7 +186,7 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
         probes,
         warnings,
         ..
-    } = DrawnContest::new((&pack, &walks), &entrants, drawn)?;
+    } = DrawnContest::new(&pack, &walks, &entrants, drawn)?;
     let sequences = contest.source().sequences().list.len();
     let progress = Progress::new("sequences", sequences * entrants.len());
     let outcome = contest.run(&entrants, seed, &mut |_| progress.step(), &mut |_| ())?;

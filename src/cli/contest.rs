@@ -93,7 +93,8 @@ impl ContestArgs {
     /// When something cannot be used, and what `work` returns.
     pub(super) fn run<R>(
         &self,
-        (field, data): (&Participants<'_>, Option<PathBuf>),
+        field: &Participants<'_>,
+        data: Option<PathBuf>,
         seed: u64,
         mut header: ResultHeader,
         work: impl FnOnce(&Contest<'_>, &[Entrant], ResultHeader) -> Result<R>,
@@ -171,7 +172,8 @@ impl ContestArgs {
             probes,
             warnings,
         } = DrawnContest::new(
-            (&pack, &chosen),
+            &pack,
+            &chosen,
             &entrants,
             self.options(protocol, field, &conditions)?,
         )?;

@@ -17,7 +17,8 @@ use crate::people::recorded::{BodyOptions, Recording, subjects};
 pub(super) fn encoded_people(
     recordings: &mut Vec<Recording>,
     body: &BodyOptions,
-    (encoding, keep_going): (&EncodingArgs, KeepGoing),
+    encoding: &EncodingArgs,
+    keep_going: KeepGoing,
     warnings: &mut Vec<String>,
 ) -> Result<(Vec<Subject>, EncodedPack)> {
     // Each round has fewer walks.

@@ -107,7 +107,7 @@ impl ExportArgs {
         Ok(())
     }
 
-    /// Begins or goes on with a run; none if it is whole already and was asked to go on.
+    /// Begins or goes on with a run; none if it is already complete and was asked to go on.
     pub(super) fn begin(
         &self,
         out: &Path,

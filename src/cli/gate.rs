@@ -97,7 +97,7 @@ pub(super) fn run(args: &GateArgs) -> Result<Ending> {
             .enumerate()
             .find(|(at, one)| list[..*at].contains(one))
         {
-            let problem = "is there twice: expected results of another run";
+            let problem = "appears twice: expected results of another run";
             return Err(Error::Usage(format!("{}: {problem}", twice.display())));
         }
     }
@@ -118,7 +118,7 @@ pub(super) fn run(args: &GateArgs) -> Result<Ending> {
         baselines: &baselines,
         without_baseline: args.without_baseline,
     };
-    let report = gate((limits_at, &limits), &judged, header)?;
+    let report = gate(limits_at, &limits, &judged, header)?;
     args.common.say(format!("{report}").trim_end());
     for warning in &report.header.warnings {
         args.common.say(format_args!("warning: {warning}"));

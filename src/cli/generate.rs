@@ -217,8 +217,10 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
             .export
             .begin(&part.folder, run, args.common.overwrite)?
         else {
-            args.common
-                .say(format_args!("{} is whole already", part.folder.display()));
+            args.common.say(format_args!(
+                "{} is already complete",
+                part.folder.display()
+            ));
             continue;
         };
         let left = &share[writer.done()..];

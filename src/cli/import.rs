@@ -246,7 +246,8 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
     let (people, encoded) = encoded_people(
         &mut recordings,
         &body,
-        (&args.encoding, args.keep_going),
+        &args.encoding,
+        args.keep_going,
         &mut header.warnings,
     )?;
     let bytes = &encoded.bytes;

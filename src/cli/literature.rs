@@ -135,8 +135,7 @@ pub(super) fn run(args: &LiteratureArgs) -> Result<()> {
     let progress = Progress::new("recognizers", FITTED);
     let trained = Pack::parse(&trained)?;
     let step = || progress.step();
-    let (known, garments) =
-        PublishedRecognizer::all(&trained, seen_from, (subspaces, seed), &step)?;
+    let (known, garments) = PublishedRecognizer::all(&trained, seen_from, subspaces, seed, &step)?;
     drop(progress);
     let (entrants, publications): (Vec<Entrant>, Vec<&'static str>) = { known.into_iter() }
         .map(|one| (one.entrant, one.publication))

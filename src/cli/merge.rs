@@ -60,7 +60,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<()> {
     check_unfinished(&args.out, args.resume)?;
     let format = args.format.map(DatasetFormat::from);
     let existing = Existing::of(args.common.overwrite);
-    let rows = merge(&args.shards, &args.out, format, (existing, args.resume))?;
+    let rows = merge(&args.shards, &args.out, format, existing, args.resume)?;
     let mut header = ResultHeader::new("merge", args.common.seed);
     for shard in &args.shards {
         header

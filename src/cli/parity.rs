@@ -120,8 +120,8 @@ pub(super) fn run(args: &ParityArgs) -> Result<Ending> {
     let seed = args.common.seed;
     let results = args
         .contest
-        .run((&field, data), seed, header, |contest, entrants, header| {
-            compared(args, &planned, (contest, entrants), header)
+        .run(&field, data, seed, header, |contest, entrants, header| {
+            compared(args, &planned, contest, entrants, header)
         })?;
     args.common.say(text::Text(&results));
     for warning in &results.header.warnings {
@@ -256,7 +256,7 @@ impl Planned {
         match before.iter().find(is_like) {
             None => Ok(()),
             Some(other) if other.model.path() == self.model.path() => Err(Error::Usage(format!(
-                "{}: is there twice (name another --runtime or another model)",
+                "{}: appears twice (name another --runtime or another model)",
                 self.model.contract().name
             ))),
             Some(other) => Err(Error::Usage(format!(
@@ -282,7 +282,8 @@ fn load(planned: &[Planned], setup: Setup<'_>) -> Result<Vec<Entrant>> {
 fn compared(
     args: &ParityArgs,
     planned: &[Planned],
-    (contest, entrants): (&Contest<'_>, &[Entrant]),
+    contest: &Contest<'_>,
+    entrants: &[Entrant],
     mut header: ResultHeader,
 ) -> Result<ParityResults> {
     let sequences = contest.source().sequences();

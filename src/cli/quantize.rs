@@ -105,8 +105,8 @@ pub(super) fn run(args: &QuantizeArgs) -> Result<()> {
     header.warnings.extend(model.warnings());
     let pack = Pack::parse(&source.bytes)?;
     let walks = source_args.choose(&pack)?;
-    let (source, shown) = probes((&pack, &walks), &views, (settings, args.cycles))?;
-    let agreement = Agreement::of(recognizer.as_ref(), &quantized, (&source, &shown))?;
+    let (source, shown) = probes(&pack, &walks, &views, settings, args.cycles)?;
+    let agreement = Agreement::of(recognizer.as_ref(), &quantized, &source, &shown)?;
 
     let results = QuantizeResults {
         header,
@@ -132,9 +132,11 @@ pub(super) fn run(args: &QuantizeArgs) -> Result<()> {
 
 /// Unseen cycles of walks, and how they are shown.
 fn probes<'a>(
-    (pack, walks): (&'a Pack<'a>, &[usize]),
+    pack: &'a Pack<'a>,
+    walks: &[usize],
     views: &[View],
-    (settings, cycles): (Settings, u32),
+    settings: Settings,
+    cycles: u32,
 ) -> Result<(SequenceSource<'a>, Form)> {
     let made = Protocol::named("closed-set")?.made(cycles)?;
     let cycles = PackWalks::made(pack, walks, &made, &[])?;

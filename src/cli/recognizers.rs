@@ -104,7 +104,7 @@ pub(super) fn load(
 fn entrant_of(recognizer: Box<dyn Recognizer>, (draw, seed, stored): Setup<'_>) -> Result<Entrant> {
     let contract = recognizer.contract();
     let settings = match stored {
-        Some(stored) => Entrant::stored_settings_of(contract, (stored, draw.settings(seed)?))?,
+        Some(stored) => Entrant::stored_settings_of(contract, stored, draw.settings(seed)?)?,
         None => Entrant::settings_of(contract, draw.settings_for(contract, seed)?)?,
     };
     Ok(Entrant {
@@ -158,7 +158,7 @@ impl Recognizer for HeldRecognizer {
 /// end of its path that tells it from the others.
 ///
 /// # Errors
-/// If a file is there twice.
+/// If a file appears twice.
 pub(super) fn told_apart(all: Vec<(String, PathBuf)>) -> Result<Vec<String>> {
     for (at, (_, path)) in all.iter().enumerate() {
         let same = |other: &Path| {
@@ -166,7 +166,7 @@ pub(super) fn told_apart(all: Vec<(String, PathBuf)>) -> Result<Vec<String>> {
             resolved(other) == resolved(path)
         };
         if all[..at].iter().any(|(_, other)| same(other)) {
-            return Err(Error::Usage(format!("{}: is there twice", path.display())));
+            return Err(Error::Usage(format!("{}: appears twice", path.display())));
         }
     }
     // The last parts of a path, without what its name ends with unless that tells two apart.
@@ -273,6 +273,6 @@ mod tests {
         let beside = names(&[("m", "m.onnx"), ("m", "m.egr")]);
         assert_eq!(beside.expect("names"), ["m.onnx", "m.egr"]);
         let said = names(&[("m", "m.onnx"), ("m", "m.onnx")]).expect_err("twice");
-        assert_eq!(said.to_string(), "m.onnx: is there twice");
+        assert_eq!(said.to_string(), "m.onnx: appears twice");
     }
 }

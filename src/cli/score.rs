@@ -107,12 +107,11 @@ pub(super) fn run_with(args: &ScoreArgs, held: &[Arc<dyn Recognizer>]) -> Result
         .as_ref()
         .map(|_| csv::Writer::from_writer(Vec::new()));
     let (mut results, samples) = args.contest.run(
-        (&field, data),
+        &field,
+        data,
         args.common.seed,
         header,
-        |contest, entrants, header| {
-            judged(contest, entrants, header, (args.common.seed, &mut rows))
-        },
+        |contest, entrants, header| judged(contest, entrants, header, args.common.seed, &mut rows),
     )?;
     if let Some(bytes) = peak_rss_bytes() {
         args.common
@@ -170,7 +169,8 @@ fn judged(
     contest: &Contest<'_>,
     entrants: &[Entrant],
     mut header: ResultHeader,
-    (seed, rows): (u64, &mut Option<ProbeTable>),
+    seed: u64,
+    rows: &mut Option<ProbeTable>,
 ) -> Result<(ScoreResults, Vec<TemplateSample>)> {
     let sequences = contest.source().sequences();
     let (mut samples, mut others) = (Vec::new(), Vec::new());

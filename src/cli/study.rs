@@ -162,7 +162,7 @@ impl StudyArgs {
             bodies: self.bodies.clone(),
             dressed: self.dressed.clone(),
         };
-        let plan = StudyPlan::new(&paths, (&self.views, &self.subjects), self.distance_m)?;
+        let plan = StudyPlan::new(&paths, &self.views, &self.subjects, self.distance_m)?;
         let progress = Progress::new("study", steps(&plan, choices));
         let findings = run_study(&plan, choices, &|| progress.step())?;
         drop(progress);

@@ -160,7 +160,7 @@ impl SweepRequest {
         let pack = Pack::parse(&source.bytes)?;
         let walks = args.source.choose(&pack)?;
         let firsts = args.firsts(&walks);
-        args.check_walks(&pack, &firsts, (&settings, &wanted), views.list.len())?;
+        args.check_walks(&pack, &firsts, &settings, &wanted, views.list.len())?;
         Ok(Self {
             header,
             conditions,
@@ -243,7 +243,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
     let firsts = Job::under(&firsts, &conditions);
     let choice = match args.max_gei_rmse {
         Some(most) => {
-            let choice = choose::drawing(&pack, (&walks, &views.list), settings, most)?;
+            let choice = choose::drawing(&pack, &walks, &views.list, settings, most)?;
             args.common.say(format_args!("chosen: {choice}"));
             settings = choice.chosen.applied_to(settings);
             Some(choice)
@@ -296,7 +296,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
             raster: Some(settings.rasterizer.name()),
             digest: Some(digest),
         };
-        return args.report(header, (&settings, &wanted), made, started);
+        return args.report(header, &settings, &wanted, made, started);
     }
     let run = DatasetRun {
         header: header.clone(),
@@ -311,7 +311,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
     };
     let Some(mut writer) = args.export.begin(&args.out, run, args.common.overwrite)? else {
         args.common
-            .say(format_args!("{} is whole already", args.out.display()));
+            .say(format_args!("{} is already complete", args.out.display()));
         return Ok(());
     };
     work.store(&mut writer)?;
@@ -324,7 +324,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
         digest: None,
     };
     writer.finish()?;
-    args.report(header, (&settings, &wanted), made, started)
+    args.report(header, &settings, &wanted, made, started)
 }
 
 /// What was made.
@@ -382,7 +382,8 @@ impl SweepArgs {
         &self,
         pack: &Pack<'_>,
         jobs: &[Job<'_>],
-        (settings, wanted): (&Settings, &Wanted),
+        settings: &Settings,
+        wanted: &Wanted,
         views: usize,
     ) -> Result<()> {
         let varied = self.variations() != (0..1);
@@ -428,7 +429,8 @@ impl SweepArgs {
     fn report(
         &self,
         header: ResultHeader,
-        (settings, wanted): (&Settings, &Wanted),
+        settings: &Settings,
+        wanted: &Wanted,
         made: MadeDataset,
         started: Instant,
     ) -> Result<()> {

@@ -287,7 +287,7 @@ impl TrainArgs {
         let counts = &self.components;
         if let Some(twice) = (1..counts.len()).find(|&i| counts[..i].contains(&counts[i])) {
             return Err(Error::Usage(format!(
-                "--components: {} is there twice",
+                "--components: {} appears twice",
                 counts[twice]
             )));
         }
@@ -321,8 +321,13 @@ fn linear<F: Real>(
     samples: &Samples,
 ) -> Result<Vec<TrainedModel>> {
     let (labels, classes) = (&samples.labels, samples.names.len());
-    let form = (samples.template, samples.size);
-    let analysed = Analysed::<F>::of(form, samples.numbers.view(), labels, classes)?;
+    let analysed = Analysed::<F>::of(
+        samples.template,
+        samples.size,
+        samples.numbers.view(),
+        labels,
+        classes,
+    )?;
     let each = args.components.iter().zip(outs);
     let model = |(&components, out): (&u16, &PathBuf)| {
         let kept = usize::from(components).min(labels.len().saturating_sub(1));
@@ -335,7 +340,7 @@ fn linear<F: Real>(
             Precision::F32 => " trained in f32",
         };
         let how = format!("PCA ({components}) + {method}{precision}");
-        let made = MadeModel::linear(&recognizer, samples, (stem(out), &how));
+        let made = MadeModel::linear(&recognizer, samples, stem(out), &how);
         write(args, out, samples, made.with(components))
     };
     each.map(model).collect()
@@ -344,7 +349,7 @@ fn linear<F: Real>(
 fn feature_choice(args: &TrainArgs, out: &Path, samples: &Samples) -> Result<TrainedModel> {
     let recognizer = feature_choice::fit(samples)?;
     let how = feature_choice::described(&recognizer);
-    let made = MadeModel::linear(&recognizer, samples, (stem(out), &how));
+    let made = MadeModel::linear(&recognizer, samples, stem(out), &how);
     write(args, out, samples, made)
 }
 
@@ -378,7 +383,7 @@ fn view_transformation(
 }
 
 impl MadeModel {
-    fn linear(recognizer: &LinearModel, samples: &Samples, (name, how): (String, &str)) -> Self {
+    fn linear(recognizer: &LinearModel, samples: &Samples, name: String, how: &str) -> Self {
         Self {
             bytes: onnx::write(recognizer, &name, &[]),
             contract: samples.contract(name, how),

@@ -40,7 +40,7 @@ pub struct Condition {
 }
 
 impl Condition {
-    /// Creates a condition whose confounders act on every person, and name it.
+    /// Creates a condition that is named after its confounders, which act on every person.
     #[must_use]
     pub fn of(confounders: Doses) -> Self {
         Self {
@@ -176,7 +176,7 @@ impl Conditions {
             let before = &self.list[..*at];
             before.iter().any(|other| other.name == condition.name)
         });
-        let twice = twice.map(|(_, c)| format!("condition {:?} is there twice", c.name));
+        let twice = twice.map(|(_, c)| format!("condition {:?} appears twice", c.name));
         let empty = self.list.is_empty();
         let empty = empty.then(|| "expected at least one [[conditions]]".to_owned());
         let problems = self.list.iter().filter_map(Condition::problem);

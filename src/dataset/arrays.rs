@@ -86,7 +86,8 @@ impl GrowingTable {
     /// columns.
     pub(super) fn open(
         folder: &Path,
-        (name, columns): (&'static str, &[&str]),
+        name: &'static str,
+        columns: &[&str],
         known: Option<u64>,
     ) -> Result<Self> {
         let (file, bytes) = open(&folder.join(name), known)?;

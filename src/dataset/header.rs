@@ -1,6 +1,6 @@
-//! The head that every JSON result and every manifest begins with.
+//! The header of every JSON result and every manifest.
 //!
-//! It holds what is needed to make the same numbers again, and nothing that
+//! It holds what is needed to reproduce the numbers, and nothing that
 //! differs between two runs: no date, no host name, no duration.
 
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use crate::files::sha256_of_file;
 /// The version of the JSON results and manifests that this program writes.
 pub const SCHEMA: u32 = 1;
 
-/// What made a result: the first fields of every JSON file of this program.
+/// The origin of a result: the first fields of every JSON file of this program.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResultHeader {
     /// The version of the format, [`SCHEMA`].
@@ -32,13 +32,13 @@ pub struct ResultHeader {
     /// Every setting by its flag's name, in the names' order.
     #[serde(default)]
     pub settings: BTreeMap<String, Value>,
-    /// What the user should know before trusting the numbers.
+    /// Warnings that the user should read before trusting the numbers.
     #[serde(default)]
     pub warnings: Vec<String>,
 }
 
 impl ResultHeader {
-    /// A header of this program's version, without inputs, settings or warnings.
+    /// Returns a header of this program's version, without inputs, settings or warnings.
     #[must_use]
     pub fn new(command: &str, seed: u64) -> Self {
         Self {
@@ -52,7 +52,7 @@ impl ResultHeader {
         }
     }
 
-    /// The header with one more setting.
+    /// Returns the header with one more setting.
     #[must_use]
     pub fn with(mut self, setting: &str, value: impl Into<Value>) -> Self {
         self.settings.insert(setting.to_owned(), value.into());
@@ -61,7 +61,7 @@ impl ResultHeader {
 }
 
 impl ResultHeader {
-    /// The files that are no models and no contracts of models, in the order of their sums.
+    /// Returns the input files except models and their contracts, ordered by SHA-256.
     #[must_use]
     pub(crate) fn data(&self) -> Vec<&InputFile> {
         let is_model = |file: &InputFile| {
@@ -84,7 +84,7 @@ impl ResultHeader {
     }
 }
 
-/// A file that was read, and exactly which bytes it held.
+/// A file that was read, with the hash of its bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InputFile {
     /// The path as the user gave it.
@@ -94,11 +94,11 @@ pub struct InputFile {
 }
 
 impl InputFile {
-    /// Reads a file and names it.
+    /// Reads a file and returns its path and hash.
     ///
     /// # Errors
     ///
-    /// The system's, if the file cannot be read.
+    /// If the file cannot be read.
     pub fn of(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         Ok(Self {

@@ -1,4 +1,4 @@
-//! `index.csv`: for each GEI who walked, how, and from where it was seen.
+//! `index.csv`: the person, the walk and the viewpoint of each GEI.
 
 use std::path::Path;
 
@@ -35,16 +35,16 @@ pub(super) const WALKER_COLUMNS: [&str; 7] = [
     "clothes",
 ];
 
-/// One row of `index.csv`: what one GEI shows.
+/// One row of `index.csv`: the person, walk and viewpoint that one GEI shows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IndexRow {
-    /// Who walks.
+    /// The person's name.
     pub subject: String,
-    /// Which walk of the subject.
+    /// The name of the walk.
     pub walk: String,
-    /// Which recorded gait cycle of the walk, from 0.
+    /// The number of the recorded gait cycle in the walk, from 0.
     pub cycle: u32,
-    /// Which seeded variation of that cycle; 0 is the cycle itself.
+    /// The number of the seeded variation of that cycle; 0 is the cycle itself.
     pub variation: u32,
     /// Walking speed, km/h.
     pub speed_kmh: f64,
@@ -54,21 +54,21 @@ pub struct IndexRow {
     pub elevation_deg: f64,
     /// The condition, such as `normal` or `bag`.
     pub condition: String,
-    /// What was drawn of what the condition leaves to chance, such as `coat=0.5`: all that acts;
-    /// empty if it leaves nothing to chance.
+    /// All active confounders of a condition that is sampled at random, such as `coat=0.5`; empty
+    /// if the condition is fixed.
     pub alternative: String,
-    /// Silhouettes that the GEI averages, at least 1.
+    /// The number of silhouettes that the GEI averages, at least 1.
     pub frames: u32,
     /// The seed that made this GEI.
     pub seed: u64,
 }
 
 impl IndexRow {
-    /// What a cycle shows that is drawn with this seed in so many frames; angles are those of a
-    /// viewpoint ([`Self::seen_from`]).
+    /// Returns the row of a job that is drawn with this seed and number of frames, with both
+    /// angles 0; [`Self::seen_from`] sets them.
     ///
     /// # Errors
-    /// When there is no such walk.
+    /// If the pack has no such walk.
     pub fn of_job(pack: &Pack<'_>, job: Job<'_>, seed: u64, frames: u32) -> Result<Self> {
         let walk = pack.walk(job.walk);
         let subject = walk.and_then(|walk| pack.subject(walk.subject));
@@ -91,7 +91,7 @@ impl IndexRow {
         })
     }
 
-    /// The same, from a viewpoint.
+    /// Returns a copy of the row with the angles of a viewpoint.
     #[must_use]
     pub fn seen_from(&self, view: &View) -> Self {
         let (azimuth_deg, elevation_deg) = view.angles_deg();
@@ -103,18 +103,18 @@ impl IndexRow {
     }
 }
 
-/// A speed in km/h, to 0.01, from mm/s.
+/// Converts a speed from mm/s to km/h, rounded to 0.01.
 #[must_use]
 pub fn kmh(speed_mm_per_s: u16) -> f64 {
     (f64::from(speed_mm_per_s) * 0.36).round() / 100.0
 }
 
-/// One row of `walkers.csv`: who walks in one walk of one person.
+/// One row of `walkers.csv`: the person in one walk.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WalkerRow {
-    /// Who walks, as in the index.
+    /// The person's name, as in the index.
     pub subject: String,
-    /// Which walk of the subject.
+    /// The name of the walk.
     pub walk: String,
     /// `female` or `male`.
     pub sex: String,
@@ -124,11 +124,11 @@ pub struct WalkerRow {
     pub stature_m: f64,
     /// Mass, kg.
     pub mass_kg: f64,
-    /// What is worn, in one word such as `loose+shorts+long-hair`; empty of a body as it is.
+    /// The clothes in one word, such as `loose+shorts+long-hair`; empty for a plain body.
     pub clothes: String,
 }
 
-/// What a table of one's own says of a template, beside the person.
+/// A row of a user's own table, which needs only the person.
 #[derive(Deserialize)]
 struct PlainRow {
     subject: String,
@@ -176,13 +176,14 @@ impl From<PlainRow> for IndexRow {
     }
 }
 
-/// Reads a table of one's own: the person, and what else of `index.csv` it has; columns that lack
-/// are empty, 0, and a frame. Refuses what [`read_index`] refuses, but for columns that lack.
+/// Reads a user's own table: the person and any other columns of `index.csv`. Missing text is
+/// empty, missing numbers are 0, and missing `frames` is 1. Rejects what [`read_index`] rejects,
+/// except missing columns.
 pub(super) fn read_plain_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {
     let mut reader = ReaderBuilder::new().from_reader(bytes);
     let header = reader
         .headers()
-        .map_err(|error| refusal((path, bytes), &StringRecord::new(), &error))?
+        .map_err(|error| refusal(path, bytes, &StringRecord::new(), &error))?
         .clone();
     let refuse = |problem: String| Err(Error::at(path, FilePlace::Line(1), problem));
     let mut names = header.iter().enumerate();
@@ -198,40 +199,41 @@ pub(super) fn read_plain_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow
     if !header.iter().any(|name| name == "subject") {
         return refuse("expected a column subject, found none".into());
     }
-    rows((path, bytes), &mut reader, &header, |record| {
+    rows(path, bytes, &mut reader, &header, |record| {
         record
             .deserialize::<PlainRow>(Some(&header))
             .map(IndexRow::from)
     })
 }
 
-/// Reads `index.csv`. Refuses other columns, values out of range and files that
-/// are not text, naming the line.
+/// Reads `index.csv`. Rejects other columns, values out of range and files that
+/// are not text, and names the line.
 pub(super) fn read_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {
     let mut reader = ReaderBuilder::new().from_reader(bytes);
     let header = reader
         .headers()
-        .map_err(|error| refusal((path, bytes), &StringRecord::new(), &error))?
+        .map_err(|error| refusal(path, bytes, &StringRecord::new(), &error))?
         .clone();
     if header != *COLUMNS.as_slice() {
         return Err(Error::at(
             path,
             FilePlace::Line(1),
             format!(
-                "expected the columns {}, found {} (make the dataset again, or add columns that lack: 0 as variation, nothing as alternative)",
+                "expected the columns {}, found {} (make the dataset again, or add the missing columns: 0 as variation, nothing as alternative)",
                 COLUMNS.join(","),
                 header.iter().collect::<Vec<_>>().join(",")
             ),
         ));
     }
-    rows((path, bytes), &mut reader, &header, |record| {
+    rows(path, bytes, &mut reader, &header, |record| {
         record.deserialize(Some(&header))
     })
 }
 
-/// All rows, each made by `of`.
+/// Reads all rows, each converted by `of`.
 fn rows(
-    (path, bytes): (&Path, &[u8]),
+    path: &Path,
+    bytes: &[u8],
     reader: &mut csv::Reader<&[u8]>,
     header: &StringRecord,
     of: impl Fn(&StringRecord) -> csv::Result<IndexRow>,
@@ -240,9 +242,9 @@ fn rows(
     let mut record = StringRecord::new();
     while reader
         .read_record(&mut record)
-        .map_err(|error| refusal((path, bytes), header, &error))?
+        .map_err(|error| refusal(path, bytes, header, &error))?
     {
-        let row = of(&record).map_err(|error| refusal((path, bytes), header, &error))?;
+        let row = of(&record).map_err(|error| refusal(path, bytes, header, &error))?;
         if let Some(problem) = row.problem() {
             return Err(Error::at(
                 path,
@@ -256,7 +258,7 @@ fn rows(
 }
 
 impl IndexRow {
-    /// Why the row cannot be, or none if it can.
+    /// Returns the reason why the row is invalid, or none if it is valid.
     pub(super) fn problem(&self) -> Option<String> {
         if self.subject.is_empty() {
             return Some("expected a subject, found an empty field".into());
@@ -280,8 +282,8 @@ impl IndexRow {
     }
 }
 
-/// The line on which a record begins. The reader's own count is one short where lines end in CR LF: it
-/// stands between the two then.
+/// Returns the line on which a record begins. The reader's own count is one short where lines end
+/// in CR LF, because its position is then between the two.
 fn line(bytes: &[u8], position: Option<&csv::Position>) -> usize {
     let Some(at) = position.and_then(|position| usize::try_from(position.byte()).ok()) else {
         return 1;
@@ -291,7 +293,7 @@ fn line(bytes: &[u8], position: Option<&csv::Position>) -> usize {
     1 + ends + usize::from(after.first() == Some(&b'\n'))
 }
 
-fn refusal((path, bytes): (&Path, &[u8]), header: &StringRecord, error: &csv::Error) -> Error {
+fn refusal(path: &Path, bytes: &[u8], header: &StringRecord, error: &csv::Error) -> Error {
     let place = FilePlace::Line(line(bytes, error.position()));
     let problem = match error.kind() {
         ErrorKind::UnequalLengths { len, .. } => {
@@ -351,7 +353,7 @@ mod tests {
     #[test]
     fn what_cannot_be_is_refused_with_its_line() {
         let good = "s,w,0,0,4.5,90,5,normal,,32,1\n";
-        // As Python's csv module ends lines.
+        // Line ends of Python's csv module.
         let crlf =
             format!("{HEAD}{good}{good}s,w,0,0,fast,90,5,normal,,32,1\n").replace('\n', "\r\n");
         assert_eq!(

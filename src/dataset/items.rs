@@ -295,7 +295,7 @@ impl Items {
             for cycle in share.chunk_by(|&a, &b| items[a] / self.views() == items[b] / self.views())
             {
                 tell()?;
-                drawn.extend(self.cycle(drawer, &shelf, (items, cycle), shift)?);
+                drawn.extend(self.cycle(drawer, &shelf, items, cycle, shift)?);
             }
             Ok(drawn)
         };
@@ -468,7 +468,8 @@ impl Items {
         &self,
         drawer: &mut Drawer,
         shelf: &Shelf<'_>,
-        (items, cycle): (&[usize], &[usize]),
+        items: &[usize],
+        cycle: &[usize],
         shift: u32,
     ) -> Result<Vec<DrawnItem>> {
         let Some(&first) = cycle.first() else {

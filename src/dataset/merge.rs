@@ -20,7 +20,8 @@ pub fn merge(
     shards: &[PathBuf],
     target: &Path,
     format: Option<DatasetFormat>,
-    (existing, resume): (Existing, bool),
+    existing: Existing,
+    resume: bool,
 ) -> Result<usize> {
     let mut all = Vec::new();
     for path in shards {

@@ -1,14 +1,13 @@
 //! A dataset: a folder of Gait Energy Images (GEI) or other templates that any tool can read.
 //!
-//! `geis.npy` holds the images (u8, `[N, 50, 30]`, or of another size), `index.csv` says for each of
-//! them who walked, how, and from where it was seen, and `manifest.json` says
-//! what made them and which bytes they are. NumPy and a spreadsheet open the
-//! first two without us; the third lets a result be traced and repeated.
+//! `geis.npy` holds the images (u8, `[N, 50, 30]` or another size). `index.csv` states the person,
+//! walk and viewpoint of each. `manifest.json` states how they were made and their hashes, so that
+//! a result can be traced and repeated. NumPy and a spreadsheet open the first two.
 //!
-//! Where the command `generate` made it, `walkers.csv` says of each walk of each person who that is:
-//! sex, age, stature, mass, and what is worn.
+//! The command `generate` also writes `walkers.csv`: sex, age, stature, mass and clothes of the
+//! person in each walk.
 //!
-//! Other templates are in a file of their name, such as `mhi.npy` (`frequency.npy` is
+//! Other templates are in a file of their own name, such as `mhi.npy` (`frequency.npy` is
 //! `[N, 150, 30]`, three images one below the other; vectors are `[N, D]`), and the manifest names
 //! them.
 
@@ -57,37 +56,37 @@ const INDEX: &str = "index.csv";
 const MANIFEST: &str = "manifest.json";
 const WALKERS: &str = "walkers.csv";
 
-/// What `manifest.json` says of a dataset: what made it, and which bytes it is.
+/// The contents of `manifest.json`: how a dataset was made, and the hashes of its files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// The command, its version, seed, inputs and settings.
     #[serde(flatten)]
     pub header: ResultHeader,
-    /// Which template it holds; GEIs if it does not say.
+    /// The template that the dataset holds; GEI if not stated.
     #[serde(default, skip_serializing_if = "is_gei")]
     pub template: Template,
-    /// The others of the same silhouettes, each in the file of its name.
+    /// Further templates of the same silhouettes, each in the file of its name.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub besides: Vec<Template>,
     /// Whether `joints.npy` and `keypoints.npy` are there.
     #[serde(default, skip_serializing_if = "is_false")]
     pub joints: bool,
-    /// How it is written; a folder of arrays if it does not say.
+    /// The file format of the dataset; a folder of arrays if not stated.
     #[serde(default, skip_serializing_if = "is_folder")]
     pub format: DatasetFormat,
-    /// Which part of the whole it is; the whole if it does not say.
+    /// The shard that the dataset is; none for a whole dataset.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
-    /// GEIs in `geis.npy`, or templates in the file of their name, which is also the number of
-    /// rows of `index.csv`.
+    /// The number of GEIs in `geis.npy`, or of templates in the file of their name, and of rows of
+    /// `index.csv`.
     pub geis: usize,
     /// The other files with their SHA-256. A dataset made elsewhere may
-    /// leave them out: then its bytes are not checked.
+    /// leave them out; its bytes are then not checked.
     #[serde(default)]
     pub files: Vec<InputFile>,
 }
 
-/// The name of the file that holds the templates.
+/// Returns the name of the file that holds a template.
 fn file_of(template: Template) -> String {
     format!("{}.npy", contents::name_of(template))
 }

@@ -1,4 +1,4 @@
-//! NumPy's .npy files of bytes: written atomically, read without trust.
+//! NumPy's .npy files of bytes, written atomically and validated when read.
 //!
 //! Format: NEP 1 (Kern, 2007), <https://numpy.org/neps/nep-0001-npy-format.html>.
 
@@ -12,8 +12,8 @@ use crate::files::write_atomically;
 use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
 
-/// The longest header that is parsed. NumPy writes 128 bytes for our shapes; the
-/// parser recurses, so that a hostile header of many brackets must not reach it.
+/// The longest header that is parsed, bytes. NumPy writes 128 bytes for our shapes. The
+/// parser recurses, so a hostile header of many brackets must not reach it.
 const MAX_HEADER: usize = 1024;
 
 /// Writes bytes as a .npy file, whole or not at all: `[T, rows, columns]` for one
@@ -21,7 +21,7 @@ const MAX_HEADER: usize = 1024;
 ///
 /// # Errors
 ///
-/// The system's, if the file cannot be written.
+/// If the file cannot be written.
 pub fn write_npy<D: Dimension>(path: impl AsRef<Path>, array: &ArrayView<'_, u8, D>) -> Result<()> {
     let path = path.as_ref();
     write_atomically(path, |file| {
@@ -32,9 +32,9 @@ pub fn write_npy<D: Dimension>(path: impl AsRef<Path>, array: &ArrayView<'_, u8,
     })
 }
 
-/// The templates in the bytes of the .npy file `path`: where the first begins, the size of the
-/// silhouettes that they are made of, and how many they are. Vectors do not tell that size, which
-/// must be `stated`.
+/// Locates the templates in the bytes of the .npy file `path`: returns the offset of the first, the
+/// size of the underlying silhouettes, and the number of templates. Vectors do not show that size,
+/// so it must be `stated`.
 pub(super) fn template_bytes(
     path: &Path,
     bytes: &[u8],
@@ -116,7 +116,7 @@ fn problem(error: &ViewNpyError) -> String {
     match error {
         ViewNpyError::WrongDescriptor(found) => {
             format!(
-                "expected bytes from 0 to 255 ('|u1'), found {found} (of numbers from 0 to 1: (255 * x).round().astype('uint8'))"
+                "expected bytes from 0 to 255 ('|u1'), found {found} (for numbers from 0 to 1: (255 * x).round().astype('uint8'))"
             )
         }
         ViewNpyError::WrongNdim(_, found) => {
@@ -216,7 +216,7 @@ mod tests {
                 "{'descr': '<f4', 'fortran_order': False, 'shape': (1, 50, 30), }",
                 6000
             ),
-            "geis.npy: expected bytes from 0 to 255 ('|u1'), found '<f4' (of numbers from 0 to 1: (255 * x).round().astype('uint8'))"
+            "geis.npy: expected bytes from 0 to 255 ('|u1'), found '<f4' (for numbers from 0 to 1: (255 * x).round().astype('uint8'))"
         );
         assert_eq!(
             refusal(

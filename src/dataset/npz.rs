@@ -1,6 +1,6 @@
-//! A dataset as one file that NumPy reads: arrays, and the index's columns as arrays.
+//! A dataset as one `.npz` file: its arrays, and the columns of the index as arrays.
 //!
-//! Nothing is compressed, and no time is written: the same dataset is the same bytes.
+//! Nothing is compressed and no time is written, so the same dataset gives the same bytes.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read as _, Write as _};
@@ -14,10 +14,10 @@ use crate::error::{Error, Result};
 use zip::write::{SimpleFileOptions, ZipWriter};
 use zip::{CompressionMethod, ZipArchive};
 
-/// Its name where it is made.
+/// The name of the file while it is written.
 pub(super) const FILE: &str = "whole.npz";
 
-/// The type of the numbers of a column, by the column's name; text otherwise.
+/// Returns NumPy's type of a column of numbers by the column's name; none for text.
 fn descr(column: &str) -> Option<&'static str> {
     match column {
         "cycle" | "variation" | "frames" => Some("<u4"),
@@ -27,8 +27,8 @@ fn descr(column: &str) -> Option<&'static str> {
     }
 }
 
-/// Puts the files of these names and the manifest into one; columns are read one at a time, so that
-/// memory does not grow with the rows.
+/// Writes the files of these names and the manifest into one archive. Columns are read one at a
+/// time, so that memory does not grow with the rows.
 pub(super) fn write(made: &Path, names: &[String]) -> Result<()> {
     let path = made.join(FILE);
     let io = |source| Error::io(&path, source);
@@ -71,13 +71,13 @@ pub(super) fn write(made: &Path, names: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// Most bytes of a manifest: one has a few thousand.
+/// The most bytes of a manifest. A usual one has a few thousand.
 const MOST_MANIFEST: u64 = 1 << 24;
 
-/// What a file says of itself.
+/// Reads the manifest in a `.npz` file.
 ///
 /// # Errors
-/// If it is no dataset.
+/// If the file is not a dataset or cannot be read.
 pub(super) fn manifest(path: &Path) -> Result<Manifest> {
     let refuse = |error: zip::result::ZipError| {
         Error::input(
@@ -94,7 +94,7 @@ pub(super) fn manifest(path: &Path) -> Result<Manifest> {
     parse_manifest(path, &text)
 }
 
-/// Gives `take` each row's text in a column.
+/// Calls `take` with the text of each row in a column.
 fn each(index: &Path, column: usize, mut take: impl FnMut(&str) -> Result<()>) -> Result<()> {
     let file = File::open(index).map_err(|source| Error::io(index, source))?;
     let mut reader = csv::Reader::from_reader(BufReader::new(file));
@@ -106,7 +106,7 @@ fn each(index: &Path, column: usize, mut take: impl FnMut(&str) -> Result<()>) -
     Ok(())
 }
 
-/// A number or a text as NumPy has it; text in UCS-4, filled up with zeros.
+/// Encodes a number or a text in NumPy's format; text in UCS-4, padded with zeros.
 fn bytes(descr: &str, text: &str, width: usize) -> Option<Vec<u8>> {
     Some(match descr {
         "<u4" => text.parse::<u32>().ok()?.to_le_bytes().to_vec(),

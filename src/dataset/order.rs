@@ -1,29 +1,29 @@
-//! The order of a stream of items that never ends: every item once in each pass, shuffled.
+//! The order of an endless stream of items: every item once in each pass, shuffled.
 //!
-//! Any place of the stream is computed from its number alone, so that a stream can begin anywhere and
-//! be shared among any number of readers without a list of its items.
+//! Each position of the stream is computed from its number alone, so that a stream can begin
+//! anywhere and be shared among any number of readers without a list of its items.
 
-/// Rounds of a permutation; four make it pass for random (Luby & Rackoff 1988), two more are ours.
+/// Rounds of the permutation. Four make it pseudorandom (Luby & Rackoff 1988); two more are ours.
 const ROUNDS: u64 = 6;
 
-/// In which order items come.
+/// The order of items in a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ItemOrder {
-    /// Of everything random.
+    /// The seed of the shuffling.
     pub(super) seed: u64,
-    /// How many people there are.
+    /// The number of people.
     pub(super) people: u64,
-    /// How many items each of them has.
+    /// The number of items of each person.
     pub(super) items: u64,
-    /// People whose items are shuffled among each other.
+    /// The number of people whose items are shuffled together.
     pub(super) at_once: u64,
-    /// How many items stay together, in their order: 1, or all of a cycle.
+    /// The number of items that stay together, in order: 1, or all items of a cycle.
     pub(super) together: u64,
 }
 
 impl ItemOrder {
-    /// The pass and the item at a place of the stream; none if there are no items, or beyond four
-    /// thousand million passes.
+    /// Returns the pass and the item at a position of the stream; none if there are no items, or
+    /// beyond 2^32 passes.
     #[must_use]
     pub fn at(&self, place: u64) -> Option<(u32, usize)> {
         let (pass, group) = self.group_at(place / self.together)?;
@@ -31,13 +31,13 @@ impl ItemOrder {
         usize::try_from(item).ok().map(|item| (pass, item))
     }
 
-    /// The pass, and the number of the items that stay together.
+    /// Returns the pass, and the number of a group of items that stay together.
     fn group_at(&self, place: u64) -> Option<(u32, u64)> {
         let items = self.items / self.together;
         let all = self.people.checked_mul(items).filter(|all| *all > 0)?;
         let pass = u32::try_from(place / all).ok()?;
         let place = place % all;
-        // People in an order of the pass, in blocks; the items of a block in an order of the block.
+        // Each pass shuffles people and divides them into blocks; each block shuffles its items.
         let block_items = self.at_once.saturating_mul(items).min(all);
         let (block, place) = (place / block_items, place % block_items);
         let first = block * self.at_once;
@@ -49,8 +49,8 @@ impl ItemOrder {
     }
 }
 
-/// The image of a number below `count` under a permutation of all of them: a Feistel network over the
-/// least even number of bits, walked until it is below `count` (Black & Rogaway, CT-RSA 2002).
+/// Permutes the numbers below `count`: a Feistel network over the least even number of bits,
+/// repeated until the result is below `count` (cycle walking; Black & Rogaway, CT-RSA 2002).
 fn permuted(number: u64, count: u64, key: u64) -> u64 {
     let bits = 64 - count.saturating_sub(1).leading_zeros();
     let half = bits.div_ceil(2).max(1);
@@ -69,7 +69,7 @@ fn permuted(number: u64, count: u64, key: u64) -> u64 {
     }
 }
 
-/// The finaliser of splitmix64 (Steele, Lea & Flood, OOPSLA 2014).
+/// Mixes bits by the finaliser of splitmix64 (Steele, Lea & Flood, OOPSLA 2014).
 const fn mixed(number: u64) -> u64 {
     let mut z = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -128,8 +128,8 @@ mod tests {
 
     #[test]
     fn every_place_is_as_likely() {
-        // Where item 0 comes in 6,000 passes of 12 items: 500 times at each place, give or take 4
-        // standard deviations of 21.
+        // The position of item 0 in 6,000 passes of 12 items: 500 times at each, within 4 standard
+        // deviations of 21.
         let order = ItemOrder {
             people: 3,
             items: 4,
@@ -162,7 +162,7 @@ mod tests {
             assert_eq!(cycle, [(0, first), (0, first + 1), (0, first + 2)]);
             firsts.push(first / 3);
         }
-        // As items are shuffled where there are as many of them as cycles here.
+        // The same order as that of single items, if there are as many of them as cycles here.
         let cycles = ItemOrder { items: 2, ..ORDER };
         let expected: Vec<usize> = taken(&cycles, 0..20).iter().map(|it| it.1).collect();
         assert_eq!(firsts, expected);

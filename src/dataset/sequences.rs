@@ -139,7 +139,7 @@ impl GrowingSequences {
             root: made.to_path_buf(),
             format,
             size,
-            table: GrowingTable::open(made, (SEQUENCES, &COLUMNS), known)?,
+            table: GrowingTable::open(made, SEQUENCES, &COLUMNS, known)?,
             pending: Vec::new(),
         })
     }

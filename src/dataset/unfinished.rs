@@ -1,10 +1,11 @@
-//! Long work that survives its end: a folder beside the target, and a journal of what is done.
+//! Long work that can be resumed: a folder beside the target with the files and a journal.
 //!
-//! `NAME.unfinished` holds `journal.json` and, in `made`, the files as far as they are. Files only
-//! grow, and the journal says how long each was when so many pieces of work were done: what was
-//! written later is cut off when the work goes on. The journal is replaced whole, so that it is
-//! always one or the other. This survives the end of the process, whatever ends it, and a full
-//! disk; after a power cut the system may have kept the journal and lost what it speaks of.
+//! `NAME.unfinished` holds `journal.json` and, in `made`, the incomplete files. Files only grow,
+//! and the journal states the number of finished units of work and the length of each file at
+//! that point. What was written later is cut off when the work is resumed. The journal is replaced
+//! whole, so it is always either the old or the new one. This survives any end of the process and
+//! a full disk. After a power cut the system may have kept the journal and lost the data that it
+//! describes.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
@@ -25,49 +26,49 @@ const LOCK: &str = "lock";
 const MADE: &str = "made";
 const FORMER: &str = "former";
 
-/// Time between two entries of the journal. It has no influence on what is made.
+/// The time between two entries of the journal. It has no influence on the result.
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// Folders of this process, and whether anything in them is worth to be gone on with.
+/// The folders of this process, and whether each holds work that is worth resuming.
 static ALIVE: Mutex<BTreeMap<PathBuf, bool>> = Mutex::new(BTreeMap::new());
 
-/// What is done.
+/// The record of finished work.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Journal {
     schema: u32,
-    /// What is being made: everything of which the bytes depend.
+    /// Everything that the written bytes depend on.
     run: Value,
-    /// Pieces of work that are done.
+    /// The number of finished units of work.
     pub done: usize,
-    /// Rows of the index.
+    /// The number of rows of the index.
     pub rows: usize,
-    /// Frames of all rows.
+    /// The number of frames of all rows.
     pub frames: usize,
-    /// Sum over all silhouettes of the share that lay outside of the image.
+    /// The sum over all silhouettes of the share that lay outside the image.
     pub clipped: f64,
-    /// Who belongs to which part, in the order of their first appearance.
+    /// The people of each split, in the order of their first appearance.
     pub parts: BTreeMap<String, Vec<String>>,
-    /// Bytes of each file.
+    /// The length of each file, bytes.
     pub files: BTreeMap<String, u64>,
 }
 
-/// Work in its folder.
+/// Unfinished work in its folder.
 #[derive(Debug)]
 pub(super) struct Unfinished {
     folder: PathBuf,
     target: PathBuf,
     pub journal: Journal,
     noted: Instant,
-    /// Held until the end, so that no other process works here.
+    /// The lock, held until the end so that no other process works here.
     _lock: File,
 }
 
 impl Unfinished {
-    /// Begins the work that will be `target`, or goes on with it where it was ended.
+    /// Begins the work that will become `target`, or resumes it.
     ///
     /// # Errors
-    /// If there is unfinished work and `resume` is false, it is of another run, another process is
-    /// at it, or the system's.
+    /// If there is unfinished work and `resume` is false, it belongs to another run, another
+    /// process uses it, or the file system fails.
     pub(super) fn begin(target: &Path, run: Value, resume: bool) -> Result<Self> {
         let folder = path_beside(target)?;
         let io = |source| Error::io(&folder, source);
@@ -87,7 +88,7 @@ impl Unfinished {
             Some(journal) => {
                 if let Some(differs) = difference(&journal.run, &run) {
                     return Err(Error::Usage(format!(
-                        "{}: it is of another run: {differs} (say what was said then, or remove the folder)",
+                        "{}: it belongs to another run: {differs} (give the same settings as that run, or remove the folder)",
                         folder.display()
                     )));
                 }
@@ -117,19 +118,19 @@ impl Unfinished {
         Ok(unfinished)
     }
 
-    /// Where files are made.
+    /// Returns the folder of the incomplete files.
     pub(super) fn made(&self) -> PathBuf {
         self.folder.join(MADE)
     }
 
-    /// Cuts files to what the journal says, and removes those of which it says nothing.
+    /// Cuts files to their lengths in the journal, and removes files that it does not list.
     fn cut(&self) -> Result<()> {
         let made = self.made();
         let io = |source| Error::io(&made, source);
         for entry in fs::read_dir(&made).map_err(io)? {
             let entry = entry.map_err(io)?;
             let path = entry.path();
-            // Recordings are written again where they are not done.
+            // Unfinished recordings are written again.
             if entry.file_type().map_err(io)?.is_dir() {
                 continue;
             }
@@ -143,7 +144,7 @@ impl Unfinished {
                 return Err(Error::input(
                     &path,
                     format!(
-                        "expected {length} bytes or more, as {JOURNAL} says (remove {} and begin anew)",
+                        "expected {length} bytes or more, as {JOURNAL} says (remove {} and start again)",
                         self.folder.display()
                     ),
                 ));
@@ -153,12 +154,12 @@ impl Unfinished {
         Ok(())
     }
 
-    /// Whether it is time for an entry.
+    /// Returns whether the next journal entry is due.
     pub(super) fn is_due(&self) -> bool {
         self.noted.elapsed() >= INTERVAL
     }
 
-    /// Notes what is done, all of which has been given to the system.
+    /// Writes the journal; all data that it lists must have been flushed before.
     pub(super) fn note(&mut self) -> Result<()> {
         let io = |source| Error::io(&self.folder, source);
         let next = self.folder.join("journal.next");
@@ -171,7 +172,8 @@ impl Unfinished {
         Ok(())
     }
 
-    /// Gives `name` of what was made, or all of it, the target's name, in place of what has it now.
+    /// Renames the file `name` of the work, or its whole folder, to the target, and replaces what
+    /// is there.
     pub(super) fn finish(self, name: Option<&str>) -> Result<()> {
         let io = |source| Error::io(&self.target, source);
         let made = name.map_or_else(|| self.made(), |name| self.made().join(name));
@@ -196,7 +198,7 @@ impl Unfinished {
 impl Drop for Unfinished {
     fn drop(&mut self) {
         let mut alive = alive();
-        // What is worth nothing goes with it; of what is, people are told in the end.
+        // Empty work is removed; the process reports the rest at its end.
         if alive.get(&self.folder) == Some(&false) {
             alive.remove(&self.folder);
             let _ = fs::remove_dir_all(&self.folder);
@@ -204,14 +206,14 @@ impl Drop for Unfinished {
     }
 }
 
-/// Folders in which work of this process waits to be gone on with; those that hold nothing are
-/// removed. For a process that ends before its work does.
+/// Returns the folders in which work of this process can be resumed, and removes those that hold
+/// nothing useful. For a process that ends early.
 pub fn unfinished_work() -> Vec<PathBuf> {
     let alive = alive();
     let kept = alive.iter().filter(|(folder, is_worth)| {
         if !**is_worth {
-            // Again if another thread makes a file in it meanwhile. The process ends: there is nobody
-            // to tell.
+            // Retried because another thread may create a file in it meanwhile. The process ends, so
+            // errors are ignored.
             let _ = (0..3).any(|_| fs::remove_dir_all(folder).is_ok());
         }
         **is_worth
@@ -219,13 +221,13 @@ pub fn unfinished_work() -> Vec<PathBuf> {
     kept.map(|(folder, _)| folder.clone()).collect()
 }
 
-/// Refuses a target beside which unfinished work lies, unless it is to be gone on with.
+/// Checks that no unfinished work lies beside a target, unless it is to be resumed.
 ///
 /// # Errors
-/// Saying what to do.
+/// If unfinished work is there and `resume` is false; the message says what to do.
 pub fn check_unfinished(target: &Path, resume: bool) -> Result<()> {
     let folder = path_beside(target)?;
-    // Ended between the last two steps: the target is whole.
+    // The process ended between the last two steps, so the target is complete.
     if folder.is_dir() && !folder.join(MADE).exists() && !folder.join(FORMER).exists() {
         fs::remove_dir_all(&folder).map_err(|source| Error::io(&folder, source))?;
     }
@@ -241,10 +243,10 @@ pub fn check_unfinished(target: &Path, resume: bool) -> Result<()> {
 }
 
 fn at_work(folder: &Path) -> Error {
-    Error::Usage(format!("{}: another process is at it", folder.display()))
+    Error::Usage(format!("{}: another process is using it", folder.display()))
 }
 
-/// The folder of a target's unfinished work.
+/// Returns the folder of a target's unfinished work.
 fn path_beside(target: &Path) -> Result<PathBuf> {
     let name = target.file_name().ok_or_else(|| {
         Error::Usage(format!(
@@ -280,7 +282,7 @@ fn read(folder: &Path) -> Result<Option<Journal>> {
     Ok(Some(journal))
 }
 
-/// What differs first between two values, for a message.
+/// Returns the first difference between two values, for a message.
 pub(super) fn difference(there: &Value, here: &Value) -> Option<String> {
     fn find(place: &str, there: &Value, here: &Value) -> Option<String> {
         let inner = |name: &str| {

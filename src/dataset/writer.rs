@@ -140,9 +140,9 @@ impl DatasetWriter {
             let arrays = run.contents.arrays().into_iter().map(open);
             Store::Arrays(arrays.collect::<Result<_>>()?)
         };
-        let index = GrowingTable::open(&made, (INDEX, &COLUMNS), known(INDEX))?;
+        let index = GrowingTable::open(&made, INDEX, &COLUMNS, known(INDEX))?;
         let walkers = known(WALKERS)
-            .map(|bytes| GrowingTable::open(&made, (WALKERS, &WALKER_COLUMNS), Some(bytes)))
+            .map(|bytes| GrowingTable::open(&made, WALKERS, &WALKER_COLUMNS, Some(bytes)))
             .transpose()?;
         Ok(Self {
             target,
@@ -262,7 +262,8 @@ impl DatasetWriter {
             Some(walkers) => walkers,
             none => none.insert(GrowingTable::open(
                 &self.work.made(),
-                (WALKERS, &WALKER_COLUMNS),
+                WALKERS,
+                &WALKER_COLUMNS,
                 None,
             )?),
         })

@@ -106,7 +106,8 @@ pub(super) fn plainly(
 pub(super) fn quickly(
     target: &EncodingTarget<'_>,
     frames: &Frames,
-    (mean, scale): (Option<&Mean>, f64),
+    mean: Option<&Mean>,
+    scale: f64,
     max_error_mm: f64,
 ) -> Option<Quantised> {
     #[expect(

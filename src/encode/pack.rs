@@ -122,7 +122,7 @@ pub(super) fn refused(subject: &Subject, walk: &Walk, error: &Error) -> RefusedW
 
 /// A walk's speed as the format has it.
 fn whole_speed(walk: &Walk) -> Result<u16> {
-    whole(walk.speed_mps * 1e3, ("a speed of", "mm/s"))
+    whole(walk.speed_mps * 1e3, "a speed of", "mm/s")
 }
 
 /// Greatest errors that [`encode_within`] chooses from, mm: finer ones are below what motion
@@ -225,8 +225,8 @@ impl PackBuilder {
             Some(Sex::Male) => 2,
         };
         record.push(sex | age(subject.age_years)? << SEX_BITS.count_ones());
-        record.extend(whole(subject.stature_m * 1e3, ("a stature of", "mm"))?.to_le_bytes());
-        record.extend(whole(subject.mass_kg * 10.0, ("a mass of", "x 0.1 kg"))?.to_le_bytes());
+        record.extend(whole(subject.stature_m * 1e3, "a stature of", "mm")?.to_le_bytes());
+        record.extend(whole(subject.mass_kg * 10.0, "a mass of", "x 0.1 kg")?.to_le_bytes());
         record.extend(narrow::<u16>(self.avatars.len())?.to_le_bytes());
         self.avatars.push(bodies.own);
         for ((walk, clip), worn) in subject.walks.iter().zip(clips).zip(bodies.worn) {
@@ -338,7 +338,7 @@ fn age(years: Option<f64>) -> Result<u8> {
 }
 
 /// A quantity rounded to a whole number of its unit that must fit a `u16`.
-fn whole(value: f64, (what, unit): (&'static str, &'static str)) -> Result<u16> {
+fn whole(value: f64, what: &'static str, unit: &'static str) -> Result<u16> {
     let rounded = value.round();
     if !(0.0..=65_535.0).contains(&rounded) {
         return Err(EncodeError::OutOfRange {

@@ -178,7 +178,7 @@ fn encoded(
                 let scale = template.map_or(0, |number| code.templates[number].scale);
                 let finer = 8.0 * libm::log2(MAX_ERROR_MM / bound_mm.max(1e-3));
                 let from = f64::from(scale) - f64::from(FINER) - finer;
-                quickly(target, &code.frames, (mean, from), bound_mm)
+                quickly(target, &code.frames, mean, from, bound_mm)
             }
         };
         let quantised = quantised.ok_or(EncodeError::TurnsTooFar)?;
@@ -320,7 +320,7 @@ mod tests {
         let sections = CODE.sections().expect("a code");
         let parsed = sections.parsed().expect("a code");
         for (from, most_mm) in [(140.0, 5.0), (60.0, 1.0), (140.0, 0.3)] {
-            let found = quickly(&target, &CODE.frames, (None, from), most_mm);
+            let found = quickly(&target, &CODE.frames, None, from, most_mm);
             let found = found.expect("a cycle");
             let (_, errors) = CODE
                 .entry(&target, (None, &found), &parsed)

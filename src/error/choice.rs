@@ -18,7 +18,7 @@ pub enum ChoiceError {
         target: PathBuf,
     },
     /// A whole dataset of another run is there.
-    #[error("{}: is whole already, and of another run: {differs}", target.display())]
+    #[error("{}: is already complete, and of another run: {differs}", target.display())]
     OtherRun {
         /// The dataset.
         target: PathBuf,

@@ -45,7 +45,8 @@ impl Agreement {
     pub(crate) fn of(
         recognizer: &dyn Recognizer,
         quantized: &LinearRecognizer<'_>,
-        (source, form): (&SequenceSource<'_>, &Form),
+        source: &SequenceSource<'_>,
+        form: &Form,
     ) -> Result<Self> {
         let sequences = source.sequences();
         let all: Vec<usize> = (0..sequences.list.len()).collect();

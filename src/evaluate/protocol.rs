@@ -247,10 +247,10 @@ impl Protocol {
             repeated.map(|(_, name)| (*name).to_owned()).next()
         };
         if let Some(name) = twice(self.probes.iter().map(|set| set.name.as_str()).collect()) {
-            return Some(format!("probes: {name:?} is there twice"));
+            return Some(format!("probes: {name:?} appears twice"));
         }
         if let Some(name) = twice(self.made.iter().map(|one| one.take.as_str()).collect()) {
-            return Some(format!("made: {name:?} is there twice"));
+            return Some(format!("made: {name:?} appears twice"));
         }
         let named = self.made.iter().any(|one| one.condition.is_some());
         if named != self.conditions.is_some() {

@@ -76,7 +76,7 @@ pub(super) fn judge(
             continue;
         }
         let mut told = |probe: usize, meeting: &Meeting| {
-            tell(trial.answered(recognizer, &set.name, (probe, meeting)));
+            tell(trial.answered(recognizer, &set.name, probe, meeting));
         };
         let sums = sums(
             recognizer,

@@ -238,7 +238,8 @@ impl<'a> Trial<'a> {
         &'s self,
         recognizer: &'s dyn Recognizer,
         probe_set: &'s str,
-        (probe, meeting): (usize, &Meeting),
+        probe: usize,
+        meeting: &Meeting,
     ) -> ProbeAnswer<'s> {
         let sequence = &self.sequences.list[probe];
         let take = &self.sequences.takes[sequence.take];

@@ -57,7 +57,8 @@ impl<T: Display> Display for FrontierChoice<T> {
 /// defined for.
 pub(crate) fn drawing(
     pack: &Pack<'_>,
-    (walks, views): (&[usize], &[View]),
+    walks: &[usize],
+    views: &[View],
     settings: Settings,
     most: f64,
 ) -> Result<FrontierChoice<DrawConfiguration>> {

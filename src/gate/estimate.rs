@@ -234,7 +234,7 @@ pub(crate) fn disturbance(place: &ResultFigure<'_>) -> Option<String> {
         .filter(|(share, _)| *share > LOAD_WARNED_OF)
         .max_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(format!(
-        "others kept {:.0} % of the processors busy {when}",
+        "other processes kept {:.0} % of the processors busy {when}",
         100.0 * share
     ))
 }
@@ -330,7 +330,7 @@ mod tests {
             let path = FigurePath::parse(path).expect("a path");
             disturbance(&path.places(&results).expect("a figure")[0])
         };
-        let expected = "others kept 52 % of the processors busy while it was measured";
+        let expected = "other processes kept 52 % of the processors busy while it was measured";
         assert_eq!(said("models[a].p50_us").as_deref(), Some(expected));
         assert_eq!(said("models[b].p50_us"), None);
     }

@@ -121,14 +121,15 @@ impl FigurePath {
         let Value::Object(object) = root else {
             return Err("expected an object".into());
         };
-        self.walk(0, (String::new(), vec![object]), &mut found)?;
+        self.walk(0, String::new(), vec![object], &mut found)?;
         Ok(found)
     }
 
     fn walk<'a>(
         &self,
         at: usize,
-        (path, around): (String, Vec<&'a Map<String, Value>>),
+        path: String,
+        around: Vec<&'a Map<String, Value>>,
         found: &mut Vec<ResultFigure<'a>>,
     ) -> Result<(), String> {
         let (Some(step), Some(object)) = (self.steps.get(at), around.last()) else {
@@ -153,7 +154,7 @@ impl FigurePath {
             match value {
                 Value::Object(inner) if !is_last => {
                     let around = around.iter().copied().chain([inner]).collect();
-                    self.walk(at + 1, (path, around), found)?;
+                    self.walk(at + 1, path, around, found)?;
                 }
                 Value::Number(number) if is_last => found.push(ResultFigure {
                     path,

@@ -69,7 +69,8 @@ impl Between {
 pub(crate) fn absolute(
     found: Estimate,
     bound: Bound,
-    (measure, judge): (FigureKind, Option<Judge>),
+    measure: FigureKind,
+    judge: Option<Judge>,
 ) -> GateOutcome {
     // Of rates of hits the seeds are the same each time: the value is what a user asks about.
     let usual = if measure.is_timed() {
@@ -167,7 +168,7 @@ mod tests {
 
     #[test]
     fn an_interval_on_both_sides_of_a_limit_cannot_tell() {
-        let time = |limit| absolute(about(10.0, 1.0), Bound::AtMost(limit), (TIME, None));
+        let time = |limit| absolute(about(10.0, 1.0), Bound::AtMost(limit), TIME, None);
         assert_eq!(
             [time(11.0), time(10.5), time(8.9)],
             [Holds, CannotTell, Missed]
@@ -176,7 +177,8 @@ mod tests {
             absolute(
                 about(10.0, 1.0),
                 Bound::AtLeast(limit),
-                (FigureKind::Rate, None),
+                FigureKind::Rate,
+                None,
             )
         };
         assert_eq!(
@@ -184,17 +186,17 @@ mod tests {
             [Holds, CannotTell, Missed]
         );
         let hits = FigureKind::of("rank1");
-        let hit = |judge| absolute(about(0.5, 0.1), Bound::AtLeast(0.45), (hits, judge));
+        let hit = |judge| absolute(about(0.5, 0.1), Bound::AtLeast(0.45), hits, judge);
         assert_eq!(hit(None), Holds);
         assert_eq!(hit(Some(Judge::Interval)), CannotTell);
-        let nan = absolute(Estimate::exact(f64::NAN), Bound::AtMost(1.0), (hits, None));
+        let nan = absolute(Estimate::exact(f64::NAN), Bound::AtMost(1.0), hits, None);
         assert_eq!(nan, CannotTell, "which the command refuses before");
     }
 
     #[test]
     fn a_busy_machine_spoils_a_miss_and_no_pass() {
         let new = about(10.0, 1.0).disturbed(TIME);
-        let time = |limit| absolute(new, Bound::AtMost(limit), (TIME, None));
+        let time = |limit| absolute(new, Bound::AtMost(limit), TIME, None);
         assert_eq!([time(11.0), time(5.0)], [Holds, CannotTell]);
         let ratio = |new, old, limit| {
             relative(

@@ -53,7 +53,8 @@ pub(crate) struct JudgedRuns<'a> {
 /// # Errors
 /// If results cannot be compared, or a limit is on a figure that they lack: never a pass.
 pub(crate) fn gate(
-    (path, limits): (&Path, &GateLimits),
+    path: &Path,
+    limits: &GateLimits,
     judged: &JudgedRuns<'_>,
     header: ResultHeader,
 ) -> Result<GateReport> {
@@ -83,7 +84,7 @@ pub(crate) fn gate(
         let refuse = |problem: String| Error::at(path, Where::Line(limit.line), problem);
         let of_results = |problem: String| refuse(format!("{}: {problem}", first.path.display()));
         for place in limit.figure.places(&first.value).map_err(of_results)? {
-            lines.extend(lines_of(&limit, &place, (judged, is_one_board)).map_err(refuse)?);
+            lines.extend(lines_of(&limit, &place, judged, is_one_board).map_err(refuse)?);
         }
     }
     let mut header = header;
@@ -108,10 +109,11 @@ pub(crate) fn gate(
 fn lines_of(
     limit: &GateLimit,
     place: &ResultFigure<'_>,
-    (judged, is_one_board): (&JudgedRuns<'_>, bool),
+    judged: &JudgedRuns<'_>,
+    is_one_board: bool,
 ) -> std::result::Result<Vec<GateLine>, String> {
     let measure = FigureKind::of(&place.key);
-    let new = KnownFigure::of((place, limit), judged.runs, measure)?;
+    let new = KnownFigure::of(place, limit, judged.runs, measure)?;
     let is_relative = limit.bounds.iter().any(|bound| bound.is_relative());
     let old = match judged.baselines {
         [] if is_relative => {
@@ -121,7 +123,7 @@ fn lines_of(
             ));
         }
         [] => None,
-        baselines => match KnownFigure::of((place, limit), baselines, measure) {
+        baselines => match KnownFigure::of(place, limit, baselines, measure) {
             Ok(known) => Some(known),
             Err(problem) if is_relative => return Err(problem),
             Err(_) => None,
@@ -138,7 +140,7 @@ fn lines_of(
         let (outcome, between, unsure) = match old.as_ref().filter(|_| bound.is_relative()) {
             None => {
                 let found = new.judged(measure);
-                let outcome = absolute(found, bound, (measure, limit.judge));
+                let outcome = absolute(found, bound, measure, limit.judge);
                 (outcome, None, new.unsure.clone())
             }
             Some(old) => {
@@ -236,7 +238,8 @@ impl KnownFigure {
     /// From all runs; each must have the figure. Runs that others disturbed do not count where there are
     /// others.
     fn of(
-        (place, limit): (&ResultFigure<'_>, &GateLimit),
+        place: &ResultFigure<'_>,
+        limit: &GateLimit,
         runs: &[ResultFile],
         measure: FigureKind,
     ) -> std::result::Result<Self, String> {

@@ -38,7 +38,8 @@ fn report(text: &str, runs: &[ResultFile], baselines: &[ResultFile]) -> Result<G
     let path = Path::new("limits.toml");
     let limits = GateLimits::parse(path, text).expect("limits");
     gate(
-        (path, &limits),
+        path,
+        &limits,
         &JudgedRuns {
             runs,
             baselines,
@@ -256,7 +257,7 @@ fn limits_beside_a_baseline_can_be_left_out_before_there_is_one() {
         baselines: &[],
         without_baseline: true,
     };
-    let found = gate((path, &limits), &judged, ResultHeader::new("gate", 1)).expect("judged");
+    let found = gate(path, &limits, &judged, ResultHeader::new("gate", 1)).expect("judged");
     assert_eq!(found.limits.len(), 1);
     assert_eq!(
         found.header.warnings,

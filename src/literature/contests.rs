@@ -376,7 +376,7 @@ fn probe_sets(
     options: ContestOptions<'_>,
     seed: u64,
 ) -> Result<Vec<Vec<ProbeSetResult>>> {
-    let drawn = DrawnContest::new(walks, entrants, options)?;
+    let drawn = DrawnContest::new(walks.0, walks.1, entrants, options)?;
     let outcome = drawn
         .contest
         .run(entrants, seed, &mut |_| (), &mut |_| ())?;

@@ -25,7 +25,8 @@ impl Garments {
     #[must_use]
     pub(super) fn of(
         samples: &Samples,
-        (names, garments): (Vec<String>, &[usize]),
+        names: Vec<String>,
+        garments: &[usize],
         chosen: Vec<usize>,
     ) -> Self {
         let in_garment = |garment: usize| -> Array2<f64> {
@@ -106,7 +107,7 @@ mod tests {
             training: Training::default(),
         };
         let names = vec!["plain".to_owned(), "coat".to_owned()];
-        let found = Garments::of(&samples, (names, &[0, 0, 1, 1]), vec![2]);
+        let found = Garments::of(&samples, names, &[0, 0, 1, 1], vec![2]);
         // Within: (0.02) and (0.02) of one row each, over 50 rows.
         for within in &found.within {
             assert!((within - 0.02 / 50.0).abs() < 1e-7, "{within}");

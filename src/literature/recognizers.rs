@@ -94,7 +94,8 @@ impl PublishedRecognizer {
     pub(crate) fn all(
         training: &Pack<'_>,
         seen_from: Option<Views>,
-        (subspaces, seed): (SubspaceOptions, u64),
+        subspaces: SubspaceOptions,
+        seed: u64,
         progress: &(dyn Fn() + Sync),
     ) -> Result<(Vec<Self>, Garments)> {
         let settings = Settings {
@@ -132,8 +133,13 @@ impl PublishedRecognizer {
         let around = TRAINED_DEG.step_by(TRAINED_STEP_DEG).map(f32::from);
         let samples = drawn(training, settings, Views::grid("around", around, [0.0])?)?;
         let classes = samples.names.len();
-        let form = (samples.template, samples.size);
-        let analysed = Analysed::<f64>::of(form, samples.numbers.view(), &samples.labels, classes)?;
+        let analysed = Analysed::<f64>::of(
+            samples.template,
+            samples.size,
+            samples.numbers.view(),
+            &samples.labels,
+            classes,
+        )?;
         let crops = Crops::default();
         for (name, method, publication) in [
             (
@@ -188,7 +194,7 @@ impl PublishedRecognizer {
         };
         let (samples, names, worn) = dressed(training, widths)?;
         let fitted = feature_choice::fit(&samples)?;
-        let garments = Garments::of(&samples, (names, &worn), feature_choice::chosen(&fitted));
+        let garments = Garments::of(&samples, names, &worn, feature_choice::chosen(&fitted));
         let name = "row-width-chosen";
         let contract = samples.contract(name.into(), feature_choice::METHOD);
         let bytes = onnx::write(&fitted, name, &[]);
@@ -223,7 +229,7 @@ fn drawn(training: &Pack<'_>, settings: Settings, views: Views) -> Result<Sample
         share: CycleShare::ALL,
         augmentation: Augmentation::default(),
     };
-    Samples::drawn((training, &walks, "other people"), recipe, &|| ())
+    Samples::drawn(training, &walks, "other people", recipe, &|| ())
 }
 
 /// Templates of people in all clothes of the catalogue, from the side; the garments, and the number of

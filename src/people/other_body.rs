@@ -1,5 +1,5 @@
-//! A motion on another body: feet where they were against the hips, everything else turned as it
-//! was.
+//! Transfers a motion to another body: feet keep their places relative to the hips, everything else
+//! its world orientation.
 
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
@@ -17,37 +17,37 @@ const LEGS: [[Joint; 3]; 2] = [
     [Joint::RightThigh, Joint::RightShank, Joint::RightFoot],
 ];
 
-/// Flexion of a knee, radians, below which it gives way to what the ankle asks for. Ours: 5 degrees.
+/// Flexion near straight over which a knee bends gradually instead of reaching exactly, radians.
+/// Ours: 5 degrees.
 const SOFT: f64 = 0.09;
 
-/// Frames before and after one over which what knees take up is smoothed, so that no knee snaps.
-/// Ours: a seventh of a swing of 64 frames a cycle.
+/// Half-width in frames of the window over which the extra bend of knees is smoothed, so that no
+/// knee snaps. Ours: a seventh of a swing of 64 frames a cycle.
 const SMOOTH: isize = 3;
 
-/// Most that hips are lowered or raised for knees to be bent as they were, over the leg's length.
-/// Ours.
+/// Most by which the hips are lowered or raised to keep the knees' bend, as a share of the leg's
+/// length. Ours.
 const LOWER_BY: f64 = 0.1;
 
-/// Where legs of the other body reach their feet's places least.
+/// The frame in which a leg of the other body misses its foot's place the most.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct TooShort {
     /// The frame.
     pub frame: usize,
-    /// How far an ankle is from its place there, mm.
+    /// Distance of the ankle from its place in that frame, mm.
     pub mm: f64,
 }
 
 impl Cycle {
-    /// This cycle, of a walker with `own` joint offsets, on a body with `target` ones.
+    /// Transfers this cycle from a walker with `own` joint offsets to a body with `target` offsets.
     ///
-    /// The middle of the hips, both ankles and the travel scale with the hip-to-ankle length, so
-    /// that steps are as long and as wide in proportion, and standing feet slide no more than
-    /// they did; `lifts` says how much higher each ankle is, metres, left first, and the hips by
-    /// their mean. Thighs and shanks are solved for them in closed form: the knee takes up the
-    /// distance, smoothed over time near straight, and then the leg turns as little as it can.
-    /// The hips are lower or higher by as much as keeps the knees bent as they were, on average.
-    /// Feet, trunk and arms keep their orientation in space. An ankle that a leg does not reach
-    /// is as near as it gets, in its direction.
+    /// The middle of the hips, both ankles and the travel scale with the hip-to-ankle length. Steps
+    /// keep their proportions, and standing feet slide no more than before. `lifts` raises each
+    /// ankle, metres, left first, and the hips by their mean. Thighs and shanks are solved in
+    /// closed form: the knee takes up the distance, smoothed over time near straight, and then the
+    /// leg turns as little as possible. The hips are lowered or raised so that the knees keep their
+    /// mean bend. Feet, trunk and arms keep their world orientation. An ankle out of the leg's
+    /// reach is put as near as possible in its direction.
     #[must_use]
     pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS], lifts: [f64; 2]) -> Self {
         let motion = (&self.root[..], &self.rotations[..]);
@@ -60,7 +60,7 @@ impl Cycle {
         }
     }
 
-    /// Where legs with `target` offsets reach least of what this cycle asks them for.
+    /// Returns the frame in which legs with `target` offsets miss their place in this cycle most.
     pub(in crate::people) fn too_short(
         &self,
         own: &[DVec3; JOINTS],
@@ -73,8 +73,8 @@ impl Cycle {
 }
 
 impl UncutMotion {
-    /// This motion, of a walker with `own` joint offsets, on a body with `target` ones: as
-    /// [`Cycle::onto`].
+    /// Transfers this motion from a walker with `own` joint offsets to a body with `target`
+    /// offsets, as [`Cycle::onto`] does.
     #[must_use]
     pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS], lifts: [f64; 2]) -> Self {
         let motion = (&self.roots[..], &self.rotations[..]);
@@ -86,7 +86,7 @@ impl UncutMotion {
         }
     }
 
-    /// As [`Cycle::too_short`].
+    /// Returns the frame in which legs with `target` offsets miss their place in this motion most.
     pub(in crate::people) fn too_short(
         &self,
         own: &[DVec3; JOINTS],
@@ -98,11 +98,11 @@ impl UncutMotion {
     }
 }
 
-/// A motion on the other body.
+/// A motion that was transferred to the other body.
 struct Moved {
     roots: Vec<DVec3>,
     rotations: Vec<[DQuat; JOINTS]>,
-    /// Hip-to-ankle length over the walker's own.
+    /// The other body's hip-to-ankle length over the walker's own.
     ratio: f64,
     too_short: TooShort,
 }
@@ -146,12 +146,12 @@ impl Moved {
                 moved.too_short = TooShort { frame, mm };
             }
         }
-        carry_shoulders((rotations, own), (&mut moved.rotations, target));
+        carry_shoulders(rotations, own, &mut moved.rotations, target);
         moved
     }
 }
 
-/// What both knees are asked to bend further about a frame, weighted by a raised cosine.
+/// Returns the extra bend of both knees around a frame, smoothed with raised-cosine weights.
 fn smoothed(asked: &[[f64; 2]], frame: usize, ends: MotionEnds) -> [f64; 2] {
     let last = asked.len() - 1;
     let near = -SMOOTH..=SMOOTH;
@@ -171,16 +171,16 @@ fn smoothed(asked: &[[f64; 2]], frame: usize, ends: MotionEnds) -> [f64; 2] {
     sum.map(|sum| sum / weights)
 }
 
-/// The other body's legs beside the walker's own.
+/// The other body and the walker's own, with the parameters of the transfer.
 #[derive(Clone, Copy)]
 struct Other<'a> {
     own: &'a [DVec3; JOINTS],
     target: &'a [DVec3; JOINTS],
-    /// Hip-to-ankle length over the walker's own.
+    /// The other body's hip-to-ankle length over the walker's own.
     ratio: f64,
-    /// How much higher each ankle is than where scaling puts it, metres.
+    /// Height of each ankle above its scaled place, metres.
     lifts: [f64; 2],
-    /// How much lower the hips are than where scaling puts them, metres.
+    /// Depth of the hips below their scaled place, metres.
     lower_m: f64,
 }
 
@@ -188,19 +188,19 @@ struct Other<'a> {
 struct TransferredPose {
     root: DVec3,
     pose: [DQuat; JOINTS],
-    /// How far an ankle is from its place, metres.
+    /// Distance of the farther ankle from its place, metres.
     short_m: f64,
-    /// How much further each knee is bent than the walker's, radians.
+    /// Extra bend of each knee over the walker's own, radians.
     bends: [f64; 2],
 }
 
 impl Other<'_> {
-    /// Lowers the hips to the height at which knees are bent as much as they were, on average.
+    /// Lowers or raises the hips until the knees have the same mean bend as before.
     fn lower(&mut self, roots: &[DVec3], rotations: &[[DQuat; JOINTS]]) {
         let more = |other: &Self| -> f64 {
             let poses = roots.iter().zip(rotations);
             let posed = poses.map(|(root, pose)| other.posed(*root, pose, None));
-            // A leg that does not reach asks for lower hips.
+            // A leg that does not reach calls for lower hips.
             posed
                 .map(|posed| posed.bends[0] + posed.bends[1] - posed.short_m)
                 .sum()
@@ -220,7 +220,8 @@ impl Other<'_> {
         }
     }
 
-    /// A pose on these legs, whose knees bend further as ankles ask for, or by what is given.
+    /// Returns a pose on these legs. The extra bend of the knees is `bends`, or what the ankles
+    /// need.
     fn posed(
         &self,
         root: DVec3,
@@ -272,20 +273,20 @@ impl Other<'_> {
     }
 }
 
-/// How a knee bends further.
+/// The extra bend of a knee.
 struct KneeBend {
-    /// About which axis, of unit length.
+    /// Axis of the bend, a unit vector.
     axis: DVec3,
-    /// By how much, radians.
+    /// Angle of the bend, radians.
     more: f64,
 }
 
 impl KneeBend {
-    /// As it takes for the ankle to be as far from the hip as it is `wanted`; `None` for a leg
-    /// without length.
+    /// Returns the bend that puts the ankle at the distance of `wanted` from the hip; `None` for a
+    /// leg without length.
     ///
-    /// Near straight a knee that reached exactly would snap: there it bends by up to [`SOFT`] less or
-    /// more, which the ankle misses by up to 2 mm. On the walker's own legs nothing changes.
+    /// Near straight, a knee that reached exactly would snap. There it bends by up to [`SOFT`] less
+    /// or more, and the ankle misses its place by up to 2 mm. The walker's own legs are unchanged.
     fn reaching([thigh, shank]: [DVec3; 2], axis: DVec3, wanted: DVec3) -> Option<Self> {
         let axis = axis.reject_from(thigh.try_normalize()?).try_normalize()?;
         // The part of the shank that the knee turns.
@@ -312,7 +313,7 @@ mod tests {
     use crate::people::cohort::Person;
     use edgegait_core::pack::Sex;
 
-    /// Hips 1 m up on legs of 0.5 + 0.42 m; nothing else.
+    /// Hips and legs of 0.5 + 0.42 m, scaled; nothing else.
     fn legs(scale: f64) -> [DVec3; JOINTS] {
         let mut offsets = [DVec3::ZERO; JOINTS];
         for (thigh, shank, foot, x) in [
@@ -366,7 +367,7 @@ mod tests {
         assert_eq!(moved.sample_rate_hz, 100.0);
     }
 
-    /// The average man's body with thighs, shanks and hips of other shares.
+    /// Returns a body's offsets with other proportions of thighs, shanks and hips.
     fn others(body: &crate::people::Body) -> [DVec3; JOINTS] {
         let mut offsets = body.offsets;
         for [thigh, shank, foot] in LEGS {
@@ -422,7 +423,7 @@ mod tests {
             for ([thigh, shank, foot], lift) in LEGS.into_iter().zip(lifts) {
                 let [hip, knee, ankle] = [thigh, shank, foot].map(|joint| is[joint.index()]);
                 let off = (was[foot.index()] + lift * DVec3::Y).distance(ankle);
-                // A leg that is straight does not reach down, and one near it slows down.
+                // A straight leg does not reach down, and one near straight bends gradually.
                 if (knee - hip).angle_between(ankle - knee) > 0.3 {
                     assert!(off < 2e-3, "{frame} {foot:?}: {off}");
                     bent += 1;
@@ -432,7 +433,7 @@ mod tests {
             lowered.push(moved.root[frame].y - cycle.root[frame].y);
         }
         assert!(bent > cycle.root.len(), "{bent}");
-        // By the mean, but for what keeps the knees bent as they were.
+        // By the mean, except for the correction that keeps the knees' mean bend.
         assert!(lowered.iter().all(|by| (by - lowered[0]).abs() < 1e-9));
         assert!((lowered[0] - 0.005).abs() < 1e-3, "{}", lowered[0]);
     }
@@ -467,7 +468,7 @@ mod tests {
 
     #[test]
     fn an_ankle_that_is_out_of_reach_is_as_near_as_it_gets_and_is_reported() {
-        // Straight legs on ankles that stay 0.2 m apart, under hips of other widths.
+        // Straight legs on ankles that stay 0.2 m apart, below hips of other widths.
         let straight = Cycle {
             rotations: vec![[DQuat::IDENTITY; JOINTS]; 2],
             ..cycle()

@@ -1,7 +1,7 @@
 //! A recorded motion on the canonical skeleton: metres, Y up, floor at zero.
 //!
-//! Whatever a file calls its joints, counts in, and faces, ends here as one root
-//! position and 19 local rotations a frame, with the walker's own segment lengths.
+//! Whatever the joint names, unit and axes of a file, the result is one root position and 19 local
+//! rotations a frame, with the walker's own segment lengths.
 
 pub(crate) mod follow;
 pub(crate) mod joint_roles;
@@ -26,52 +26,52 @@ use unit::{choose_unit, leg_of};
 /// Drillis & Contini 1966).
 pub const ANKLE_HEIGHT: f64 = 0.0794;
 
-/// A floor so near to a file's stated y = 0 is that one, metres: what a sole is thicker or
-/// thinner than [`ANKLE_HEIGHT`] says, or sinks in. Ours.
+/// Largest distance at which the feet's floor counts as the file's stated y = 0, metres. It allows
+/// for soles thicker or thinner than [`ANKLE_HEIGHT`], or sinking in. Ours.
 const NEAR_FLOOR_M: f64 = 0.1;
 
-/// The low-pass cut-off used by default, Hz (DESIGN.md, section 4).
+/// The default cut-off of the low-pass, Hz.
 pub const DEFAULT_CUT_OFF_HZ: f64 = 10.0;
 
 /// A recorded motion on the canonical skeleton.
 #[derive(Clone, Debug)]
 pub struct RetargetedMotion {
-    /// Frames a second.
+    /// The frame rate, Hz.
     pub sample_rate_hz: f64,
     /// Seconds from the source's frame 0 to the first frame here.
     pub start_s: f64,
-    /// Cut-off of the low-pass that the motion went through, if it did.
+    /// Cut-off of the low-pass that was applied, Hz; `None` for an unfiltered motion.
     pub cut_off_hz: Option<f64>,
     /// Metres in one source unit.
     pub unit_m: f64,
     /// The walker's own joint offsets in the canonical rest pose, metres.
     pub offsets: [DVec3; JOINTS],
-    /// Whether heading and position are those of a world whose axes the file states; otherwise
-    /// they mean nothing.
+    /// Whether heading and position belong to a world whose axes the file states; otherwise they
+    /// are arbitrary.
     pub is_placed: bool,
-    /// Whether upright is what markers say or how the file's skeleton stands at rest; otherwise
-    /// it is how the trunk is in some frame of the motion.
+    /// Whether markers or the skeleton's standing rest pose define upright; otherwise the trunk of
+    /// one frame of the motion does.
     pub knows_upright: bool,
-    /// Pelvis position by frame, metres, Y up, the lowest stance on y = 0 (of a placed take
-    /// the file's own floor); heading as in the file.
+    /// Pelvis position by frame, metres, Y up, with the lowest stance on y = 0 (the file's own
+    /// floor if the motion is placed); heading as in the file.
     pub roots: Vec<DVec3>,
     /// Local rotations about the canonical rest pose, by frame.
     pub rotations: Vec<[DQuat; JOINTS]>,
-    /// Where the source's own joints are, metres, the same axes as `roots`.
+    /// Positions of the source's own joints, metres, in the axes of `roots`.
     pub positions: Vec<[DVec3; JOINTS]>,
-    /// How far forward kinematics with constant segment lengths is from the joints that were
-    /// measured, root mean square over joints and frames, mm.
+    /// Distance of forward kinematics with constant segment lengths from the measured joints, root
+    /// mean square over joints and frames, mm.
     pub residual_mm: f64,
-    /// The same at its largest.
+    /// Largest distance of forward kinematics from a measured joint, mm.
     pub largest_residual_mm: f64,
-    /// How far the markers of a segment are from a rigid body, root mean square, mm; of markers
-    /// only, where a segment has four or more.
+    /// Deviation of a segment's markers from a rigid body, root mean square, mm; only for marker
+    /// files with a segment of four or more.
     pub rigidity_mm: Option<f64>,
-    /// What was assumed, repaired or dropped.
+    /// Warnings about what was assumed, repaired or dropped.
     pub warnings: Vec<String>,
 }
 
-/// Hip to knee to ankle, mean of both sides, metres.
+/// Returns the length from hip to knee to ankle, mean of both sides, metres.
 #[must_use]
 pub fn leg_length_m(offsets: &[DVec3; JOINTS]) -> f64 {
     [
@@ -87,18 +87,18 @@ pub fn leg_length_m(offsets: &[DVec3; JOINTS]) -> f64 {
 }
 
 impl RetargetedMotion {
-    /// Retargets a motion. `cut_off_hz`: of the low-pass, usually
+    /// Retargets a motion. `cut_off_hz` is the cut-off of the low-pass, usually
     /// [`DEFAULT_CUT_OFF_HZ`]; `None` leaves the motion as recorded.
     ///
-    /// A T-pose in frame 0 is dropped. Where the root moves faster than 15 m/s or a joint
-    /// turns faster than 3,600 degrees a second (30 a frame at 120 Hz; never more than 75 a
-    /// frame), the recording is cut there and its longest clean stretch used. The
-    /// warnings say so. A skeleton without feet, arms, hands or head gets those of an average
-    /// adult, which turn with what carries them.
+    /// A T-pose in frame 0 is dropped. The recording is cut where the root moves faster than
+    /// 15 m/s or a joint turns faster than 3,600 degrees a second (30 a frame at 120 Hz; never more
+    /// than 75 a frame), and its longest clean stretch is used. Warnings report this. A skeleton
+    /// without feet, arms, hands or head gets those of an average adult, which turn with their
+    /// parent joints.
     ///
     /// # Errors
-    /// A sentence, without the file's name: leg joints are missing, or no known unit gives a
-    /// human leg.
+    /// A sentence without the file's name: leg joints are missing, or no known unit gives human
+    /// legs.
     pub fn from_motion(motion: &Motion, cut_off_hz: Option<f64>) -> Result<Self, String> {
         let motion = &*completed(motion)?;
         let mut warnings = motion.warnings.clone();
@@ -110,7 +110,7 @@ impl RetargetedMotion {
         let clean = longest_clean_stretch(motion, &roles.turning(), unit_m, &roots);
         warnings.extend(clean.warnings);
         if clean.frames.is_empty() {
-            return Err("no frames are left of the motion".into());
+            return Err("no frames of the motion are left".into());
         }
         let globals = |motion: &Motion, frame| {
             let (positions, rotations) = motion.globals(frame);
@@ -129,7 +129,7 @@ impl RetargetedMotion {
         let is_placed = motion.format.states_axes() && up == DVec3::Y;
         if motion.format.states_axes() && !is_placed {
             warnings.push(format!(
-                "up is {up}, not Y as a {} states: heading and position are not kept",
+                "up is {up}, not Y as in {} files: heading and position are not kept",
                 motion.format
             ));
         }
@@ -146,7 +146,7 @@ impl RetargetedMotion {
                 joint.mirrored() != joint && joint.parent().and_then(main_child) == Some(joint);
             if is_limb && offsets[joint.index()].length() < 0.01 {
                 warnings.push(format!(
-                    "{joint:?} lies on the joint before it: a segment has no length"
+                    "{joint:?} lies on its parent joint: a segment has no length"
                 ));
             }
         }
@@ -192,19 +192,19 @@ impl RetargetedMotion {
         })
     }
 
-    /// The number of frames.
+    /// Returns the number of frames.
     #[must_use]
     pub fn len(&self) -> usize {
         self.roots.len()
     }
 
-    /// Never true of a take that was built.
+    /// Returns whether there are no frames; false for every motion that was built.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.roots.is_empty()
     }
 
-    /// How a joint is turned in space in a frame.
+    /// Returns the world orientation of a joint in a frame.
     ///
     /// # Panics
     /// If there is no such frame.
@@ -212,7 +212,7 @@ impl RetargetedMotion {
         self.posed(frame).1[joint.index()]
     }
 
-    /// Where joints are and how they are turned in space in a frame.
+    /// Returns the positions and world orientations of the joints in a frame.
     ///
     /// # Panics
     /// If there is no such frame.
@@ -220,7 +220,7 @@ impl RetargetedMotion {
         forward_kinematics(&self.offsets, self.roots[frame], &self.rotations[frame])
     }
 
-    /// Canonical joint positions of a frame by forward kinematics, metres.
+    /// Returns the canonical joint positions of a frame by forward kinematics, metres.
     ///
     /// # Panics
     /// If there is no such frame.
@@ -230,7 +230,7 @@ impl RetargetedMotion {
     }
 }
 
-/// The frames of a stretch, low-passed.
+/// Returns the frames of a stretch, low-passed, and the cut-off if they were filtered.
 fn filtered(
     motion: &Motion,
     range: &std::ops::Range<usize>,
@@ -268,7 +268,7 @@ fn filtered(
     (smooth, Some(cut_off_hz))
 }
 
-/// The signed axis next to the median of ankles-to-hips over the motion.
+/// Returns the signed axis nearest to the median direction from ankles to hips over the motion.
 pub(super) fn up_axis(frames: &[Globals], roles: &JointRoles) -> DVec3 {
     let mut along: [Vec<f64>; 3] = Default::default();
     for Globals { positions: p, .. } in frames {
@@ -285,8 +285,8 @@ pub(super) fn up_axis(frames: &[Globals], roles: &JointRoles) -> DVec3 {
     nearest_axis(DVec3::from_array(medians))
 }
 
-/// Height of the floor: a low quantile of the lower ankle's height, less the ankle's
-/// own height above its sole. One frame in twenty may be a glitch.
+/// Returns the height of the floor: the 5 % quantile of the lower ankle's height, less the ankle's
+/// height above its sole. One frame in twenty may be a glitch.
 pub(super) fn floor(positions: &[[DVec3; JOINTS]], leg_m: f64) -> f64 {
     let mut heights: Vec<f64> = positions
         .iter()
@@ -345,7 +345,7 @@ mod tests {
                 rotations[2] = DQuat::from_rotation_x(swing.abs());
                 rotations[5] = DQuat::from_rotation_x(swing);
                 rotations[9] = DQuat::from_rotation_y(0.1 * swing);
-                // Arms hang: down from the T, then swung about the lateral axis.
+                // Arms hang down from the T, then swing about the lateral axis.
                 rotations[12] = DQuat::from_rotation_x(swing) * DQuat::from_rotation_z(-1.5);
                 rotations[15] = DQuat::from_rotation_x(-swing) * DQuat::from_rotation_z(1.5);
                 SourceFrame {
@@ -366,7 +366,7 @@ mod tests {
         }
     }
 
-    /// The same motion in a world turned by `turn`, in another unit.
+    /// Returns the motion in a world turned by `turn`, in another unit.
     fn turned(mut motion: Motion, turn: DQuat, scale: f64) -> Motion {
         for joint in &mut motion.joints {
             joint.offset = turn * joint.offset * scale;

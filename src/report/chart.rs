@@ -110,7 +110,8 @@ pub(super) type ChartCurve = (String, Vec<(f64, f64)>);
 /// A chart of as many lines of rates (0..1, upwards) as [`LINES`] has, with ticks of the horizontal
 /// axis (place 0..1, text). None without lines.
 pub(super) fn curves(
-    (what, axis): (&str, &str),
+    what: &str,
+    axis: &str,
     ticks: &[Tick],
     curves: &[ChartCurve],
 ) -> Option<Markup> {

@@ -94,7 +94,8 @@ fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
         .map(|r| (place(r), r.to_string()))
         .collect();
     let cmc = curves(
-        ("The right person is among the first (CMC)", "rank"),
+        "The right person is among the first (CMC)",
+        "rank",
         &ranks,
         &cmc,
     );
@@ -114,10 +115,8 @@ fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
         .map(|(text, quarter)| (f64::from(quarter) / 4.0, text.to_owned()))
         .collect();
     let roc = curves(
-        (
-            "True claims that are accepted (ROC)",
-            "false claims accepted, %",
-        ),
+        "True claims that are accepted (ROC)",
+        "false claims accepted, %",
         &fars,
         &roc,
     );

@@ -150,7 +150,7 @@ impl<'a> HeatmapGrid<'a> {
                     text.tick x=(left - 6) y=(y_of(row) + up / 2 + 4)
                         text-anchor="end" { (label(self.elevations[row])) }
                 }
-                (axes((left, plot_width), (width, height)))
+                (axes(left, plot_width, (width, height)))
             }
         }
     }
@@ -178,7 +178,7 @@ pub(super) fn style_of(width: usize) -> String {
 }
 
 /// The names of both axes of a picture of viewpoints: of its plot from `left` on, and as a whole.
-pub(super) fn axes((left, plot_width): (usize, usize), (width, height): (usize, usize)) -> Markup {
+pub(super) fn axes(left: usize, plot_width: usize, (width, height): (usize, usize)) -> Markup {
     // "azimuth, °" is 10 letters.
     let middle = (left + plot_width / 2).clamp(5 * LETTER, width - 5 * LETTER);
     html! {

@@ -92,7 +92,7 @@ pub(super) fn svg(result: &RecognizerResult) -> Markup {
                     cy=(to_tenth(y_of(viewpoint.elevation_deg)))
                     r=(to_tenth(radius)) fill=(colour(viewpoint.rank1)) { title { (exact(viewpoint)) } }
             }
-            (axes((LEFT, WIDTH), (width, height)))
+            (axes(LEFT, WIDTH, (width, height)))
         }
     }
 }

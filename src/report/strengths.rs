@@ -40,7 +40,7 @@ pub(super) fn svg(results: &[ConfounderResult], classes: usize) -> String {
         });
         for row in members.chunks(COLUMNS) {
             for (column, result) in row.iter().enumerate() {
-                parts.push(chart(result, (column, y), chance));
+                parts.push(chart(result, column, y, chance));
             }
             y += NAME + CHART + TICKS;
         }
@@ -77,7 +77,7 @@ fn legend(recognizers: &[String]) -> Markup {
 }
 
 /// One chart, whose upper edge is at `y`.
-fn chart(result: &ConfounderResult, (column, y): (usize, f64), chance: f64) -> Markup {
+fn chart(result: &ConfounderResult, column: usize, y: f64, chance: f64) -> Markup {
     let axes = Axes {
         left: LEFT + column as f64 * PITCH,
         top: y + NAME,

@@ -1,16 +1,17 @@
-//! What recognizers answer to the sequences that they are shown.
+//! The answers of recognizers to sequences.
 
 use super::{Distance, Outputs, Recognizer};
 use crate::error::{Result, ScoreError};
 use crate::sequences::{Form, SequenceSource, Shown};
 use crate::template::Template;
 
-/// Most numbers given to a recognizer at once (4 MB), and most templates. Sequences of silhouettes are
-/// given one at a time: each is a batch of frames already, for which a large network holds 700 MB, and
-/// takes a second that is lost if the run is ended.
+/// The most numbers in a batch: 4 MB. Sequences of silhouettes are given one at a time: each is
+/// already a batch of frames, for which a large network needs 700 MB and a second, which is lost if
+/// the run is interrupted.
 const MAX_NUMBERS: usize = 1 << 20;
+/// The most templates in a batch.
 const MAX_BATCH: usize = 512;
-/// Most numbers of all answers of one recognizer: 1 GB.
+/// The most numbers in all answers of one recognizer: 1 GB.
 const MAX_KEPT: usize = 1 << 28;
 
 /// The answers of one recognizer.
@@ -20,24 +21,24 @@ pub(crate) struct Answers {
     pub embeddings: Vec<f32>,
     /// Numbers in one embedding.
     pub dims: usize,
-    /// Parts that an embedding consists of, compared each for itself.
+    /// Parts of an embedding, compared separately.
     pub parts: usize,
     /// Class scores, `[answer][class]`; empty if the model has none.
     pub scores: Vec<f32>,
     /// Scores in one answer.
     pub classes: usize,
-    /// For each sequence of the source the number of its answer.
+    /// The number of each sequence's answer, if it has one.
     rows: Vec<Option<u32>>,
 }
 
 impl Answers {
-    /// The embedding of a sequence; empty if the recognizer was not shown it.
+    /// Returns the embedding of a sequence; empty if the recognizer was not given it.
     #[must_use]
     pub(crate) fn embedding(&self, sequence: usize) -> &[f32] {
         self.row(sequence, &self.embeddings, self.dims)
     }
 
-    /// The class scores of a sequence; empty if there are none.
+    /// Returns the class scores of a sequence; empty if there are none.
     #[must_use]
     pub(crate) fn scores(&self, sequence: usize) -> &[f32] {
         self.row(sequence, &self.scores, self.classes)
@@ -52,13 +53,13 @@ impl Answers {
     }
 }
 
-/// A recognizer, and which sequences it has to be shown.
+/// A recognizer, and whether it needs a sequence.
 pub(crate) type Questioned<'a> = (&'a dyn Recognizer, &'a dyn Fn(usize) -> bool);
 
-/// One recognizer that is being shown sequences.
+/// A recognizer with its answers so far and its pending inputs.
 struct Listener<'a> {
     recognizer: &'a dyn Recognizer,
-    /// Which sequences it has to be shown.
+    /// Whether it needs a sequence.
     needs: &'a dyn Fn(usize) -> bool,
     answers: Answers,
     waiting: Vec<usize>,
@@ -138,11 +139,11 @@ impl Listener<'_> {
     }
 }
 
-/// Shows the sequences of these numbers, which rise, to all recognizers in one form, each with what it
-/// has to be shown of them; `seen` is told of each picture.
+/// Gives the sequences of these ascending numbers to all recognizers, in one form; each recognizer
+/// gets those that it needs. Calls `seen` for each of them.
 ///
 /// # Errors
-/// When a sequence cannot be shown, or a recognizer fails.
+/// If a sequence cannot be rendered or read, or a recognizer fails.
 pub(crate) fn ask(
     recognizers: &[Questioned<'_>],
     source: &SequenceSource<'_>,

@@ -1,9 +1,9 @@
 //! Baselines that need no model: a template is its own embedding, or is projected at random.
 //!
 //! Comparing GEIs pixel by pixel (Han & Bhanu 2006, "Individual recognition using gait energy
-//! image", IEEE Trans. Pattern Anal. 28:316, "real templates") shows what the pictures alone tell
-//! of a person, before anything has been learnt; a random projection, which is a linear network
-//! that was not trained, what is left of that in as few numbers as a recognizer's embedding has.
+//! image", IEEE Trans. Pattern Anal. 28:316, "real templates") shows how well the images alone
+//! identify people, without learning. A random projection, an untrained linear network, shows how
+//! much of that is left in as few numbers as a recognizer's embedding has.
 
 use super::provider::RuntimeName;
 use super::{Contract, Distance, InputLayout, Outputs, Recognizer};
@@ -16,33 +16,34 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// What the baseline of pixels is called among models.
+/// The name of the pixel baseline among models.
 pub(crate) const PIXELS: &str = "pixels";
-/// What the random projection is called in results.
+/// The name of the random projection in results.
 pub(crate) const RANDOM: &str = "random";
 
-/// Answers with the template that it was given, or with what a random matrix makes of it.
+/// A recognizer whose embedding is the template itself, or a random projection of it.
 #[derive(Clone, Debug)]
 pub(crate) struct Baseline {
     contract: Contract,
     runtime: RuntimeName,
-    /// One number of the embedding a row.
+    /// The projection, one number of the embedding a row.
     projection: Option<Array2<f32>>,
     enrolled: Option<Enrolled>,
 }
 
-/// Templates by which people are known.
+/// The enrolled templates.
 #[derive(Clone, Debug)]
 struct Enrolled {
-    /// Embeddings, one a row, and half of the square of each one's length.
+    /// Their embeddings, one a row.
     known: Array2<f32>,
+    /// Half of the squared length of each embedding.
     half_squares: Array1<f32>,
-    /// The class of each.
+    /// The class of each embedding.
     classes: Vec<usize>,
 }
 
 impl Baseline {
-    /// Compares templates of silhouettes of this size and framing pixel by pixel.
+    /// Returns the baseline that compares templates of this size and framing pixel by pixel.
     #[must_use]
     pub(crate) fn pixels(template: Template, size: Size, framing: FramingMode) -> Self {
         Self::like(Contract {
@@ -56,8 +57,8 @@ impl Baseline {
         })
     }
 
-    /// Compares pixel by pixel what a recognizer of this contract is shown: its templates or, of
-    /// sequences of silhouettes, their mean. It takes no viewpoint.
+    /// Returns the baseline that compares the inputs of this contract pixel by pixel: templates, or
+    /// the means of sequences of silhouettes. It takes no viewpoint.
     #[must_use]
     pub(crate) fn like(contract: Contract) -> Self {
         let distance = match contract.distance {
@@ -79,8 +80,9 @@ impl Baseline {
         }
     }
 
-    /// The same in `dims` numbers, each a sum of all pixels with weights that `seed` draws from a
-    /// normal distribution. Their variance is one in `dims`, which keeps distances on average.
+    /// Projects the embedding to `dims` numbers. Each is a weighted sum of all pixels, with weights
+    /// that `seed` draws from a normal distribution of variance 1 / `dims`, which keeps distances
+    /// on average.
     #[must_use]
     pub(crate) fn projected(mut self, dims: usize, seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -95,8 +97,8 @@ impl Baseline {
         self
     }
 
-    /// The same with class scores: how near the nearest of the templates (one a row) by which a
-    /// class is known is, negative. `classes` are the classes of these.
+    /// Adds class scores: the negative distance to the nearest of the class's enrolled `templates`
+    /// (one a row). `classes` has the class of each template.
     #[must_use]
     pub(crate) fn enrolled(mut self, templates: ArrayView2<'_, f32>, classes: Vec<usize>) -> Self {
         let known = self.embedded(templates);
@@ -118,7 +120,7 @@ impl Baseline {
 }
 
 impl Enrolled {
-    /// The class scores of embeddings, one a row.
+    /// Returns the class scores of embeddings, one a row.
     fn scores(&self, embeddings: &Array2<f32>, classes: usize) -> Array2<f32> {
         let products = embeddings.dot(&self.known.t());
         let mut scores = Array2::from_elem((embeddings.nrows(), classes), f32::NEG_INFINITY);
@@ -167,7 +169,7 @@ impl Recognizer for Baseline {
             }
         }
         let embeddings = self.embedded(templates.view());
-        // Where scores decide nothing else is compared, and pixels are many.
+        // Where scores decide, they replace the embeddings, which may have many numbers.
         let scores = self.enrolled.as_ref();
         let scores = scores.map(|it| it.scores(&embeddings, self.contract.classes.len()));
         let embeddings = scores.as_ref().unwrap_or(&embeddings);
@@ -196,7 +198,7 @@ mod tests {
         Baseline::pixels(Template::Gei, Size::S50x30, FramingMode::Height)
     }
 
-    /// A template with these at a few places.
+    /// Returns a template with these values at a few places, else 0.
     fn template(places: &[(usize, f32)]) -> Vec<f32> {
         let mut template = vec![0.0; 1500];
         for &(at, value) in places {
@@ -234,7 +236,7 @@ mod tests {
 
     #[test]
     fn class_scores_are_distances_to_the_nearest_that_is_known() {
-        // Class 1 is known by two, at 3 and 4 from the probe; class 0 by one, at 5.
+        // Class 1 has two templates, 3 and 4 from the probe; class 0 has one, 5 from it.
         let known = [
             template(&[(0, 5.0)]),
             template(&[(1, 3.0)]),

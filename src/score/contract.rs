@@ -1,8 +1,9 @@
-//! What a recognizer expects and promises: the `<model>.toml` beside `<model>.onnx`.
+//! The contract of a recognizer, which states what it expects and promises: the `<model>.toml`
+//! beside `<model>.onnx`.
 //!
-//! An ONNX file says that its input is `[N, 1, 50, 30]` floats, but not whether
-//! white is 1 or 255, nor how the figure was framed. Fed wrongly, a model gives
-//! plausible numbers and a poor Rank-1, so that is written down.
+//! An ONNX file states that its input is `[N, 1, 50, 30]` floats, but not whether white is 1 or
+//! 255, nor how the figure was framed. With wrong inputs, a model gives plausible numbers and a poor
+//! rank-1.
 
 use std::path::{Path, PathBuf};
 
@@ -14,64 +15,65 @@ use crate::sweep::FramingMode;
 use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
 
-/// Most bytes a contract may have.
+/// The most bytes a contract may have.
 const MAX_BYTES: u64 = 1 << 20;
 
 /// Input and output conventions of a recognizer. Every key may be left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Contract {
-    /// What to call the recognizer in reports; empty means the model's file name.
+    /// The recognizer's name in reports; if empty, the name of the model's file.
     pub name: String,
-    /// What background and foreground are: `"0..1"` (default), `"0..255"` or `"-1..1"`.
+    /// The values of background and foreground: `"0..1"` (default), `"0..255"` or `"-1..1"`.
     pub input_range: InputRange,
-    /// What is subtracted from each number in that range: one number for all channels, or one for each;
-    /// empty: nothing.
+    /// The numbers that are subtracted from the values in that range: one for all channels, or one
+    /// for each; none if empty.
     #[serde(
         deserialize_with = "one_or_many",
         skip_serializing_if = "Vec::is_empty"
     )]
     pub mean: Vec<f32>,
-    /// What each number is divided by after that: one number for all channels, or one for each; empty:
-    /// nothing.
+    /// The numbers by which the result is divided: one for all channels, or one for each; none if
+    /// empty.
     #[serde(
         deserialize_with = "one_or_many",
         skip_serializing_if = "Vec::is_empty"
     )]
     pub std: Vec<f32>,
-    /// Equal channels in which one image is given, 1 unless given.
+    /// Equal channels that repeat an image; 1 by default.
     #[serde(skip_serializing_if = "is_one")]
     pub channels: usize,
-    /// Rows of the silhouettes that the input is made of, 50 unless given.
+    /// Rows of the silhouettes; 50 by default.
     pub rows: usize,
-    /// Columns of the silhouettes that the input is made of, 30 unless given.
+    /// Columns of the silhouettes; 30 by default.
     pub columns: usize,
-    /// Order of the input's axes: `"NCHW"` (default), `"NHWC"`, `"NHW"` or, row by row, `"ND"` for GEIs
-    /// and other single images, `"NCHW"` for several (frequency), `"NTHW"`, `"NTCHW"` or `"NCTHW"` for
-    /// silhouettes, `"ND"` for vectors.
+    /// The order of the input's axes. GEIs and other single images: `"NCHW"` (default), `"NHWC"`,
+    /// `"NHW"` or, row by row, `"ND"`. Several images (frequency): `"NCHW"`. Silhouettes: `"NTHW"`,
+    /// `"NTCHW"` or `"NCTHW"`. Vectors: `"ND"`.
     pub layout: InputLayout,
     /// How figures were framed in training: `"height"` (default), `"box"`, `"cycle"` or
     /// `"camera"`.
     pub framing: FramingMode,
-    /// Which template the recognizer takes: `"gei"` (default), `"silhouettes"`, `"mei"`, `"mhi"`,
+    /// The template that the recognizer takes: `"gei"` (default), `"silhouettes"`, `"mei"`, `"mhi"`,
     /// `"msi"`, `"ghi"`, `"geni"`, `"frequency"`, `"kfd"` or `"row-width"`.
     pub template: Template,
-    /// Frames of one input of silhouettes; if left out, as many as the model's file says, or any
-    /// number if it leaves them free.
+    /// Frames of one input of silhouettes. By default, the number in the model's file, or any number
+    /// if that leaves it free.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<usize>,
-    /// Name of a second input, f32 `[N, 2]`: azimuth and elevation, in degrees, from which each input is
-    /// seen. Only viewpoints of [`Training::viewpoints`] are given, if it has any.
+    /// The name of a second input, f32 `[N, 2]`: azimuth and elevation of each input's viewpoint,
+    /// degrees. If [`Training::viewpoints`] lists any, all others are errors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub view_input: Option<String>,
     /// How embeddings are compared: `"euclidean"` (default), `"cosine"`, `"votes"` or `"view"`.
     #[serde(skip_serializing_if = "Distance::is_default")]
     pub distance: Distance,
-    /// Names of the people that the scores stand for, in their order; empty if unknown.
+    /// Names of the people that the class scores stand for, in the order of the scores; empty if
+    /// unknown.
     pub classes: Vec<String>,
     /// Names of the model's outputs.
     pub outputs: OutputNames,
-    /// What the recognizer was trained on.
+    /// The recognizer's training data.
     pub training: Training,
 }
 
@@ -82,12 +84,12 @@ pub struct OutputNames {
     /// The f32 `[N, dims]` or `[N, dims, parts]` output that is compared by distance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub embedding: Option<String>,
-    /// The f32 `[N, classes]` output whose highest column is the answer.
+    /// The f32 `[N, classes]` output whose highest column decides.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scores: Option<String>,
 }
 
-/// What a recognizer was trained on.
+/// The training data of a recognizer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Training {
@@ -101,13 +103,13 @@ pub struct Training {
     pub subjects: Vec<String>,
     /// Names of the walks; empty if unknown.
     pub walks: Vec<String>,
-    /// Which recorded cycles of the walks, from 0; empty if unknown.
+    /// Numbers of the recorded cycles of the walks, from 0; empty if unknown.
     pub cycles: Vec<u32>,
-    /// Which seeded variations of those cycles; 0 is the cycle itself.
+    /// Numbers of the seeded variations of those cycles; 0 is the cycle itself.
     pub variations: Vec<u32>,
     /// Seed of the variations.
     pub seed: u64,
-    /// Seeds of others of them, if there are any; each variation counts as one of every seed.
+    /// Further seeds, if any; each variation counts as trained with every seed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub seeds: Vec<u64>,
 }
@@ -139,7 +141,7 @@ impl Contract {
     /// Reads a contract from TOML; `path` is only for messages.
     ///
     /// # Errors
-    /// If the text is not TOML, a key is unknown, or a value cannot be.
+    /// If the text is not TOML, a key is unknown, or a value is invalid.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let contract: Self =
             toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
@@ -147,7 +149,8 @@ impl Contract {
         Ok(contract)
     }
 
-    /// The contract beside a model: `pca.toml` for `pca.onnx`; the defaults if there is none.
+    /// Reads the contract beside a model: `pca.toml` for `pca.onnx`. Returns the default contract if
+    /// there is none.
     ///
     /// # Errors
     /// If the file is there but cannot be read or used.
@@ -155,7 +158,7 @@ impl Contract {
         Ok(Self::stated_beside(model)?.unwrap_or_default())
     }
 
-    /// The same; none if there is no such file.
+    /// Reads the contract beside a model. Returns `None` if there is no such file.
     ///
     /// # Errors
     /// As [`Self::beside`].
@@ -179,13 +182,13 @@ impl Contract {
         }
     }
 
-    /// Where the contract of a model lies.
+    /// Returns the path of a model's contract.
     #[must_use]
     pub fn path_beside(model: &Path) -> PathBuf {
         model.with_extension("toml")
     }
 
-    /// The contract as TOML, in a fixed order of keys.
+    /// Returns the contract as TOML, in a fixed order of keys.
     ///
     /// # Errors
     /// If a number cannot be written as TOML.
@@ -193,19 +196,19 @@ impl Contract {
         Ok(toml::to_string(self).map_err(ScoreError::from)?)
     }
 
-    /// What the numbers of one template or silhouette are.
+    /// Returns the shape of one template or silhouette.
     #[must_use]
     pub const fn shape(&self) -> TemplateShape {
         self.template.shape_of(self.rows, self.columns)
     }
 
-    /// Numbers in one template or silhouette.
+    /// Returns the length of one template or silhouette.
     #[must_use]
     pub const fn numbers(&self) -> usize {
         self.shape().numbers()
     }
 
-    /// What is given and how, in words: `GEIs of 64x44 in 3 equal channels (NCHW)`.
+    /// Describes the inputs: `GEIs of 64x44 in 3 equal channels (NCHW)`.
     pub(crate) fn given(&self) -> String {
         let channels = match self.channels {
             1 => String::new(),
@@ -220,13 +223,14 @@ impl Contract {
         )
     }
 
-    /// Numbers of an input, or of one frame of it: as many as in a template or silhouette, in each channel.
+    /// Returns the length of an input, or of one frame of it: that of a template or silhouette in
+    /// each channel.
     #[must_use]
     pub const fn input_numbers(&self) -> usize {
         self.numbers() * self.channels
     }
 
-    /// Channels of the input: its images, or equal ones; 1 of a vector.
+    /// Returns the channels of the input: its images, each repeated; 1 for a vector.
     pub(super) const fn input_channels(&self) -> usize {
         match self.shape() {
             TemplateShape::Image { planes, .. } => planes * self.channels,
@@ -234,8 +238,8 @@ impl Contract {
         }
     }
 
-    /// Appends a whole input, of which these are the pixels (0 to 255), frame after frame: in the
-    /// contract's range, channels and layout.
+    /// Appends an input in the contract's range, channels and layout. `bytes` are all its pixels (0
+    /// to 255), frame after frame.
     pub fn feed(&self, bytes: &[u8], into: &mut Vec<f32>) {
         let mut add = |pixels: &[u8], channel: usize| {
             let of = |all: &[f32]| all.get(channel).or(all.first()).copied();
@@ -261,11 +265,11 @@ impl Contract {
         }
     }
 
-    /// How many frames each of `batch` inputs has that are so many numbers together, those of the
-    /// viewpoint among them; 1 for templates.
+    /// Returns the frames of each of `batch` inputs that together are `numbers` numbers, viewpoints
+    /// included; 1 for templates.
     ///
     /// # Errors
-    /// If that is no whole number, none, or another than the contract states.
+    /// If that is not a whole number, is 0, or contradicts the contract.
     pub fn frames_in(&self, numbers: usize, batch: usize) -> Result<usize> {
         let pixels = { batch.checked_mul(self.view_numbers()) }
             .and_then(|of_views| numbers.checked_sub(of_views));
@@ -283,7 +287,7 @@ impl Contract {
         }
         let inputs = match (self.template, self.frames) {
             (Template::Silhouettes, Some(frames)) => format!("sequences of {frames} silhouettes"),
-            (Template::Silhouettes, None) => "sequences of equally many silhouettes".to_owned(),
+            (Template::Silhouettes, None) => "equally long sequences of silhouettes".to_owned(),
             (template, _) => template.plural().to_owned(),
         };
         Err(ScoreError::Input {
@@ -300,7 +304,7 @@ impl Contract {
         .into())
     }
 
-    /// The shape in which `batch` inputs of `frames` frames are given.
+    /// Returns the shape of `batch` inputs of `frames` frames.
     #[must_use]
     pub fn input_shape(&self, batch: usize, frames: usize) -> Vec<usize> {
         let size = |axis: &InputAxis| match axis {
@@ -314,7 +318,7 @@ impl Contract {
         self.layout.axes().iter().map(size).collect()
     }
 
-    /// The size of the silhouettes, if it is one that can be drawn.
+    /// Returns the size of the silhouettes, if it is one that can be drawn.
     #[must_use]
     pub fn size(&self) -> Option<Size> {
         let asked = (self.rows, self.columns);
@@ -322,23 +326,23 @@ impl Contract {
         known.find(|size| (size.rows(), size.columns()) == asked)
     }
 
-    /// Refuses another template than the model asks for.
+    /// Checks that the model takes this template.
     ///
     /// # Errors
-    /// Naming both.
+    /// If it takes another one; the error names both.
     pub fn require_template(&self, template: Template, origin: TemplateOrigin) -> Result<()> {
         if template == self.template {
             return Ok(());
         }
         let asked = self.template.name().to_owned();
-        self.refuse("template", (asked, template.name()), origin)
+        self.refuse("template", asked, template.name(), origin)
     }
 
-    /// Refuses silhouettes, or templates of them, of another size, and of another framing if it is known, than the model
-    /// asks for.
+    /// Checks that the model takes silhouettes, or templates of them, of this size and, if it is
+    /// known, this framing.
     ///
     /// # Errors
-    /// Naming both.
+    /// If it takes another size or framing; the error names both.
     pub fn require(
         &self,
         size: Size,
@@ -347,12 +351,12 @@ impl Contract {
     ) -> Result<()> {
         let asked = format!("{}x{}", self.rows, self.columns);
         if asked != size.name() {
-            return self.refuse("size", (asked, size.name()), origin);
+            return self.refuse("size", asked, size.name(), origin);
         }
         match framing {
             Some(framing) if framing != self.framing => {
                 let asked = self.framing.name().to_owned();
-                self.refuse("framing", (asked, framing.name()), origin)
+                self.refuse("framing", asked, framing.name(), origin)
             }
             _ => Ok(()),
         }
@@ -361,7 +365,8 @@ impl Contract {
     fn refuse(
         &self,
         setting: &'static str,
-        (asked, found): (String, &'static str),
+        asked: String,
+        found: &'static str,
         origin: TemplateOrigin,
     ) -> Result<()> {
         Err(ScoreError::Contract {
@@ -375,7 +380,7 @@ impl Contract {
     }
 }
 
-/// A number, or a list of them.
+/// Reads a number or a list of numbers.
 fn one_or_many<'de, D: serde::Deserializer<'de>>(
     from: D,
 ) -> std::result::Result<Vec<f32>, D::Error> {
@@ -391,7 +396,7 @@ fn one_or_many<'de, D: serde::Deserializer<'de>>(
     })
 }
 
-/// A list of pairs: of a longer list serde would leave out the rest without a word.
+/// Reads a list of pairs. (From a longer list, serde would silently drop the rest.)
 fn pairs<'de, D: serde::Deserializer<'de>>(
     from: D,
 ) -> std::result::Result<Vec<[f64; 2]>, D::Error> {

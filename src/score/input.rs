@@ -1,4 +1,5 @@
-//! What a recognizer is fed: its template, the order of its axes, and the values of pixels.
+//! The form of a recognizer's input (order of axes, values of pixels), and the distance between its
+//! embeddings.
 //!
 //! Templates of several images have their channels first. One image may be given as several equal
 //! channels, in the layout's order.
@@ -22,7 +23,7 @@ pub enum InputRange {
 }
 
 impl InputRange {
-    /// A pixel's byte in this range.
+    /// Converts a pixel's byte to this range.
     #[must_use]
     pub fn of_byte(self, byte: u8) -> f32 {
         match self {
@@ -32,7 +33,7 @@ impl InputRange {
         }
     }
 
-    /// The name under which contracts state it.
+    /// Returns the name used in contracts.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -43,8 +44,8 @@ impl InputRange {
     }
 }
 
-/// The order of the input's axes: N inputs, T frames, C channels (one, but of templates of several
-/// images), H rows, W columns, D numbers of a vector or of an image.
+/// The order of the input's axes: N inputs, T frames, C channels (1, except for templates of
+/// several images and repeated images), H rows, W columns, D numbers of a vector or an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
 pub enum InputLayout {
@@ -66,7 +67,7 @@ pub enum InputLayout {
     Nd,
 }
 
-/// What an axis of an input counts.
+/// An axis of an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum InputAxis {
     Batch,
@@ -90,7 +91,7 @@ impl InputLayout {
         Self::Nd,
     ];
 
-    /// The name under which contracts state it.
+    /// Returns the name used in contracts.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -104,7 +105,7 @@ impl InputLayout {
         }
     }
 
-    /// Whether a template can be given so.
+    /// Returns whether this layout can hold a template.
     #[must_use]
     pub fn holds(self, template: Template) -> bool {
         let is_sequence = template == Template::Silhouettes;
@@ -118,14 +119,14 @@ impl InputLayout {
         }
     }
 
-    /// How a template is given where nothing is said: the first that holds it.
+    /// Returns the default layout of a template: the first that can hold it.
     #[must_use]
     pub fn of(template: Template) -> Self {
         let first = Self::ALL.into_iter().find(|layout| layout.holds(template));
         first.unwrap_or_default()
     }
 
-    /// Whether it has an axis of channels.
+    /// Returns whether it has an axis of channels.
     #[must_use]
     pub fn has_channels(self) -> bool {
         self.axes().contains(&InputAxis::Channel)
@@ -145,7 +146,8 @@ impl InputLayout {
     }
 }
 
-/// How far apart two embeddings are. With parts, the mean over the parts, or what most of them say.
+/// The distance between two embeddings. With parts, it is the mean over the parts, unless stated
+/// otherwise below.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Distance {
@@ -154,15 +156,15 @@ pub enum Distance {
     Euclidean,
     /// One minus the cosine of the angle between them.
     Cosine,
-    /// Of each part the nearest by the length of the difference is voted for: the share of the parts that
-    /// do not vote for the person.
+    /// The share of parts that vote for another person. Each part votes for the person who is nearest
+    /// by Euclidean distance.
     Votes,
-    /// The length of the difference in the part that belongs to the probe's viewpoint.
+    /// The Euclidean distance in the part of the probe's viewpoint.
     View,
 }
 
 impl Distance {
-    /// The name under which contracts and results state it.
+    /// Returns the name used in contracts and results.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

@@ -1,8 +1,8 @@
-//! Looks at a shared library before it is loaded.
+//! Checks a shared library before it is loaded.
 //!
-//! The system's loader maps a truncated library without complaint and the
-//! process dies of SIGBUS at the first missing page; a library for another
-//! processor gives an error that names neither. Both are told here.
+//! The system's loader maps a truncated library without an error, and the process dies of SIGBUS at
+//! the first missing page. Its error for a library of another processor names neither processor.
+//! This module reports both.
 
 use std::env::consts::ARCH;
 use std::fs::File;
@@ -14,24 +14,24 @@ use object::{FileKind, NativeEndian, ReadCache, ReadRef};
 
 use crate::error::{Error, Result};
 
-/// Oldest ONNX Runtime that this build can talk to (`ort`'s feature `api-18`).
+/// The oldest ONNX Runtime that this build can use (`ort`'s feature `api-18`).
 const OLDEST: (u32, u32) = (1, 18);
-/// Most bytes of names that are read.
+/// The most bytes of symbol names that are read.
 const MAX_NAMES: u64 = 64 << 20;
-/// The function that every ONNX Runtime has.
+/// The function that every ONNX Runtime exports.
 const ENTRY: &[u8] = b"OrtGetApiBase";
 
-/// A shared library that is worth loading.
+/// A shared library that passed the checks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Library {
-    /// Absolute.
+    /// The absolute path.
     pub path: PathBuf,
     /// The version that the library or its name states.
     pub version: Option<String>,
 }
 
 impl Library {
-    /// Checks the file.
+    /// Checks the file at `path`.
     ///
     /// # Errors
     /// If there is no such file, or it is not a complete ONNX Runtime library of at least 1.18
@@ -91,7 +91,7 @@ use elf::FileHeader64 as NativeFileHeader;
 
 type ElfHeader = NativeFileHeader<NativeEndian>;
 
-/// Checks that an ELF file is complete and for this machine; the version it states.
+/// Checks that an ELF file is complete and for this machine, and returns the version it states.
 fn version_in_elf(file: &ReadCache<File>) -> std::result::Result<Option<String>, String> {
     let size = file.len().unwrap_or(0);
     let cut_short = |why: &str| {
@@ -171,7 +171,8 @@ fn version_in_elf(file: &ReadCache<File>) -> std::result::Result<Option<String>,
     Ok(version)
 }
 
-/// `1.31.1` in `libonnxruntime.so.1.31.1` or `libonnxruntime.1.31.1.dylib`.
+/// Returns the version in a file's name: `1.31.1` for `libonnxruntime.so.1.31.1` or
+/// `libonnxruntime.1.31.1.dylib`.
 fn version_in_name(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_str()?;
     let start = name.find(|c: char| c.is_ascii_digit())?;

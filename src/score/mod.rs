@@ -1,8 +1,8 @@
-//! Runs recognizers on GEIs and sequences of silhouettes, with the embedded runtime or with ONNX Runtime.
+//! Runs recognizers on templates and sequences of silhouettes, with the embedded runtime or ONNX
+//! Runtime.
 //!
-//! A [`Model`] is a checked file, a [`Runtime`] is chosen once, and what it
-//! loads is a [`Recognizer`]. Neither runtime checks what matters here (which
-//! shape is meant, whether the numbers are finite), so it is checked around them.
+//! A [`Model`] is a checked file; a [`Runtime`] loads it as a [`Recognizer`]. Neither runtime
+//! checks the intended shape or whether numbers are finite, so this module does.
 
 mod affine;
 pub(crate) mod answers;
@@ -46,68 +46,69 @@ pub use runtime::Runtime;
 use crate::error::{Result, ScoreError};
 use ports::Ports;
 
-/// Something that turns GEIs or sequences of silhouettes into embeddings and class scores.
+/// A loaded recognizer: it turns templates or sequences of silhouettes into embeddings and class
+/// scores.
 pub trait Recognizer: Send + Sync {
-    /// What to call it in reports.
+    /// Returns the name for reports.
     fn name(&self) -> &str {
         &self.contract().name
     }
 
-    /// What runs it.
+    /// Returns the runtime that runs it.
     fn runtime(&self) -> &RuntimeName;
 
-    /// What it expects and promises.
+    /// Returns the contract: what it expects and promises.
     fn contract(&self) -> &Contract;
 
-    /// Recognizes `batch` GEIs that lie one after another, rows top first, in the contract's
-    /// input range ([`Contract::feed`]); or `batch` sequences, each of the same number of
-    /// silhouettes one after another, which follows from `input`'s length. Where the contract has an
-    /// input of viewpoints, each ends with its own ([`Contract::feed_view`]).
+    /// Computes the outputs of `batch` inputs that lie one after another, in the form that
+    /// [`Contract::feed`] writes: templates, or sequences that all have the same number of
+    /// silhouettes (which follows from the length of `input`). If the contract has an input of
+    /// viewpoints, each input ends with its viewpoint ([`Contract::feed_view`]).
     ///
-    /// Calls from several threads wait for each other under ONNX Runtime.
+    /// Under ONNX Runtime, calls from several threads wait for each other.
     ///
     /// # Errors
     /// If `input` does not hold `batch` inputs of the contract's size and number of frames,
     /// `batch` is 0, or the runtime fails.
     fn run(&self, input: &[f32], batch: usize) -> Result<Outputs>;
 
-    /// How many inputs are worth giving it at once: more take longer than anybody waits for a sign, or
-    /// likes to lose.
+    /// Returns the largest useful batch: a larger one delays progress reports, and loses more work
+    /// if the run is interrupted.
     fn at_once(&self) -> usize {
         usize::MAX
     }
 
-    /// Whether it has learnt nothing, and is there for others to be compared with.
+    /// Returns whether it is a baseline, which has learnt nothing.
     fn is_baseline(&self) -> bool {
         false
     }
 
-    /// The recognizer that computes, if this one remembers what that one answered.
+    /// Returns the recognizer that computes, if this one caches its answers.
     fn behind(&self) -> Option<&dyn Recognizer> {
         None
     }
 
-    /// Does `work` where a call of [`Self::run`] costs least: on the runtime's own thread, if it
-    /// has one, so that no call has to wake it.
+    /// Runs `work` where calls of [`Self::run`] cost least: on the runtime's own thread, if it has
+    /// one, so that no call has to wake it.
     fn beside(&self, work: &mut (dyn FnMut() + Send)) {
         work();
     }
 }
 
-/// What a recognizer computed for a batch.
+/// The outputs of a recognizer for a batch.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outputs {
     /// Embeddings, one input after another; each `[dims / parts][parts]`.
     pub embedding: Vec<f32>,
     /// Numbers in one embedding, all parts together.
     pub embedding_dims: usize,
-    /// Parts of one embedding that are compared apart (OpenGait's `[n, c, p]`); 1 if it is flat.
+    /// Parts of one embedding, compared separately (OpenGait's `[n, c, p]`); 1 if it is flat.
     pub embedding_parts: usize,
     /// Class scores, one input after another, if the model has any.
     pub scores: Option<Vec<f32>>,
-    /// Scores of one input; 0 without scores.
+    /// Class scores of one input; 0 if the model has none.
     pub classes: usize,
-    /// How many of all these numbers are NaN or infinite: a recognizer with any is broken.
+    /// Numbers that are NaN or infinite, in all outputs. A sound recognizer has none.
     pub non_finite: usize,
 }
 
@@ -119,14 +120,14 @@ impl Outputs {
     }
 }
 
-/// What a runtime gave back.
+/// An output tensor of a runtime.
 #[derive(Clone)]
 struct OutputTensor {
     shape: Vec<usize>,
     numbers: Vec<f32>,
 }
 
-/// What a runtime is given at once.
+/// The inputs of one call of a runtime.
 #[derive(Clone, Copy)]
 struct GivenInputs<'a> {
     numbers: &'a [f32],
@@ -136,18 +137,19 @@ struct GivenInputs<'a> {
 }
 
 impl GivenInputs<'_> {
-    /// The shape of the viewpoints.
+    /// Returns the shape of the viewpoints.
     fn views_shape(&self) -> [usize; 2] {
         [self.views.len() / 2, 2]
     }
 }
 
-/// Runs a batch through `run_once`, which gives the embedding and the scores: all at once, or one
-/// at a time if the model must not get more.
+/// Runs a batch through `run_once`, which returns embeddings and scores: in one call, or one input
+/// at a time if the model takes no more.
 fn run_batch(
     contract: &Contract,
     ports: &Ports,
-    (input, batch): (&[f32], usize),
+    input: &[f32],
+    batch: usize,
     mut run_once: impl FnMut(GivenInputs<'_>) -> Result<(OutputTensor, Option<OutputTensor>)>,
 ) -> Result<Outputs> {
     let frames = contract.frames_in(input.len(), batch)?;
@@ -202,7 +204,7 @@ fn run_batch(
     Ok(outputs)
 }
 
-/// Appends, without a copy if there was nothing.
+/// Appends numbers, without a copy if `all` is empty.
 fn join(all: &mut Vec<f32>, mut more: Vec<f32>) {
     if all.is_empty() {
         *all = more;

@@ -1,7 +1,7 @@
 //! A recognizer's file, checked against its contract before any runtime sees it.
 //!
-//! No runtime compares a model with what a caller means to feed it: a wrong but
-//! consistent shape runs and scores nonsense. The graph is compared here once.
+//! No runtime compares a model with the inputs that a caller intends: with a wrong but consistent
+//! shape it runs and scores nonsense. So the graph is compared with the contract here, once.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -16,12 +16,12 @@ use crate::files::sha256_of_bytes;
 use edgegait_core::format::RECOGNIZER_MAGIC;
 use edgegait_core::silhouette::Size;
 
-/// Most bytes a model may have (ours; protobuf itself ends at 2 GiB).
+/// The most bytes a model may have (our choice; protobuf's limit is 2 GiB).
 const MAX_BYTES: u64 = 1 << 30;
-/// Multiply-accumulates of a batch: a fraction of a second on one core, some seconds on a small board.
-/// Ours.
+/// Multiply-accumulates of a batch: a fraction of a second on one core, some seconds on a small
+/// board. Our choice.
 const MACS_AT_ONCE: u64 = 2_000_000_000;
-/// Inputs of a batch of a model whose operations cannot be counted. Ours.
+/// Inputs of a batch if the model's operations cannot be counted. Our choice.
 const UNCOUNTED_AT_ONCE: usize = 32;
 
 /// A model whose inputs and outputs agree with its contract.
@@ -32,15 +32,15 @@ pub struct Model {
     graph: Graph,
     contract: Contract,
     ports: Ports,
-    /// Whether it was read from a file, and the contract from beside it.
+    /// Whether it was read from a file, with the contract beside it if there is one.
     is_file: bool,
-    /// Whether no contract lies beside it, and its shape told what it takes.
+    /// Whether no contract lies beside it, so that the contract is guessed from its shape.
     is_guessed: bool,
 }
 
 impl Model {
-    /// Reads `path` and the contract beside it; if there is none, it is what the shape of the model's
-    /// input tells, as a warning says, or the default.
+    /// Reads `path` and the contract beside it. Without one, the contract is guessed from the shape
+    /// of the model's input, or else the default; a warning states this.
     ///
     /// # Errors
     /// If a file cannot be read, or as [`Self::from_bytes`].
@@ -48,7 +48,7 @@ impl Model {
         Self::opened(path.as_ref(), None)
     }
 
-    /// Reads `path` and the contract beside it; if there is none, it keeps to `usual`.
+    /// Reads `path` and the contract beside it. Without one, the contract is `usual`.
     ///
     /// # Errors
     /// As [`Self::open`].
@@ -86,21 +86,21 @@ impl Model {
             (None, None) => guess::contract(&graph),
             _ => None,
         };
-        // Without a word of its own, even the usual is a guess.
+        // Without a stated contract, even the default is a guess.
         let is_guessed = stated.is_none() && usual.is_none();
         let contract = stated.or_else(|| usual.cloned()).or(guessed);
         Ok(Self {
             is_file: true,
             is_guessed,
-            ..Self::checked(path, bytes.into(), (graph, contract.unwrap_or_default()))?
+            ..Self::checked(path, bytes.into(), graph, contract.unwrap_or_default())?
         })
     }
 
-    /// Checks a model that is in memory; `path` is for messages, and its stem names the
-    /// recognizer if the contract does not.
+    /// Checks a model in memory; `path` is for messages, and its stem names the recognizer if the
+    /// contract does not.
     ///
     /// # Errors
-    /// If the bytes are no ONNX model, or its inputs and outputs do not agree with `contract`.
+    /// If the bytes are not an ONNX model, or its inputs and outputs do not agree with `contract`.
     pub fn from_bytes(
         path: impl AsRef<Path>,
         bytes: impl Into<Cow<'static, [u8]>>,
@@ -108,20 +108,21 @@ impl Model {
     ) -> Result<Self> {
         let (path, bytes) = (path.as_ref(), bytes.into());
         let graph = Graph::read(path, &bytes)?;
-        Self::checked(path, bytes, (graph, contract))
+        Self::checked(path, bytes, graph, contract)
     }
 
     fn checked(
         path: &Path,
         bytes: Cow<'static, [u8]>,
-        (graph, mut contract): (Graph, Contract),
+        graph: Graph,
+        mut contract: Contract,
     ) -> Result<Self> {
         if contract.size().is_none() {
             return Err(Error::input(
                 path,
                 format!(
-                    "silhouettes are drawn as {}: found {} rows and {} columns in its .toml (50 and 30 unless it says \
-                     otherwise; if the model takes others, export it for one of these sizes)",
+                    "silhouettes are drawn as {}: found {} rows and {} columns in its .toml (the defaults are 50 and 30; \
+                     if the model takes another size, export it for one of these)",
                     Size::ALL.map(Size::name).join(", "),
                     contract.rows,
                     contract.columns
@@ -146,20 +147,20 @@ impl Model {
         })
     }
 
-    /// The same model, called otherwise in results and messages.
+    /// Renames the model in results and messages.
     #[must_use]
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.contract.name = name.into();
         self
     }
 
-    /// Where the model is from.
+    /// Returns the path of the model.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The file for results.
+    /// Returns the file's path and hash, for results.
     #[must_use]
     pub fn input(&self) -> InputFile {
         InputFile {
@@ -168,10 +169,10 @@ impl Model {
         }
     }
 
-    /// The same with the contract's file, if it was read from beside it.
+    /// Returns the model's file and, if the contract was read from one, the contract's file.
     ///
     /// # Errors
-    /// If that can no longer be read.
+    /// If the contract's file can no longer be read.
     pub fn inputs(&self) -> Result<Vec<InputFile>> {
         let contract = Contract::path_beside(&self.path);
         let is_read = self.is_file && contract.is_file();
@@ -179,39 +180,39 @@ impl Model {
         Ok(std::iter::once(self.input()).chain(contract).collect())
     }
 
-    /// Whether no contract lies beside it, and its shape told what it takes.
+    /// Returns whether no contract lies beside it, so that the contract is guessed from its shape.
     #[must_use]
     pub fn is_guessed(&self) -> bool {
         self.is_guessed
     }
 
-    /// The file's content.
+    /// Returns the file's content.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// What the file says about itself.
+    /// Returns the description of the model in its file.
     #[must_use]
     pub fn graph(&self) -> &Graph {
         &self.graph
     }
 
-    /// What the model expects and promises; its name is never empty, and its frames are those of
-    /// the file where that fixes them.
+    /// Returns the contract. Its name is never empty, and its frames are set if the file fixes
+    /// their number.
     #[must_use]
     pub fn contract(&self) -> &Contract {
         &self.contract
     }
 
-    /// How many inputs it may be given at once.
+    /// Returns how many inputs one call may have.
     #[must_use]
     pub fn batching(&self) -> Batching {
         self.ports.batching
     }
 
-    /// Multiply-accumulates of one input, of one frame where their number is free; none if its operations
-    /// cannot be counted.
+    /// Counts the multiply-accumulates of one input (of one frame if their number is free). Returns
+    /// `None` if the operations cannot be counted.
     pub(super) fn macs(&self) -> Option<u64> {
         let frames = self.contract.frames.unwrap_or(1);
         let shape = self.contract.input_shape(1, frames);
@@ -219,8 +220,8 @@ impl Model {
         self.graph.macs(&shape).ok()
     }
 
-    /// How many inputs are worth giving it at once: as many as take two thousand million
-    /// multiply-accumulates, one at least; 32 if its operations cannot be counted.
+    /// Returns the largest useful batch: as many inputs as take 2,000 million multiply-accumulates,
+    /// at least one; 32 if its operations cannot be counted.
     #[must_use]
     pub fn at_once(&self) -> usize {
         let count = |macs: u64| usize::try_from(MACS_AT_ONCE / macs.max(1)).unwrap_or(usize::MAX);
@@ -228,14 +229,14 @@ impl Model {
         counted.unwrap_or(UNCOUNTED_AT_ONCE).max(1)
     }
 
-    /// What whoever reads its results should know.
+    /// Returns warnings for readers of its results.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let guessed = self.is_guessed.then(|| guess::said(&self.contract));
         let is_alone = self.batching() == Batching::DynamicQuantization;
         let alone = is_alone.then(|| {
             format!(
-                "{}: quantised dynamically, so that a result would depend on its batch mates: \
+                "{}: quantised dynamically, so results would depend on the other inputs of a batch: \
                  inputs are run one at a time (static QDQ quantisation has no such limit)",
                 self.contract.name
             )
@@ -243,12 +244,12 @@ impl Model {
         let others = self.graph.outputs.len() > 1 && !self.are_outputs_named();
         let taken = others.then(|| {
             format!(
-                "{}: of the outputs {} {:?} was taken for the embedding{} (a .toml names others under [outputs])",
+                "{}: of the outputs {}, {:?} is used as the embedding{} (a .toml can name others under [outputs])",
                 self.contract.name,
                 list_of(&self.graph.outputs),
                 self.ports.embedding,
                 match &self.ports.scores {
-                    Some(scores) => format!(", and {scores:?} for class scores"),
+                    Some(scores) => format!(", and {scores:?} as class scores"),
                     None => String::new(),
                 }
             )
@@ -256,14 +257,14 @@ impl Model {
         let idle = self.contract.outputs.scores.is_some() && self.contract.classes.is_empty();
         let idle = idle.then(|| {
             format!(
-                "{}: class scores are not used, as its .toml names no classes: the nearest embedding decides",
+                "{}: class scores are not used because its .toml names no classes: the nearest embedding decides",
                 self.contract.name
             )
         });
         let training = self.graph.is_in_training_mode().then(|| {
             format!(
-                "{}: was exported in training mode, in which answers depend on chance or on batch mates (call \
-                 .eval() before the export)",
+                "{}: was exported in training mode, so its answers depend on chance or on the other inputs of a \
+                 batch (call .eval() before the export)",
                 self.contract.name
             )
         });
@@ -271,13 +272,13 @@ impl Model {
         all.chain(idle).chain(training).collect()
     }
 
-    /// Whether the contract or their names say what outputs are.
+    /// Returns whether the contract or the outputs' names state which output is which.
     fn are_outputs_named(&self) -> bool {
         let OutputNames { embedding, scores } = &self.contract.outputs;
         embedding.is_some() || scores.is_some() || self.ports.embedding == EMBEDDING
     }
 
-    /// The contract with the outputs that are used by name.
+    /// Returns the contract with the names of the outputs that are used.
     #[must_use]
     pub fn stated_contract(&self) -> Contract {
         let mut contract = self.contract.clone();

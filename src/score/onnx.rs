@@ -399,7 +399,7 @@ pub(super) fn profile(
     how: (Provider, usize),
     input: &[f32],
 ) -> Result<Vec<Ran>> {
-    let times = operator_times(ort, model, how, (input, 1))?;
+    let times = operator_times(ort, model, how, input, 1)?;
     Ok(times.into_iter().map(|one| one.ran).collect())
 }
 
@@ -408,7 +408,8 @@ pub(super) fn operator_times(
     ort: &Ort,
     model: &Model,
     how: (Provider, usize),
-    (input, runs): (&[f32], usize),
+    input: &[f32],
+    runs: usize,
 ) -> Result<Vec<OperatorTime>> {
     let contract = model.contract();
     let failed = |cause: Cause| ScoreError::OnnxRuntime {
@@ -475,7 +476,7 @@ impl Recognizer for OrtRecognizer {
     }
 
     fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {
-        run_batch(&self.contract, &self.ports, (input, batch), |given| {
+        run_batch(&self.contract, &self.ports, input, batch, |given| {
             self.run_once(given)
         })
     }

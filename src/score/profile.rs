@@ -1,38 +1,38 @@
-//! What ran each operation of a model: ONNX Runtime's profile, read.
+//! Reads ONNX Runtime's profile: what ran each operation of a model.
 //!
-//! A provider that does not support an operation leaves it to the processor and says nothing, and
-//! ONNX Runtime runs an operation between 8-bit numbers in float where it cannot fuse them. The
+//! A provider silently leaves operations that it does not support to the processor, and ONNX
+//! Runtime runs a quantised operation in float where it cannot fuse it with its conversions. The
 //! profile that a session writes names the provider and the types of each operation.
 
 use std::collections::{BTreeMap, HashSet};
 
 use serde::{Deserialize, Serialize};
 
-/// Operations of one kind that a session ran alike.
+/// Operations of one kind that a session ran in the same way.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ran {
-    /// The operation, `Conv` or `QLinearConv`; a name of the provider's own where it runs many as
-    /// one.
+    /// The operation, such as `Conv` or `QLinearConv`; a name of the provider's own if it fuses
+    /// several.
     pub operator: String,
-    /// What ran it, as ONNX Runtime calls it: `CPUExecutionProvider`.
+    /// ONNX Runtime's name for the provider that ran it, such as `CPUExecutionProvider`.
     pub provider: String,
-    /// What it computes in.
+    /// The arithmetic it computes in.
     pub arithmetic: Arithmetic,
-    /// How many of them there are.
+    /// The number of these operations.
     pub count: usize,
 }
 
-/// What operations of one kind take of an inference.
+/// The time that operations of one kind take in an inference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OperatorTime {
-    /// What ran.
+    /// The operations.
     #[serde(flatten)]
     pub ran: Ran,
-    /// Microseconds of all of them in one inference, the mean over several.
+    /// The time of all of them in one inference, microseconds; the mean over several.
     pub mean_us: f64,
 }
 
-/// What an operation computes in.
+/// The arithmetic an operation computes in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Arithmetic {
@@ -40,14 +40,14 @@ pub enum Arithmetic {
     Float,
     /// 8-bit integers.
     Int8,
-    /// It turns the one into the other.
+    /// Conversion from one to the other.
     Conversion,
-    /// Shapes and indices, or it is not known.
+    /// Shapes and indices, or unknown.
     Other,
 }
 
 impl Arithmetic {
-    /// The name under which results state it.
+    /// Returns the name used in results.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -60,16 +60,16 @@ impl Arithmetic {
 }
 
 impl Ran {
-    /// Whether the processor ran it, by ONNX Runtime's own kernels.
+    /// Returns whether ONNX Runtime's own kernels ran it, on the processor.
     #[must_use]
     pub fn is_on_cpu(&self) -> bool {
         self.provider == "CPUExecutionProvider"
     }
 }
 
-/// Whether an operator is of a quantised model: it computes in 8-bit integers or turns numbers into
-/// such. Those of ONNX and ONNX Runtime are called `QuantizeLinear`, `DynamicQuantizeMatMul`,
-/// `QLinearConv`, `QGemm`, `ConvInteger`.
+/// Returns whether an operator belongs to a quantised model: it computes in 8-bit integers or
+/// converts numbers to or from them. ONNX and ONNX Runtime have `QuantizeLinear`,
+/// `DynamicQuantizeMatMul`, `QLinearConv`, `QGemm`, `ConvInteger`.
 pub(super) fn is_of_8_bits(operator: &str) -> bool {
     let name = operator.rsplit('.').next().unwrap_or(operator);
     let mut letters = name.chars();
@@ -103,18 +103,18 @@ struct Arguments {
     output_type_shape: Vec<BTreeMap<String, serde_json::Value>>,
 }
 
-/// What a profile of so many inferences tells, in the order of operators' names: each operation counts
-/// once, however often it ran; the time of the first inference is left out where there are more.
+/// Reads a profile of `runs` inferences, in the order of operators' names. Each operation counts
+/// once, however often it ran. The time of the first inference is left out if there are more.
 ///
 /// # Errors
-/// If the text is no profile.
+/// If the text is not a profile.
 pub(super) fn read_times(text: &str, runs: usize) -> serde_json::Result<Vec<OperatorTime>> {
     let events: Vec<ProfileEvent> = serde_json::from_str(text)?;
     let events = events.into_iter();
-    // Older versions tell of the fences around an operation too, without a provider.
+    // Older versions also list the fences around an operation, without a provider.
     let events = events.filter(|event| event.cat == "Node" && !event.args.provider.is_empty());
     let events: Vec<ProfileEvent> = events.collect();
-    // Each inference runs the same operations, those of loops aside.
+    // Each inference runs the same operations, except inside loops.
     let first = if runs > 1 { events.len() / runs } else { 0 };
     let mut seen = HashSet::new();
     let mut all: BTreeMap<(String, String, Arithmetic), (usize, f64)> = BTreeMap::new();
@@ -161,7 +161,7 @@ fn arithmetic(args: &Arguments) -> Arithmetic {
     match (is_int8(&input), is_int8(&output)) {
         (true, false) if args.op_name == "DequantizeLinear" => Arithmetic::Conversion,
         (false, true) if args.op_name.ends_with("QuantizeLinear") => Arithmetic::Conversion,
-        // QLinearConcat begins with a scale, QGemm may end in float.
+        // The first input of QLinearConcat is a scale, and QGemm may return float.
         (true, _) | (_, true) => Arithmetic::Int8,
         _ if is_float(&input) || is_float(&output) => Arithmetic::Float,
         _ => Arithmetic::Other,

@@ -1,13 +1,13 @@
-//! Runtimes by name, and the processors that they compute on.
+//! Names of runtimes, and the execution providers of ONNX Runtime.
 
 use crate::error::Result;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Which software runs a model, for results.
+/// The name of a runtime, for results.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RuntimeName {
-    /// `rten` or `onnxruntime`; `none` where nothing needs to run.
+    /// `rten`, `onnxruntime` or `edgegait-core`; `none` for baselines.
     pub name: String,
     /// Its version.
     pub version: String,
@@ -17,7 +17,7 @@ pub struct RuntimeName {
 }
 
 impl RuntimeName {
-    /// Version, and the provider if it is not the processor itself.
+    /// Returns the version, and the provider if it is not the processor itself.
     #[must_use]
     pub fn detail(&self) -> String {
         if [Provider::Cpu.name(), ""].contains(&self.provider.as_str()) {
@@ -29,20 +29,20 @@ impl RuntimeName {
 }
 
 impl fmt::Display for RuntimeName {
-    /// `onnxruntime 1.31.1 (xnnpack)`.
+    /// Writes name and detail: `onnxruntime 1.31.1 (xnnpack)`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(format!("{} {}", self.name, self.detail()).trim_end())
     }
 }
 
-/// What ONNX Runtime computes with, where its library was built for it. What a provider does not
-/// support of a model is left to the processor.
+/// An execution provider of ONNX Runtime, if its library was built with it. Operations that a
+/// provider does not support run on the processor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Provider {
     /// The processor, in every library.
     #[default]
     Cpu,
-    /// XNNPACK: the processor by Google's kernels.
+    /// XNNPACK: the processor, with Google's kernels.
     Xnnpack,
     /// Arm Compute Library.
     Acl,
@@ -65,7 +65,7 @@ pub enum Provider {
 }
 
 impl Provider {
-    /// All of them.
+    /// All providers.
     pub const ALL: [Self; 11] = [
         Self::Cpu,
         Self::Xnnpack,
@@ -80,7 +80,7 @@ impl Provider {
         Self::Openvino,
     ];
 
-    /// The name under which flags and results state it.
+    /// Returns the name used in flags and results.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -99,14 +99,14 @@ impl Provider {
     }
 }
 
-/// What [`Runtime::bare`] makes.
+/// The loop body that [`Runtime::bare`](super::Runtime::bare) returns.
 pub type BareLoop = Box<dyn FnMut() -> Result<f32>>;
 
-/// Where a bare loop's outputs lie.
+/// Where the outputs of a bare loop are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BareOutputs {
-    /// ONNX Runtime makes them anew in each call, as in the loops of its examples.
+    /// In new tensors for each call, as in ONNX Runtime's examples.
     New,
-    /// In the same tensors each time.
+    /// In the same tensors for all calls.
     Reused,
 }

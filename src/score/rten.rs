@@ -210,7 +210,7 @@ impl Recognizer for RtenRecognizer {
     }
 
     fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {
-        run_batch(&self.contract, &self.ports, (input, batch), |given| {
+        run_batch(&self.contract, &self.ports, input, batch, |given| {
             self.run_once(given)
         })
     }

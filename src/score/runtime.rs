@@ -1,4 +1,4 @@
-//! What runs models: the embedded runtime or ONNX Runtime, and on which processor.
+//! The runtimes that run models: the embedded one, or ONNX Runtime with one of its providers.
 
 use super::provider::{BareLoop, BareOutputs, Provider, RuntimeName};
 use super::{Model, OperatorTime, Ran, Recognizer, onnx, rten};
@@ -19,7 +19,7 @@ enum Engine {
 }
 
 impl Runtime {
-    /// The embedded runtime: needs nothing, always there. One thread.
+    /// Returns the embedded runtime, with one thread. It needs no library.
     #[must_use]
     pub const fn rten() -> Self {
         Self {
@@ -28,16 +28,17 @@ impl Runtime {
         }
     }
 
-    /// ONNX Runtime, from a shared library of version 1.18 or later. One thread, on the processor.
+    /// Loads ONNX Runtime from a shared library of version 1.18 or later: one thread, on the
+    /// processor.
     ///
     /// The library is in the `onnxruntime` wheel from 1.19 on, as
     /// `onnxruntime/capi/libonnxruntime.so.*`; [`find_library`](super::find_library) looks for
-    /// it. It stays loaded, so that a process has one: a second call has to name the same file.
-    /// Loading runs the library's code: name only one that you trust. Telemetry is off.
+    /// it. It stays loaded, so a second call in a process has to name the same file. Loading runs
+    /// the library's code: name only a library that you trust. Telemetry is off.
     ///
     /// # Errors
     /// If the file is missing, cut short, for another system, not ONNX Runtime or too old, or
-    /// another one is loaded already.
+    /// another library is loaded already.
     pub fn ort(library: impl AsRef<Path>) -> Result<Self> {
         Ok(Self {
             engine: Engine::Ort(onnx::Ort::load(library.as_ref())?, Provider::Cpu),
@@ -45,18 +46,18 @@ impl Runtime {
         })
     }
 
-    /// The same runtime, with `threads` (at least 1) for the work inside one call.
+    /// Sets the number of threads (at least 1) for the work inside one call.
     #[must_use]
     pub fn with_threads(mut self, threads: usize) -> Self {
         self.threads = threads.max(1);
         self
     }
 
-    /// The same runtime, computing with `provider`.
+    /// Sets the provider that computes.
     ///
     /// # Errors
-    /// If the library has no such provider, naming those it has, or the runtime is the embedded
-    /// one, which has the processor only.
+    /// If the library has no such provider (the error lists those it has), or the runtime is the
+    /// embedded one, which has the processor only.
     pub fn with_provider(mut self, provider: Provider) -> Result<Self> {
         match &mut self.engine {
             Engine::Rten if provider != Provider::Cpu => {
@@ -71,7 +72,7 @@ impl Runtime {
         Ok(self)
     }
 
-    /// Its name, version and provider.
+    /// Returns its name, version and provider.
     #[must_use]
     pub fn name(&self) -> RuntimeName {
         match &self.engine {
@@ -80,12 +81,12 @@ impl Runtime {
         }
     }
 
-    /// The tightest loop body around ONNX Runtime alone, to compare a recognizer with: one call
-    /// runs `model` on one input that was given once, and gives the sum of the first numbers of
-    /// its outputs. Nothing is copied or checked.
+    /// Returns the tightest loop body around ONNX Runtime alone, as a reference for a recognizer.
+    /// Each call runs `model` on the same input and returns the sum of the first numbers of its
+    /// outputs, without copies or checks.
     ///
     /// # Errors
-    /// With the embedded runtime, or if ONNX Runtime refuses the model or the input.
+    /// For the embedded runtime, or if ONNX Runtime rejects the model or the input.
     pub fn bare(&self, model: &Model, input: &[f32], outputs: BareOutputs) -> Result<BareLoop> {
         match &self.engine {
             Engine::Rten => Err(ChoiceError::BareEmbedded.into()),
@@ -96,12 +97,12 @@ impl Runtime {
         }
     }
 
-    /// What ran each operation of `model`, of one input: which provider, and whether in float or in
-    /// 8-bit integers. None with the embedded runtime, which has the processor only and computes
-    /// quantised models in float.
+    /// Profiles `model` on one input: which provider ran each operation, and whether in float or in
+    /// 8-bit integers. Returns `None` for the embedded runtime, which has the processor only and
+    /// computes quantised models in float.
     ///
     /// # Errors
-    /// If ONNX Runtime refuses the model or the input, or does not tell.
+    /// If ONNX Runtime rejects the model or the input, or its profile cannot be read.
     pub fn profile(&self, model: &Model, input: &[f32]) -> Result<Option<Vec<Ran>>> {
         match &self.engine {
             Engine::Rten => Ok(None),
@@ -111,8 +112,9 @@ impl Runtime {
         }
     }
 
-    /// What the operators of `model` take of an inference, by `runs` inferences of one input; the first is
-    /// left out where there are more. None with the embedded runtime, which does not tell.
+    /// Measures the times of the operators of `model` in `runs` inferences of one input; the first
+    /// inference is left out if there are more. Returns `None` for the embedded runtime, which does
+    /// not report them.
     ///
     /// # Errors
     /// As [`Self::profile`].
@@ -126,7 +128,7 @@ impl Runtime {
             Engine::Rten => Ok(None),
             Engine::Ort(ort, provider) => {
                 let how = (*provider, self.threads);
-                onnx::operator_times(ort, model, how, (input, runs.max(1))).map(Some)
+                onnx::operator_times(ort, model, how, input, runs.max(1)).map(Some)
             }
         }
     }
@@ -134,7 +136,7 @@ impl Runtime {
     /// Prepares `model` for running.
     ///
     /// # Errors
-    /// If the runtime does not support one of the model's operators, or refuses the file.
+    /// If the runtime does not support one of the model's operators, or rejects the file.
     pub fn load(&self, model: &Model) -> Result<Box<dyn Recognizer>> {
         Ok(match &self.engine {
             Engine::Rten => Box::new(rten::RtenRecognizer::load(model, self.threads)?),

@@ -178,7 +178,7 @@ fn sequences_are_averaged_over_their_frames_into_parts(runtime: &Runtime) {
             .expect_err("a pixel short")
             .to_string();
         assert!(
-            error.starts_with("mean: expected 2 sequences of equally many silhouettes of 64 x 44"),
+            error.starts_with("mean: expected 2 equally long sequences of silhouettes of 64 x 44"),
             "{error}"
         );
     }

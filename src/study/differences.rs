@@ -99,7 +99,8 @@ impl Price {
 /// If nothing is learnt.
 pub(crate) fn shared(
     view: &str,
-    (real, synthetic): (&[Example], &[Example]),
+    real: &[Example],
+    synthetic: &[Example],
     seed: u64,
 ) -> Result<Vec<Price>> {
     let mut prices = Vec::new();

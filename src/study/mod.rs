@@ -202,7 +202,7 @@ pub(crate) fn run(
     let estimated = MeasuredPeople::default();
     let bodies = plan.bodies.as_ref().unwrap_or(&estimated);
     let twins = walkers.with_bodies(bodies, 0.0)?;
-    let others = other_twins(&walkers, (bodies, plan.dressed.as_ref()))?;
+    let others = other_twins(&walkers, bodies, plan.dressed.as_ref())?;
     for seen in &plan.views {
         let camera = (seen.view, seen.distance_m);
         let shown: Vec<_> = plan
@@ -287,7 +287,8 @@ fn with_box(framings: &[FramingMode]) -> Vec<FramingMode> {
 /// Twins with other bodies and another carriage.
 fn other_twins(
     walkers: &Walkers,
-    (bodies, dressed): (&MeasuredPeople, Option<&MeasuredPeople>),
+    bodies: &MeasuredPeople,
+    dressed: Option<&MeasuredPeople>,
 ) -> Result<Vec<(&'static str, Twins)>> {
     let begins = |starts: &'static [&str]| {
         bodies.without(|name| starts.iter().any(|start| name.starts_with(start)))
@@ -436,7 +437,7 @@ fn prices(
         "a shift of one column",
         (Some(own(synthetic, &moved)), &moved),
     )?;
-    prices.extend(differences::shared(&seen.name, (real, synthetic), seed)?);
+    prices.extend(differences::shared(&seen.name, real, synthetic, seed)?);
     Ok(prices)
 }
 

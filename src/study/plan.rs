@@ -73,7 +73,8 @@ impl StudyPlan {
     /// for fewer than two people.
     pub(crate) fn new(
         paths: &Paths,
-        (views, people): (&[String], &[String]),
+        views: &[String],
+        people: &[String],
         distance_m: f64,
     ) -> Result<Self> {
         let rows = manifest::read(&paths.manifest)?;

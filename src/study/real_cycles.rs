@@ -47,7 +47,7 @@ pub(crate) fn read(
     progress: &(dyn Fn() + Sync),
 ) -> Result<RealCycles> {
     let one = |shown: &&ShownTake| {
-        let found = take(tree, shown, (masks, seed), framings);
+        let found = take(tree, shown, masks, seed, framings);
         progress();
         found
     };
@@ -76,7 +76,8 @@ type RealTake = std::result::Result<(Vec<Vec<Example>>, f64), String>;
 fn take(
     tree: &Tree,
     shown: &ShownTake,
-    (masks, seed): (Masks, u64),
+    masks: Masks,
+    seed: u64,
     framings: &[FramingMode],
 ) -> Result<RealTake> {
     let Pairing {
@@ -111,7 +112,7 @@ fn take(
             }
         }
     };
-    let seen = masks.of(frames.clone(), columns, (&name, seed));
+    let seen = masks.of(frames.clone(), columns, &name, seed);
     let alike: Vec<f64> = seen
         .iter()
         .zip(&frames)
@@ -129,7 +130,7 @@ fn take(
                 .enumerate()
                 .filter(|(at, _)| numbers.contains(at))
             {
-                if let Some(silhouette) = framed((pixels, columns), SIZE, framing)? {
+                if let Some(silhouette) = framed(pixels, columns, SIZE, framing)? {
                     let phase = phase(number as f64, (from, to), contacts);
                     framed_frames.push((phase, silhouette));
                 }

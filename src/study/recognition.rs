@@ -159,7 +159,7 @@ pub(crate) fn curve(
         &seeds[..1]
     };
     let one = |&seed: &u64| -> Result<Option<TrialOutcome>> {
-        let trial = trial(experiment, (real, synthetic), (unit, seed));
+        let trial = trial(experiment, real, synthetic, unit, seed);
         let judged = judge(&trial, augmentation)?;
         progress();
         Ok(judged)
@@ -224,8 +224,10 @@ pub(crate) fn curve(
 
 fn trial<'a>(
     experiment: Experiment,
-    (real, synthetic): (&'a [Example], &'a [Example]),
-    (unit, seed): (SplitUnit, u64),
+    real: &'a [Example],
+    synthetic: &'a [Example],
+    unit: SplitUnit,
+    seed: u64,
 ) -> RecognitionTrial<'a> {
     let all = |examples: &'a [Example]| examples.iter().collect::<Vec<_>>();
     let parts = |examples: &'a [Example]| {
@@ -317,8 +319,7 @@ fn judge(trial: &RecognitionTrial<'_>, augmentation: Augmentation) -> Result<Opt
         }
     }
     let samples = Array2::from_shape_vec((labels.len(), SIZE.pixels()), pixels)?;
-    let analysed =
-        Analysed::<f64>::of((Template::Gei, SIZE), samples.view(), &labels, people.len())?;
+    let analysed = Analysed::<f64>::of(Template::Gei, SIZE, samples.view(), &labels, people.len())?;
     let mut by_components = Vec::new();
     for components in COMPONENTS {
         if components >= trial.train.len() {

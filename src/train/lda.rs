@@ -130,7 +130,7 @@ impl<F: Real> Lda<F> {
         let count = points.nrows();
         let of = Classes::<F>::of(points, labels, classes)?;
         let scatter = Scatter::of(points, labels, &of);
-        discriminants(scatter, (count, classes), ridge, classes - 1)
+        discriminants(scatter, count, classes, ridge, classes - 1)
     }
 }
 
@@ -168,7 +168,8 @@ impl<F: Real> Scatter<F> {
 /// If the scatter within is no positive matrix in spite of the ridge.
 pub(crate) fn discriminants<F: Real>(
     scatter: Scatter<F>,
-    (count, classes): (usize, usize),
+    count: usize,
+    classes: usize,
     ridge: f64,
     most: usize,
 ) -> Result<Lda<F>> {

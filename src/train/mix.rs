@@ -374,7 +374,7 @@ mod tests {
                     crops: None,
                 },
             };
-            Samples::drawn((&pack, &walks, "cohort"), recipe, &|| ()).expect("drawn")
+            Samples::drawn(&pack, &walks, "cohort", recipe, &|| ()).expect("drawn")
         };
         // Four samples of each cycle follow one another: two viewpoints, and their mirror images.
         let all = drawn(CycleShare::ALL);

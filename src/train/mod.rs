@@ -223,7 +223,7 @@ impl<'a, F: Real> Analysed<'a, F> {
             .into_iter()
             .find(|size| size.pixels() == samples.ncols())
             .ok_or_else(|| TrainError::NoGeis(samples.ncols()))?;
-        Self::of((Template::Gei, size), samples, labels, classes)
+        Self::of(Template::Gei, size, samples, labels, classes)
     }
 
     /// Analyses templates of `classes` people, of silhouettes of this size, one a row with numbers
@@ -233,7 +233,8 @@ impl<'a, F: Real> Analysed<'a, F> {
     /// If the samples are no such templates of finite numbers, there are fewer than two classes, a
     /// class has no sample, or two classes have the same mean.
     pub fn of(
-        (template, size): (Template, Size),
+        template: Template,
+        size: Size,
         samples: ArrayView2<'a, f32>,
         labels: &'a [usize],
         classes: usize,

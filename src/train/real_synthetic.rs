@@ -38,10 +38,10 @@ impl<F: Real> Analysed<'_, F> {
         };
         let real = self.fit(options)?;
         let (samples, labels) = self.synthetic(crops);
-        let form = (self.template, self.size);
         let classes = self.class_means.nrows();
         let mut synthetic =
-            Analysed::<F>::of(form, samples.view(), &labels, classes)?.fit(options)?;
+            Analysed::<F>::of(self.template, self.size, samples.view(), &labels, classes)?
+                .fit(options)?;
         let weights = synthetic.embedding.weights.mapv(f64::from);
         let weights = linear_algebra::multiply(weights.view(), self.mean_crop(crops).view());
         synthetic.embedding.weights = weights.mapv(|weight| weight as f32);
@@ -244,8 +244,9 @@ mod tests {
             Array2::from_shape_fn((8, 50), |(i, j)| ((i * j) % 7) as f32 / 7.0),
             [0, 1, 0, 1, 0, 1, 0, 1],
         );
-        let form = (Template::RowWidth, Size::S50x30);
-        let analysed = Analysed::<f64>::of(form, samples.view(), &labels, 2).expect("two people");
+        let analysed =
+            Analysed::<f64>::of(Template::RowWidth, Size::S50x30, samples.view(), &labels, 2)
+                .expect("two people");
         let refused = analysed.fit(TrainOptions {
             method: METHOD,
             ..TrainOptions::default()

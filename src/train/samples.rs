@@ -60,7 +60,9 @@ impl Samples {
     /// # Errors
     /// For whole takes, for silhouettes, and what cannot be drawn or augmented.
     pub fn drawn(
-        (pack, walks, name): (&Pack<'_>, &[usize], &str),
+        pack: &Pack<'_>,
+        walks: &[usize],
+        name: &str,
         recipe: Recipe<'_>,
         progress: &(dyn Fn() + Sync),
     ) -> Result<Self> {
@@ -150,9 +152,11 @@ impl Samples {
     /// # Panics
     /// If the index has no such row.
     pub fn of_dataset(
-        (dataset, folder): (&Dataset, &Path),
+        dataset: &Dataset,
+        folder: &Path,
         chosen: &[usize],
-        (share, augmentation): (CycleShare, Augmentation),
+        share: CycleShare,
+        augmentation: Augmentation,
     ) -> Result<Self> {
         let (template, size) = (dataset.template(), dataset.size());
         augmentation.check(template, size)?;
@@ -216,9 +220,11 @@ impl Samples {
     /// # Errors
     /// For what cannot be read, made into such a template or augmented.
     pub fn of_recordings(
-        (source, name): (&SequenceSource<'_>, &str),
+        source: &SequenceSource<'_>,
+        name: &str,
         settings: Settings,
-        (share, augmentation): (CycleShare, Augmentation),
+        share: CycleShare,
+        augmentation: Augmentation,
     ) -> Result<Self> {
         let (template, size) = (settings.template, settings.size);
         augmentation.check(template, size)?;

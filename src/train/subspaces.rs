@@ -187,7 +187,7 @@ impl Learnt {
         let drawn: Vec<Vec<usize>> = (0..classifiers).map(draw).collect();
         let learn = |chosen: Vec<usize>| {
             let own = together(chosen.iter().map(|&at| &scatters[at]));
-            let found = discriminants(own, (count, classes), RIDGE, most)?;
+            let found = discriminants(own, count, classes, RIDGE, most)?;
             Ok(SubspaceClassifier {
                 chosen,
                 directions: found.directions.mapv(|number: f64| number as f32),

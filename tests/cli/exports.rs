@@ -476,7 +476,7 @@ fn an_npz_holds_the_arrays_and_the_columns_and_is_the_same_again() {
     done(at, &words(&format!("{sweep} --format npz --out b.npz")));
     let resumed = format!("{sweep} --format npz --out b.npz --resume");
     let said = done(at, &words(&resumed));
-    assert!(said.contains("b.npz is whole already"), "{said}");
+    assert!(said.contains("b.npz is already complete"), "{said}");
     assert!(bytes == fs::read(at.join("b.npz")).expect("a file"));
     fs::write(at.join("c.npz"), "mine").expect("written");
     let other = format!("{sweep} --format npz --out c.npz");

@@ -151,7 +151,7 @@ fn a_field_of_the_bodies_that_cannot_be_costs_that_field_only() {
     let (all, own) = warnings(&results, "good_1.bvh");
     assert!(own.is_some());
     assert!(
-        all[0].starts_with(words[0]) && all[0].ends_with("taken as not measured"),
+        all[0].starts_with(words[0]) && all[0].ends_with("treated as not measured"),
         "{all:?}"
     );
     let found = fs::read(at.join("out.egp")).expect("a pack");

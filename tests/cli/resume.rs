@@ -47,11 +47,11 @@ fn a_run_that_was_killed_at_any_moment_ends_with_the_bytes_of_an_undisturbed_one
         );
         // Whole already; another run's is kept.
         let said = done(at, &words(&command));
-        assert!(said.contains("is whole already"), "{said}");
+        assert!(said.contains("is already complete"), "{said}");
         assert!(!said.contains("wrote"), "{said}");
         let other = command.replace("--cycles 120", "--cycles 3");
         let other = other.replace("d.toml", "d.toml --people 1");
-        let problem = "is whole already, and of another run: settings.";
+        let problem = "is already complete, and of another run: settings.";
         refused(at, &words(&other), 2, &[problem]);
         assert!(
             files(&at.join("killed")) == files(&at.join("whole")),
@@ -101,7 +101,7 @@ fn a_full_disk_loses_nothing_that_was_done() {
     lock.lock().expect("locked");
     for flags in ["", "--resume"] {
         let again = format!("{LONG} --out full {flags}");
-        refused(at, &words(&again), 2, &["another process is at it"]);
+        refused(at, &words(&again), 2, &["another process is using it"]);
     }
     drop(lock);
     done(at, &words(&format!("{LONG} --out full --resume")));

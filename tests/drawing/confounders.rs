@@ -281,7 +281,7 @@ fn the_command_takes_conditions_and_says_which() {
     refuse(
         &["--confound", "coat=1,coat=0.5"],
         2,
-        &["coat is there twice"],
+        &["coat appears twice"],
     );
     refuse(&["--conditions", "rain"], 2, &["rain", "casia-b"]);
     refuse(&["--conditions", "absent.toml"], 1, &["absent.toml"]);

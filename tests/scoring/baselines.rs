@@ -104,7 +104,7 @@ fn baselines_know_people_by_what_a_recognizer_was_trained_on_or_by_its_gallery()
             views: Some(views.clone()),
             ..ContestOptions::default()
         };
-        let drawn = DrawnContest::new((&pack, &walks), &entrants, options).expect("a contest");
+        let drawn = DrawnContest::new(&pack, &walks, &entrants, options).expect("a contest");
         let Baselines {
             entrants: added,
             warnings,

@@ -231,7 +231,7 @@ fn what_cannot_be_judged_is_refused() {
         (
             &["limits.toml", "one.json", "--run", "one.json"],
             2,
-            &["one.json: is there twice"],
+            &["one.json: appears twice"],
         ),
         (
             &["limits.toml", "none.json"],
@@ -296,11 +296,11 @@ fn checks_say_what_is_wrong_with_a_model() {
     let said = text(&output.stdout);
     assert_eq!(code(&output), 0, "{said}");
     for words in [
-        "taken by m.toml for silhouettes of 64x44 (NTHW)",
+        "contract from m.toml: silhouettes of 64x44 (NTHW)",
         "8 inputs",
         "embeddings of 512 numbers",
         "seen from 60, 90 and 120 degrees: ",
-        "nothing speaks against it",
+        "no problems found",
     ] {
         assert!(said.contains(words), "{said}");
     }

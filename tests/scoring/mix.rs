@@ -193,7 +193,7 @@ fn what_cannot_be_trained_on_together_is_refused() {
         ),
         (
             "real made.egp --mix real:0.5,real:0.6",
-            "--mix: real is there twice",
+            "--mix: real appears twice",
         ),
         (
             "made.egp other/made.egp --mix made:0.5",

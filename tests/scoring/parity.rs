@@ -245,7 +245,7 @@ fn sides_that_cannot_be_compared_are_refused_with_what_differs() {
     refuse(
         "parity float.onnx --runtime rten --runtime rten",
         2,
-        &["float.onnx on rten 0.27.0: is there twice"],
+        &["float.onnx on rten 0.27.0: appears twice"],
     );
     refuse(
         "parity float.onnx int8.onnx --runtime rten --runtime rten --runtime rten",

@@ -41,7 +41,7 @@ fn what_measuring_in_the_time_that_there_is_leaves_out_is_stated() {
     assert!(number(model, "seconds") < full / 10.0, "{model}");
     let said = results["warnings"].to_string();
     assert!(
-        said.contains("slow: cut to be measured in 3 s: one at a time: "),
+        said.contains("slow: shortened to fit into 3 s: one at a time: "),
         "{said}"
     );
     assert!(said.contains("in full (--max-seconds "), "{said}");

@@ -72,7 +72,7 @@ fn recipes_that_make_no_sense_are_refused_before_anything_is_drawn() {
     let dir = tempfile::tempdir().expect("a folder");
     for (recipe, expected) in [
         (["--svm-c", "2"].as_slice(), "LDA has none"),
-        (&["--components", "5,7,5"], "5 is there twice"),
+        (&["--components", "5,7,5"], "5 appears twice"),
         (&["--components", "0"], "0 is not in 1..=4096"),
         (
             &["--method", "svm", "--svm-c", "0"],

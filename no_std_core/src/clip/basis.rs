@@ -3,8 +3,8 @@
 use crate::budget::MAX_HARMONICS;
 use crate::format::MAX_GROUPS;
 
-/// Values of the Fourier basis at one phase, a pair for each group: 1 and 0, then of each
-/// harmonic the cosine and the sine.
+/// Values of the Fourier basis at one phase, a pair for each group: 1 and 0, then the cosine and
+/// the sine of each harmonic.
 pub(super) struct Basis {
     pub(super) pairs: [[f32; 2]; MAX_GROUPS],
 }
@@ -14,7 +14,7 @@ impl Basis {
         Self::up_to(phase, MAX_HARMONICS)
     }
 
-    /// The same up to a harmonic, and zeros behind it.
+    /// Returns the basis up to a harmonic, with zeros after it.
     pub(super) fn up_to(phase: f32, harmonics: usize) -> Self {
         let phase = if phase.is_finite() {
             phase - libm::floorf(phase)

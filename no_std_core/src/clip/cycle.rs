@@ -1,10 +1,9 @@
-//! One gait cycle in a few hundred bytes.
+//! A gait cycle stored as a Fourier series, in a few hundred bytes.
 //!
-//! A loop holds 60 channels (three of a rotation for each joint, three of the pelvis's
-//! position), each a Fourier series of the phase: what repeats once a cycle is short as a
-//! Fourier series, any phase decodes directly, and the last frame meets the first by
-//! construction. Its numbers are differences to a template of the codebook, if it names
-//! one, in Rice codes.
+//! A loop holds 60 channels (three for the rotation of each joint, three for the pelvis's
+//! position), each a Fourier series of the phase. Such a series is short for a periodic motion, any
+//! phase decodes directly, and the last frame meets the first by construction. Its numbers are in
+//! Rice codes, as differences from a template of the codebook if the loop names one.
 
 use super::basis::Basis;
 use super::expanded::Expanded;
@@ -29,10 +28,10 @@ pub struct Loop<'a> {
 }
 
 impl<'a> Loop<'a> {
-    /// The loop of these bytes, which were checked, or will be.
+    /// Returns the loop of these bytes, which the caller has checked or will check.
     ///
     /// # Errors
-    /// Where they are too few for any.
+    /// If they are too few for a loop's header.
     pub(super) fn over(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
         let Some((header, stream)) = bytes.split_at_checked(LOOP_HEADER_BYTES) else {
             return Err(FormatError::new(bytes.len(), "a loop's header of 19 bytes"));
@@ -45,7 +44,7 @@ impl<'a> Loop<'a> {
         })
     }
 
-    /// Checks every length and field; `codes` are its codebook's.
+    /// Checks every length and field; `codes` are those of its codebook.
     pub(super) fn check(&self, codes: &CodeTable) -> Result<(), FormatError> {
         if usize::from(self.template_number()) > self.codebook.template_count() {
             return Err(FormatError::new(1, "the number of a template, or 0"));
@@ -70,13 +69,13 @@ impl<'a> Loop<'a> {
             .map_err(|error| error.behind(LOOP_HEADER_BYTES))
     }
 
-    /// Duration of the cycle, seconds, exact to a microsecond.
+    /// Returns the duration of the cycle, seconds, exact to a microsecond.
     #[must_use]
     pub fn period_s(&self) -> f64 {
         f64::from(u32_at(self.header, 3)) * 1e-6
     }
 
-    /// Metres travelled along +Z in one cycle.
+    /// Returns the distance travelled along +Z in one cycle, metres.
     #[must_use]
     pub fn drift_m(&self) -> f32 {
         #[expect(clippy::cast_precision_loss, reason = "16 m keep 1 micrometre")]
@@ -84,32 +83,33 @@ impl<'a> Loop<'a> {
         micrometres * 1e-6
     }
 
-    /// Greatest error that the encoder measured, mm ([`super::Clip::max_error_mm`]).
+    /// Returns the greatest error that the encoder measured, mm ([`super::Clip::max_error_mm`]).
     #[must_use]
     pub fn max_error_mm(&self) -> f32 {
         f32::from(u16_at(self.header, 11)) * 0.01
     }
 
-    /// Mean of the same errors, mm.
+    /// Returns the mean error that the encoder measured, mm.
     #[must_use]
     pub fn mean_error_mm(&self) -> f32 {
         f32::from(u16_at(self.header, 13)) * 0.01
     }
 
-    /// How far closing the recorded cycle moved any joint at most, mm, before it was
-    /// encoded; 0 for a cycle that was made closed.
+    /// Returns the greatest distance by which closing the recorded cycle moved a joint before
+    /// encoding, mm; 0 for a cycle that was generated closed.
     #[must_use]
     pub fn closure_mm(&self) -> f32 {
         f32::from(u16_at(self.header, 15)) * 0.1
     }
 
-    /// Frames that the encoder was given.
+    /// Returns the number of frames that the encoder was given.
     #[must_use]
     pub fn frames(&self) -> u32 {
         u32::from(u16_at(self.header, 17))
     }
 
-    /// The template that its numbers are differences to, counted from 1; 0 for none.
+    /// Returns the number of the template from which its numbers are differences, counted from 1; 0
+    /// for none.
     #[must_use]
     pub fn template_number(&self) -> u8 {
         self.header.get(1).copied().unwrap_or(0)
@@ -119,25 +119,24 @@ impl<'a> Loop<'a> {
         self.header.get(2).copied().unwrap_or(0)
     }
 
-    /// Bytes that the clip takes in its pack.
+    /// Returns the size of the clip in its pack, bytes.
     #[must_use]
     pub const fn len_bytes(&self) -> usize {
         self.header.len() + self.stream.len()
     }
 
-    /// The pose at a time, seconds ([`super::Clip::sample`]).
+    /// Returns the pose at a time, seconds ([`super::Clip::sample`]).
     #[must_use]
     pub fn sample(&self, seconds: f64) -> Pose {
         self.pose(phase_at(seconds, self.period_s()))
     }
 
-    /// The pose at `phase`, in cycles: 0 is the left heel's contact and 1 is the
-    /// same pose again. The travel along +Z is left out, so that the walker stays
-    /// at the origin; it is [`Loop::drift_m`] times the phase.
+    /// Returns the pose at `phase`, in cycles: 0 is the left heel's contact and 1 is the same pose
+    /// again. The travel along +Z is left out, so that the walker stays at the origin; it is
+    /// [`Loop::drift_m`] times the phase.
     ///
-    /// Any float is taken; one that is not finite counts as 0. Reads the whole
-    /// stream, and the template's: about 3 microseconds on a host ([`Loop::expand`] is for
-    /// many poses of one loop).
+    /// Any float is accepted; one that is not finite counts as 0. Reads the whole stream, and the
+    /// template's: about 3 microseconds on a host ([`Loop::expand`] is for many poses of one loop).
     #[must_use]
     pub fn pose(&self, phase: f32) -> Pose {
         let basis = Basis::new(phase);
@@ -160,7 +159,7 @@ impl<'a> Loop<'a> {
         pose
     }
 
-    /// How many numbers [`Loop::expand`] needs.
+    /// Returns the length of the buffer that [`Loop::expand`] needs.
     #[must_use]
     pub fn expanded_len(&self) -> usize {
         let mut most = 0;
@@ -168,9 +167,8 @@ impl<'a> Loop<'a> {
         Expanded::len_for(most)
     }
 
-    /// Unpacks the coefficients into `buffer` once, for poses that take a 15th of the
-    /// time; `None` if it is shorter than [`Loop::expanded_len`]. Poses are the same, bit
-    /// for bit.
+    /// Unpacks the coefficients into `buffer` once, so that each pose takes a 15th of the time;
+    /// `None` if `buffer` is shorter than [`Loop::expanded_len`]. Poses are the same, bit for bit.
     #[must_use]
     pub fn expand<'b>(&self, buffer: &'b mut [f32]) -> Option<Expanded<'b>> {
         let buffer = buffer.get_mut(..self.expanded_len())?;
@@ -183,7 +181,7 @@ impl<'a> Loop<'a> {
         Some(Expanded::new(buffer, &self.codebook))
     }
 
-    /// Calls `each` with the channel, index and value of all coefficients.
+    /// Calls `each` with the channel, index and value of every coefficient.
     fn coefficients(&self, mut each: impl FnMut(usize, usize, f32)) {
         let mut reader = CoefficientReader::new(self);
         for channel in 0..CHANNELS {
@@ -198,26 +196,26 @@ impl<'a> Loop<'a> {
     }
 }
 
-/// The phase at a time of a cycle of `period_s`, in 0..1.
+/// Returns the phase at a time of a cycle of `period_s`, 0..1.
 fn phase_at(seconds: f64, period_s: f64) -> f32 {
     if !seconds.is_finite() {
         return 0.0;
     }
-    // `fmod` is exact: the tenth hour has the phases of the first second.
+    // `fmod` is exact: phases are as precise in the tenth hour as in the first second.
     #[expect(clippy::cast_possible_truncation, reason = "a phase")]
     let phase = (libm::fmod(seconds, period_s) / period_s) as f32;
     phase
 }
 
-/// Reads the coefficients of a loop, channel by channel.
+/// A reader of a loop's coefficients, channel by channel.
 struct CoefficientReader<'a> {
     codebook: Codebook<'a>,
     parameters: BitReader<'a>,
     numbers: BitReader<'a>,
     scale: u8,
     template: Option<MeanWalk<'a>>,
-    /// Of the channel at hand: the Rice parameters of its groups, its own numbers, and those
-    /// of the template.
+    /// Of the current channel: the Rice parameters of its groups, its own numbers, and the
+    /// template's numbers.
     codes: Codes,
     own: ChannelNumbers,
     usual: ChannelNumbers,
@@ -237,12 +235,12 @@ impl<'a> CoefficientReader<'a> {
         }
     }
 
-    /// Reads the next channel, which is `channel`: calls `each` with the number of each group up
-    /// to the last that is stated, and its two coefficients, of which the constant's second is
-    /// 0. Nothing of it can be missing: the loop and its codebook were checked.
+    /// Reads the next channel, which is `channel`: calls `each` with the number of each stored
+    /// group and its two coefficients; the constant's second one is 0. Nothing can be missing: the
+    /// loop and its codebook were checked.
     #[inline]
     fn channel(&mut self, channel: usize, mut each: impl FnMut(usize, [f32; 2])) {
-        // One stream after another, so that each is read with what it takes in registers.
+        // One stream after another, so that the state of each reader stays in registers.
         let parameters =
             ChannelParameters::read(&mut self.parameters).unwrap_or(ChannelParameters::NONE);
         if parameters.groups == 0 {
@@ -267,7 +265,7 @@ impl<'a> CoefficientReader<'a> {
                 [0, 1].map(|of| as_float(own[of]) * step + as_float(usual[of]) * mean_step);
             each(group, [first, second]);
         }
-        // What only one of them has is its product alone: the other's is 0.
+        // Groups that only one of them has: the other's product is 0.
         let shared = own.len().min(usual.len());
         for (numbers, step) in [(own, step), (usual, mean_step)] {
             for (group, numbers) in numbers.iter().enumerate().skip(shared) {

@@ -8,12 +8,12 @@ use crate::rotation::{product, quaternion};
 use crate::skeleton::{JOINTS, Joint};
 use glam::{Quat, Vec3};
 
-/// Joints and the root: what a row of coefficients has of each axis.
+/// Entries of each axis in a row of coefficients: the joints and the root.
 const LANES: usize = CHANNELS / 3;
 
-/// A loop in RAM: 240 bytes a coefficient of its longest channel in the caller's buffer
-/// (5 kB at 10 harmonics) and 650 bytes here. Coefficients of all channels lie beside each
-/// other, so that compilers vectorise over joints.
+/// A loop's coefficients unpacked in RAM: 240 bytes for each coefficient of its longest channel in
+/// the caller's buffer (5 kB at 10 harmonics) and 650 bytes here. Coefficients of all channels are
+/// adjacent, so that compilers vectorise over joints.
 #[derive(Clone, Debug)]
 pub struct Expanded<'b> {
     coefficients: &'b [f32],
@@ -22,12 +22,12 @@ pub struct Expanded<'b> {
 }
 
 impl<'b> Expanded<'b> {
-    /// Numbers that so many coefficients a channel take.
+    /// Returns the buffer length for this many coefficients a channel.
     pub(super) const fn len_for(coefficients: usize) -> usize {
         coefficients * CHANNELS
     }
 
-    /// Where a coefficient lies: by index, then axis, then joint.
+    /// Returns where a coefficient lies: by index, then axis, then joint.
     pub(super) const fn slot(channel: usize, index: usize) -> usize {
         index * CHANNELS + channel % 3 * LANES + channel / 3
     }
@@ -48,13 +48,13 @@ impl<'b> Expanded<'b> {
         expanded
     }
 
-    /// The pose at `phase`, bit for bit that of [`super::Loop::pose`].
+    /// Returns the pose at `phase`, bit for bit equal to [`super::Loop::pose`].
     #[must_use]
     pub fn pose(&self, phase: f32) -> Pose {
         let (rows, _) = self.coefficients.as_chunks::<CHANNELS>();
         let basis = Basis::up_to(phase, rows.len() / 2);
         let mut sums = [0.0f32; CHANNELS];
-        // The constant's second value is of no row.
+        // No row uses the constant's second value.
         let (&[first, _], values) = (&basis.pairs[0], basis.pairs[1..].as_flattened());
         let values = core::iter::once(first).chain(values.iter().copied());
         for (row, value) in rows.iter().zip(values) {

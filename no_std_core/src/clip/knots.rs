@@ -1,7 +1,7 @@
-//! The knots of a take: where they lie among its bits, and what four of them make.
+//! The knots of an uncut clip: where they lie among its bits, and how four of them give a value.
 //!
-//! A block is a bit stream. Each channel in turn states what its knots in the block are
-//! differences to, how wide these are, and the differences.
+//! A block is a bit stream. For each channel in turn it holds the base of the channel's knots in
+//! the block, the width of their differences from it, and the differences.
 
 use crate::bits::BitReader;
 use crate::format::{
@@ -9,20 +9,20 @@ use crate::format::{
     width_bits,
 };
 
-/// What a take's table states of a channel.
+/// A channel's entry in the table of an uncut clip.
 #[derive(Clone, Copy)]
 pub(super) struct UncutChannel {
     spacing: u32,
-    /// The least of its knots, in steps: the value of a channel without any.
+    /// The least of its knots, in steps; the value of a channel without knots.
     least: i32,
     base_width: u32,
     widest: u32,
 }
 
 impl UncutChannel {
-    /// The next channel; `None` where it has integers wider than a take may.
+    /// Reads the next channel; `None` if it has integers wider than an uncut clip may have.
     pub(super) fn read(bits: &mut BitReader<'_>) -> Option<Self> {
-        // Two numbers in one go: this is half of what a pose takes.
+        // Two numbers in one read: this is half of the time of a pose.
         let head = bits.unsigned(SPACING_BITS + INTEGER_WIDTH_BITS);
         let (spacing, least_width) = (head & SPACING_CONSTANT, head >> SPACING_BITS);
         if least_width > MAX_INTEGER_WIDTH {
@@ -44,7 +44,7 @@ impl UncutChannel {
         })
     }
 
-    /// How many knots it has in a take of so many intervals.
+    /// Returns the number of its knots in a clip of this many intervals.
     const fn knots(&self, intervals: u64) -> u64 {
         if self.spacing == SPACING_CONSTANT {
             return 0;
@@ -52,18 +52,18 @@ impl UncutChannel {
         intervals.div_ceil(1 << self.spacing).saturating_add(3)
     }
 
-    /// How many of them a full block has.
+    /// Returns the number of its knots in a full block.
     const fn block_knots(&self) -> u64 {
         BLOCK_INTERVALS >> self.spacing
     }
 
-    /// How many blocks they take.
+    /// Returns the number of blocks that its knots take.
     pub(super) const fn blocks(&self, intervals: u64) -> u64 {
         self.knots(intervals).div_ceil(self.block_knots())
     }
 
-    /// Its value at a moment, from the block that the moment lies in and the next one.
-    /// Moves both behind the channel.
+    /// Returns its value at a moment, from the block that the moment lies in and the next one.
+    /// Moves both readers past the channel.
     pub(super) fn value(&self, blocks: &mut [BitReader<'_>; 2], moment: &UncutMoment) -> KnotValue {
         let [first, second] = blocks;
         let runs = (
@@ -75,7 +75,7 @@ impl UncutChannel {
                 moment.block.saturating_add(1),
             ),
         );
-        // `parse` has been through all runs: one that is not there has no knots.
+        // `check` has read all runs, so a missing run has no knots.
         let (Some(first), Some(second)) = runs else {
             return KnotValue::constant(self.least);
         };
@@ -103,8 +103,8 @@ pub(super) struct KnotRun<'a> {
 }
 
 impl<'a> KnotRun<'a> {
-    /// The channel's run in the block with this number, and moves behind it; `None` where
-    /// its differences are wider than the channel's widest.
+    /// Reads the channel's run in the block with this number, and moves past it; `None` if its
+    /// differences are wider than the channel's widest.
     pub(super) fn read(
         bits: &mut BitReader<'a>,
         channel: &UncutChannel,
@@ -135,7 +135,7 @@ impl<'a> KnotRun<'a> {
         Some(run)
     }
 
-    /// The differences from the one with this number on.
+    /// Returns a reader at the difference with this number.
     fn from(&self, knot: u64) -> BitReader<'a> {
         let mut bits = self.differences;
         skip(&mut bits, knot, self.width);
@@ -143,7 +143,7 @@ impl<'a> KnotRun<'a> {
     }
 }
 
-/// Moves over so many integers, at most those of a block.
+/// Skips this many integers, at most those of a block.
 fn skip(bits: &mut BitReader<'_>, integers: u64, width: u32) {
     debug_assert!(integers <= BLOCK_INTERVALS);
     #[expect(
@@ -153,27 +153,27 @@ fn skip(bits: &mut BitReader<'_>, integers: u64, width: u32) {
     bits.skip((integers * u64::from(width)) as usize);
 }
 
-/// A moment of a take.
+/// A moment of an uncut clip.
 pub(super) struct UncutMoment {
-    /// Intervals that the take has.
+    /// Intervals in the clip.
     intervals: u64,
-    /// The block with the first knot that decides it.
+    /// The block with the first knot that contributes.
     pub(super) block: u64,
-    /// For each spacing.
+    /// The share of the knots for each spacing.
     shares: [KnotShare; SPACING_CONSTANT as usize],
 }
 
-/// What a moment takes of the knots of a spacing.
+/// The knots of one spacing that contribute to a moment, and their weights.
 #[derive(Clone, Copy)]
 struct KnotShare {
-    /// The first of four.
+    /// The first of four knots.
     index: u64,
-    /// How much of the first, the third and the fourth; the rest is the second's.
+    /// The weights of the first, third and fourth knot; the second has the rest.
     weights: [f32; 3],
 }
 
 impl UncutMoment {
-    /// `position`: in intervals, from 0 to `intervals`, which is 1 or more.
+    /// Makes a moment from a position in intervals, 0 to `intervals`, which is at least 1.
     pub(super) fn new(position: f64, intervals: u64) -> Self {
         #[expect(
             clippy::cast_possible_truncation,
@@ -200,9 +200,9 @@ impl UncutMoment {
     }
 }
 
-/// How much of the first, third and fourth knot a uniform cubic B-spline takes at `x` in
-/// 0..=1 between the second and the third (de Boor 1978, "A Practical Guide to Splines",
-/// chapter IX, for knots 1 apart).
+/// Returns the weights of the first, third and fourth knot of a uniform cubic B-spline at `x` in
+/// 0..=1 between the second and the third (de Boor 1978, "A Practical Guide to Splines", chapter
+/// IX, for knots 1 apart).
 fn weights(x: f32) -> [f32; 3] {
     const SIXTH: f32 = 1.0 / 6.0;
     let rest = 1.0 - x;
@@ -213,8 +213,8 @@ fn weights(x: f32) -> [f32; 3] {
     ]
 }
 
-/// A channel's value, in steps: a knot and a rest, so that ten thousand metres or turns do
-/// not take the precision of millimetres away.
+/// A channel's value, in steps: a knot and a rest, so that ten thousand metres or turns still have
+/// a precision of millimetres.
 #[derive(Clone, Copy)]
 pub(super) struct KnotValue {
     knot: i32,
@@ -239,14 +239,14 @@ impl KnotValue {
         }
     }
 
-    /// In radians or metres.
+    /// Returns the value in radians or metres.
     pub(super) fn times(self, step: f32) -> f32 {
-        #[expect(clippy::cast_precision_loss, reason = "the result is rounded alike")]
+        #[expect(clippy::cast_precision_loss, reason = "the result is rounded as well")]
         let knot = self.knot as f32;
         (knot + self.rest) * step
     }
 
-    /// The same in `f64`.
+    /// Returns the value in radians or metres, in `f64`.
     pub(super) fn times_exactly(self, step: f32) -> f64 {
         (f64::from(self.knot) + f64::from(self.rest)) * f64::from(step)
     }

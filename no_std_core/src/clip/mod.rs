@@ -1,4 +1,4 @@
-//! Compressed joint tracks: what a walker does, read in place from a pack's bytes.
+//! Compressed motions, read in place from a pack's bytes.
 
 mod basis;
 mod cycle;
@@ -17,7 +17,7 @@ use crate::pose::Pose;
 /// A motion in a pack.
 #[derive(Clone, Copy, Debug)]
 pub enum Clip<'a> {
-    /// One closed gait cycle.
+    /// A closed gait cycle.
     Loop(Loop<'a>),
     /// A motion that does not repeat.
     Uncut(UncutClip<'a>),
@@ -27,12 +27,12 @@ impl<'a> Clip<'a> {
     /// Checks every length and field of `bytes`; decoding cannot fail afterwards.
     ///
     /// # Errors
-    /// Where the bytes are not one whole clip of this version.
+    /// If the bytes are not exactly one clip of this version.
     pub fn parse(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
         Self::check(bytes, codebook, &CodeTable::of(codebook))
     }
 
-    /// The same with what was read of the codebook, for many clips.
+    /// Checks a clip with codes that were read from the codebook once for many clips.
     pub(crate) fn check(
         bytes: &'a [u8],
         codebook: &Codebook<'a>,
@@ -46,20 +46,20 @@ impl<'a> Clip<'a> {
         Ok(clip)
     }
 
-    /// The clip of bytes that [`Self::check`] has been through: looks only for where its parts
+    /// Returns the clip of bytes that [`Self::check`] has checked, reading only where its parts
     /// lie.
     ///
     /// # Errors
-    /// None then.
+    /// None for checked bytes.
     pub(crate) fn over(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
         match bytes.first() {
             Some(&CLIP_LOOP) => Loop::over(bytes, codebook).map(Self::Loop),
             Some(&CLIP_TAKE) => UncutClip::over(bytes, codebook).map(Self::Uncut),
-            _ => Err(FormatError::new(0, "clip kind 1 (loop) or 2 (take)")),
+            _ => Err(FormatError::new(0, "clip kind 1 (loop) or 2 (uncut)")),
         }
     }
 
-    /// The closed cycle, if it is one.
+    /// Returns the closed cycle, if it is one.
     #[must_use]
     pub const fn as_loop(&self) -> Option<Loop<'a>> {
         match self {
@@ -68,7 +68,7 @@ impl<'a> Clip<'a> {
         }
     }
 
-    /// The motion that does not repeat, if it is one.
+    /// Returns the uncut clip, if it is one.
     #[must_use]
     pub const fn as_uncut(&self) -> Option<UncutClip<'a>> {
         match self {
@@ -77,11 +77,11 @@ impl<'a> Clip<'a> {
         }
     }
 
-    /// The pose at a time, seconds. A loop goes on for ever in both directions, and leaves
-    /// out its travel ([`Loop::pose`]); a take travels as recorded, and stands still before
+    /// Returns the pose at a time, seconds. A loop repeats for ever in both directions, and leaves
+    /// out its travel ([`Loop::pose`]). An uncut clip travels as recorded, and stands still before
     /// its first and after its last moment. A time that is not finite counts as 0.
     ///
-    /// In `f64`, because `f32` counts seconds of the tenth hour in steps of 4 ms.
+    /// In `f64`, because `f32` resolves only 4 ms in the tenth hour.
     #[must_use]
     pub fn sample(&self, seconds: f64) -> Pose {
         match self {
@@ -90,7 +90,7 @@ impl<'a> Clip<'a> {
         }
     }
 
-    /// Duration, seconds: of one cycle of a loop, of all of a take.
+    /// Returns the duration, seconds: of one cycle of a loop, or of a whole uncut clip.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         match self {
@@ -99,8 +99,8 @@ impl<'a> Clip<'a> {
         }
     }
 
-    /// Greatest error that the encoder measured, mm: virtual points 3 cm off each
-    /// joint, in the walker's space, over all frames, against what it was given.
+    /// Returns the greatest error that the encoder measured, mm: of virtual points 3 cm off each
+    /// joint, in the walker's space, over all frames, against its input.
     #[must_use]
     pub fn max_error_mm(&self) -> f32 {
         match self {
@@ -109,7 +109,7 @@ impl<'a> Clip<'a> {
         }
     }
 
-    /// Mean of the same errors, mm.
+    /// Returns the mean error that the encoder measured, mm.
     #[must_use]
     pub fn mean_error_mm(&self) -> f32 {
         match self {
@@ -118,7 +118,7 @@ impl<'a> Clip<'a> {
         }
     }
 
-    /// Frames that the encoder was given.
+    /// Returns the number of frames that the encoder was given.
     #[must_use]
     pub fn frames(&self) -> u32 {
         match self {
@@ -127,7 +127,7 @@ impl<'a> Clip<'a> {
         }
     }
 
-    /// Bytes that the clip takes in its pack.
+    /// Returns the size of the clip in its pack, bytes.
     #[must_use]
     pub const fn len_bytes(&self) -> usize {
         match self {

@@ -1,13 +1,13 @@
-//! A motion that does not repeat: starts, turns, whole trials.
+//! Uncut clips: motions that do not repeat, such as starts, turns and whole trials.
 //!
-//! A take holds 61 channels (those of a loop and the heading), each a uniform cubic
-//! B-spline of time. Four knots decide any moment, and knots lie in blocks whose numbers
-//! have fixed widths, so that any knot of a block is reached by arithmetic: a pose of the
-//! tenth hour costs what one of the first second does. A channel's knots are as far apart
-//! as it allows, 1, 2 or 4 intervals, and one that never moves has none.
+//! An uncut clip holds 61 channels (those of a loop and the heading), each a uniform cubic B-spline
+//! of time. Four knots determine any moment, and knots lie in blocks whose numbers have fixed
+//! widths, so that the position of any knot in a block is computed: a pose in the tenth hour costs
+//! as much as one in the first second. A channel's knots are as far apart as its motion allows, 1,
+//! 2 or 4 intervals, and a channel that never moves has none.
 //!
-//! The heading is taken out of the pelvis's rotation, so that walkers may turn any number
-//! of times: the pelvis is turned by the codebook's frame first and by the heading last.
+//! The heading is separate from the pelvis's rotation, so that walkers may turn any number of
+//! times: the codebook's frame rotates the pelvis first, and the heading last.
 
 use super::knots::{KnotRun, KnotValue, UncutChannel, UncutMoment};
 use crate::bits::BitReader;
@@ -31,16 +31,19 @@ pub struct UncutClip<'a> {
 }
 
 impl<'a> UncutClip<'a> {
-    /// The take of these bytes, whose blocks were checked, or will be.
+    /// Returns the clip of these bytes, whose blocks the caller has checked or will check.
     ///
     /// # Errors
-    /// Where its parts have no place.
+    /// If its parts do not fit into the bytes.
     pub(super) fn over(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
         let (Some(header), Some(rest)) = (
             bytes.get(..TAKE_HEADER_BYTES),
             bytes.get(TAKE_HEADER_BYTES..),
         ) else {
-            return Err(FormatError::new(bytes.len(), "a take's header of 22 bytes"));
+            return Err(FormatError::new(
+                bytes.len(),
+                "an uncut clip's header of 22 bytes",
+            ));
         };
         debug_assert_eq!(header.first(), Some(&CLIP_TAKE), "the caller looked");
         if u32_at(header, 10) == 0 {
@@ -83,7 +86,7 @@ impl<'a> UncutClip<'a> {
             .map_err(|error| error.behind(TAKE_HEADER_BYTES))
     }
 
-    /// Reads all channels; bytes of the table, and how many blocks they need.
+    /// Checks all channels, and returns the bytes of the table and the number of blocks.
     fn check_table(&self) -> Result<(usize, u64), FormatError> {
         let mut bits = BitReader::new(self.table);
         let mut blocks = 0;
@@ -103,7 +106,7 @@ impl<'a> UncutClip<'a> {
         Ok((bytes, blocks))
     }
 
-    /// Reads the heads of all channels of all blocks.
+    /// Checks the heads of all channels in all blocks.
     fn check_blocks(&self) -> Result<(), FormatError> {
         let (blocks_at, intervals) = (self.table.len() + self.ends.len(), self.intervals());
         let (mut before, mut end_at) = (0, self.table.len());
@@ -134,13 +137,13 @@ impl<'a> UncutClip<'a> {
         if before != self.blocks.len() {
             return Err(FormatError::new(
                 blocks_at + before,
-                "the end of the take behind its last block",
+                "the end of the clip after its last block",
             ));
         }
         Ok(())
     }
 
-    /// Duration, seconds, exact to a microsecond: from the first moment to the last.
+    /// Returns the duration from the first moment to the last, seconds, exact to a microsecond.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.duration_us() * 1e-6
@@ -151,8 +154,7 @@ impl<'a> UncutClip<'a> {
         f64::from(u32_at(self.header, 6)) * HIGH + f64::from(u32_at(self.header, 2))
     }
 
-    /// Intervals between the knots of a channel of spacing 0: those that cover the duration,
-    /// and at least one.
+    /// Returns how many intervals between knots of spacing 0 cover the duration, at least one.
     fn intervals(&self) -> u64 {
         let duration = u64::from(u32_at(self.header, 6)) << 32 | u64::from(u32_at(self.header, 2));
         duration
@@ -160,25 +162,25 @@ impl<'a> UncutClip<'a> {
             .max(1)
     }
 
-    /// Microseconds between the knots of a channel of spacing 0.
+    /// Returns the time between the knots of a channel of spacing 0, microseconds.
     #[must_use]
     pub fn interval_us(&self) -> u32 {
         u32_at(self.header, 10)
     }
 
-    /// Greatest error that the encoder measured, mm ([`super::Clip::max_error_mm`]).
+    /// Returns the greatest error that the encoder measured, mm ([`super::Clip::max_error_mm`]).
     #[must_use]
     pub fn max_error_mm(&self) -> f32 {
         f32::from(u16_at(self.header, 14)) * 0.01
     }
 
-    /// Mean of the same errors, mm.
+    /// Returns the mean error that the encoder measured, mm.
     #[must_use]
     pub fn mean_error_mm(&self) -> f32 {
         f32::from(u16_at(self.header, 16)) * 0.01
     }
 
-    /// Frames that the encoder was given.
+    /// Returns the number of frames that the encoder was given.
     #[must_use]
     pub fn frames(&self) -> u32 {
         u32_at(self.header, 18)
@@ -188,24 +190,24 @@ impl<'a> UncutClip<'a> {
         self.header.get(1).copied().unwrap_or(0)
     }
 
-    /// Bytes that the clip takes in its pack.
+    /// Returns the size of the clip in its pack, bytes.
     #[must_use]
     pub const fn len_bytes(&self) -> usize {
         self.header.len() + self.table.len() + self.ends.len() + self.blocks.len()
     }
 
-    /// The pose at a time, seconds from the first moment; before it and behind the last one,
-    /// the pose of that moment. The walker travels as recorded. A time that is not finite
-    /// counts as 0.
+    /// Returns the pose at a time, seconds from the first moment. Before the first and after the
+    /// last moment it is the pose of that moment. The walker travels as recorded. A time that is
+    /// not finite counts as 0.
     ///
-    /// Reads two blocks at most, whatever the duration, and needs no memory but the pose's.
+    /// Reads at most two blocks, whatever the duration, and needs no memory except the pose's.
     #[must_use]
     pub fn sample(&self, seconds: f64) -> Pose {
         let (moment, scale) = (self.moment(seconds), self.scale());
         let mut table = BitReader::new(self.table);
         let mut blocks = [0, 1].map(|later| BitReader::new(self.block(moment.block, later)));
         let mut next = || {
-            // Cannot be `None`: `parse` has been through all channels.
+            // Cannot be `None`: `check_table` has read all channels.
             let channel = UncutChannel::read(&mut table);
             channel.map_or(KnotValue::ZERO, |channel| {
                 channel.value(&mut blocks, &moment)
@@ -227,7 +229,7 @@ impl<'a> UncutClip<'a> {
         pose
     }
 
-    /// Where a time lies among the knots.
+    /// Returns where a time lies among the knots.
     fn moment(&self, seconds: f64) -> UncutMoment {
         let seconds = if seconds.is_finite() { seconds } else { 0.0 };
         let microseconds = (seconds * 1e6).clamp(0.0, self.duration_us());
@@ -235,7 +237,7 @@ impl<'a> UncutClip<'a> {
         UncutMoment::new(position, self.intervals())
     }
 
-    /// The bits of a block, or of the one so many blocks later; none behind the last.
+    /// Returns the bits of the block `later` blocks after this one; none after the last.
     fn block(&self, number: u64, later: usize) -> &'a [u8] {
         let end_at = |number: usize| {
             let at = number.checked_mul(END_BYTES)?;
@@ -257,8 +259,8 @@ impl<'a> UncutClip<'a> {
     }
 }
 
-/// The rotation about +Y by an angle, radians: halved and reduced in `f64`, since walkers
-/// turn any number of times.
+/// Returns the rotation about +Y by an angle, radians: halved and reduced in `f64`, because walkers
+/// may turn any number of times.
 fn about_y(angle: f64) -> [f32; 4] {
     let (sin, cos) = libm::sincos(0.5 * angle);
     #[expect(clippy::cast_possible_truncation, reason = "-1 to 1")]

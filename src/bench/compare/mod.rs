@@ -56,7 +56,7 @@ impl Compared {
         let mut with_rank1 = self.boards.iter().filter(|(_, results)| has_rank1(results));
         if let Some((first, results)) = with_rank1.next() {
             for (name, other) in with_rank1 {
-                Self::check_rank1((first, results), (name, other))?;
+                Self::check_rank1(first, results, name, other)?;
             }
         }
         self.check_models()
@@ -64,8 +64,10 @@ impl Compared {
 
     /// Rank-1 of two results may stand in one row.
     fn check_rank1(
-        (first, results): (&str, &BenchResults),
-        (name, other): (&str, &BenchResults),
+        first: &str,
+        results: &BenchResults,
+        name: &str,
+        other: &BenchResults,
     ) -> Result<()> {
         let refuse = |what: &str, [mine, its]: [String; 2]| {
             Err(Error::Failed(format!(

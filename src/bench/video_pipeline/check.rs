@@ -63,7 +63,8 @@ pub(crate) fn check_model(model: &Model) -> Result<()> {
 /// If it cannot be read, or has no gait cycle: with what was found, and how many frames it takes.
 pub(crate) fn check(
     mut video: Video,
-    (path, fps): (&Path, f32),
+    path: &Path,
+    fps: f32,
     segmenter: &Segmenter,
     progress: &(dyn Fn() + Sync),
 ) -> Result<(CheckedVideo, InputFile)> {
@@ -85,7 +86,7 @@ pub(crate) fn check(
     let frames = legs.len();
     let empty_frames = legs.iter().filter(|legs| legs.is_none()).count();
     let found = finder.find(legs);
-    let found = found.map_err(|reason| none(path, reason, (fps, frames, empty_frames)))?;
+    let found = found.map_err(|reason| none(path, reason, fps, frames, empty_frames))?;
     let checked = CheckedVideo {
         columns,
         rows,
@@ -98,7 +99,7 @@ pub(crate) fn check(
 }
 
 /// That there is no gait cycle.
-fn none(path: &Path, reason: NoCycle, (fps, frames, empty): (f32, usize, usize)) -> Error {
+fn none(path: &Path, reason: NoCycle, fps: f32, frames: usize, empty: usize) -> Error {
     let (slow, fast) = CYCLE_STEPS_PER_MINUTE;
     // Two cycles are four steps.
     let frames_of = |steps_a_minute: f32| (4.0 * 60.0 / steps_a_minute * fps).ceil();
@@ -123,7 +124,9 @@ mod tests {
         let error = none(
             Path::new("walk"),
             NoCycle::TooShort { frames: 12 },
-            (25.0, 12, 3),
+            25.0,
+            12,
+            3,
         );
         assert_eq!(
             error.to_string(),

@@ -105,7 +105,7 @@ pub(crate) fn measure_path(task: &PathTask<'_>) -> Result<PathResult> {
             first_answer(&mut walk, &mut video)?;
             let peak = memory::peak_rss_bytes();
             let mut laps = Laps::new(&mut now);
-            let measured = timed(&mut walk, &mut video, plan, (&mut laps, &mut watched))?;
+            let measured = timed(&mut walk, &mut video, plan, &mut laps, &mut watched)?;
             Ok((measured, peak))
         };
         found = Some(measure());

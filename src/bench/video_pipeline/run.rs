@@ -93,7 +93,8 @@ pub(super) fn timed(
     walk: &mut WatchedWalker<'_>,
     video: &mut Video,
     plan: PathPlan,
-    (laps, watch): (&mut Laps<'_>, &mut dyn Watch),
+    laps: &mut Laps<'_>,
+    watch: &mut dyn Watch,
 ) -> Result<MeasuredPath> {
     let mut tally = AnswerTally::new();
     let mut windows = Vec::new();

@@ -90,7 +90,7 @@ impl<'a> WatchedWalker<'a> {
         laps.lap(PathStage::Segment);
         let (grey, columns) = (mask.grey(), mask.columns());
         let Settings { size, framing, .. } = self.form.settings;
-        let silhouette = framed((&grey, columns), size, framing)?;
+        let silhouette = framed(&grey, columns, size, framing)?;
         if self.recent.len() == self.kept {
             self.recent.pop_front();
         }

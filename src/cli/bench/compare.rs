@@ -37,7 +37,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     }
 }
 
-/// Results of one name get the first number behind it that none has.
+/// Makes names unique: appends the first free number to the name of results whose name is taken.
 fn told_apart(mut boards: Vec<(String, BenchResults)>) -> Vec<(String, BenchResults)> {
     for at in 0..boards.len() {
         let is_there = |name: &String| boards[..at].iter().any(|(other, _)| other == name);

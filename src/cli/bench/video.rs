@@ -1,4 +1,4 @@
-//! `edgegait bench --video`: what the whole path costs, from the frames of a video to answers.
+//! `edgegait bench --video`: the cost of the whole path from the frames of a video to answers.
 
 use super::{BenchArgs, elsewhere, one_or_all, warn};
 use crate::bench::board::{Board, load_of_others};
@@ -21,28 +21,28 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// The name that stands for a video that is made.
+/// The name that stands for a synthetic video.
 const MADE: &str = "made";
 
 /// The flags.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct PathArgs {
-    /// Measure the whole path instead, from the frames of a video to answers: "made" for a video
-    /// that is drawn (a walker of the pack, 320x240, 25 frames a second), or one's own: a folder of
-    /// frames (.png, .jpg), or a file (Y4M; others by an installed ffmpeg)
+    /// Measure the whole path instead, from the frames of a video to answers: "made" for a
+    /// synthetic video (a walker of the pack, 320x240, 25 frames a second), or your own: a folder
+    /// of frames (.png, .jpg), or a file (Y4M; other formats need an installed ffmpeg)
     #[arg(long, value_name = "made|VIDEO", conflicts_with_all = ["batch", "warm_up", "window_s", "windows", "mlperf", "max_seconds", "frames", "bare", "compare", "views", "azimuth_deg", "elevation_deg"])]
     video: Option<PathBuf>,
-    /// The empty scene of the video: a picture, or a folder of several, of which the median is taken
+    /// The empty scene of the video: a picture, or a folder of several, whose median is used
     /// [default: the median of frames of the video]
     #[arg(long, value_name = "FILE|FOLDER", requires = "video")]
     background: Option<PathBuf>,
-    /// Frames a second of the video [default: as a file of it says, or else 25]
+    /// Frames a second of the video [default: as the file states, else 25]
     #[arg(long, value_name = "F", requires = "video")]
     fps: Option<f32>,
-    /// How long the path is measured; the video begins again and again
+    /// Minutes to measure; the video is repeated
     #[arg(long, value_name = "M", default_value_t = 1.0, requires = "video", value_parser = minutes)]
     minutes: f64,
-    /// The folder that has what the process with this flag needs
+    /// Folder with the files that the process with this flag needs
     #[arg(long, value_name = "PATH", hide = true)]
     path_at: Option<PathBuf>,
 }
@@ -53,7 +53,7 @@ fn minutes(text: &str) -> std::result::Result<f64, String> {
     found.ok_or_else(|| "expected more than 0 and at most 1440 minutes".to_owned())
 }
 
-/// A video that is there.
+/// An existing video.
 struct GivenVideo {
     video: PathBuf,
     background: Option<PathBuf>,
@@ -61,17 +61,17 @@ struct GivenVideo {
 }
 
 impl PathArgs {
-    /// Whether the path is measured.
+    /// Returns whether the path is measured.
     pub(super) const fn is_given(&self) -> bool {
         self.video.is_some()
     }
 
-    /// Where this process finds what it needs to measure a model alone.
+    /// Returns the folder with the files that this process needs to measure a model alone.
     pub(super) fn at(&self) -> Option<&Path> {
         self.path_at.as_deref()
     }
 
-    /// The files that are read.
+    /// Returns the files that the measurement reads.
     pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> {
         let video = self.video.iter().filter(|video| !is_made(video));
         video.chain(&self.background).cloned()
@@ -81,12 +81,12 @@ impl PathArgs {
         Duration::from_secs_f64(60.0 * self.minutes)
     }
 
-    /// The video that was asked for, where it is one's own or was made in `folder`.
+    /// Opens the requested video: the user's, or the synthetic one in `folder`.
     fn given(&self, folder: &Path) -> Result<(GivenVideo, Video)> {
         let video = self.video.clone().ok_or(Error::Missing("a video"))?;
         if video == Path::new("-") {
             return Err(Error::Usage(
-                "--video -: expected a video that can be read again and again, found standard input (write it to a file)".into(),
+                "--video -: expected a video that can be read repeatedly, found standard input (write it to a file)".into(),
             ));
         }
         let (path, background) = if is_made(&video) {
@@ -105,7 +105,7 @@ impl PathArgs {
     }
 }
 
-/// What the background is called in the folder.
+/// The file name of the background in the folder.
 const BACKGROUND: &str = "background.png";
 
 fn is_made(video: &Path) -> bool {
@@ -137,7 +137,7 @@ pub(super) fn run(args: &BenchArgs, models: &[Model], pack: Option<PathBuf>) -> 
     }
     let (checked, mut inputs) = checked(path_args, folder.path())?;
     if is_made(asked) {
-        // Its files are gone afterwards, and follow from pack and seed.
+        // Its files are temporary, and follow from pack and seed.
         inputs.clear();
     }
     header.inputs.extend(inputs);
@@ -155,7 +155,7 @@ pub(super) fn run(args: &BenchArgs, models: &[Model], pack: Option<PathBuf>) -> 
     let flags: [&OsStr; 2] = ["--path-at".as_ref(), folder.path().as_os_str()];
     for (index, model) in models.iter().enumerate() {
         let measured: Result<PathResult> = ticking(&progress, seconds, || {
-            elsewhere(args, (model, index), &flags, &|_| {})
+            elsewhere(args, model, index, &flags, &|_| {})
         });
         let measured = PathResult {
             video: checked.clone(),
@@ -173,7 +173,7 @@ pub(super) fn run(args: &BenchArgs, models: &[Model], pack: Option<PathBuf>) -> 
     args.show(&results)
 }
 
-/// Measures the path with one model here.
+/// Measures the path with one model in this process.
 pub(super) fn alone(
     args: &BenchArgs,
     open: &dyn Fn() -> Result<Model>,
@@ -193,7 +193,7 @@ pub(super) fn alone(
     })
 }
 
-/// Segments the video once, and leaves its background in the folder.
+/// Segments the video once, and writes its background into the folder.
 fn checked(
     args: &PathArgs,
     folder: &Path,
@@ -208,18 +208,18 @@ fn checked(
         None => Progress::counting("frames"),
     };
     let path = args.video.as_deref().unwrap_or(Path::new(MADE));
-    let (checked, input) = check(video, (path, given.fps), &segmenter, &|| progress.step())?;
+    let (checked, input) = check(video, path, given.fps, &segmenter, &|| progress.step())?;
     inputs.insert(0, input);
     write_png(folder.join(BACKGROUND), segmenter.background())?;
     Ok((checked, inputs))
 }
 
-/// Refuses what has no meaning with this video.
+/// Rejects flags that have no meaning with this video.
 fn refuse_flags(args: &BenchArgs, video: &Path, pack: Option<&Path>) -> Result<()> {
     if let Some(folder) = pack.filter(|path| path.is_dir()) {
         return Err(Error::input(
             folder,
-            "expected a pack to draw a walker from, found a folder (is it the video? name it behind --video)",
+            "expected a pack with a walker to draw, found a folder (if it is the video, name it after --video)",
         ));
     }
     let path = &args.path;
@@ -238,12 +238,12 @@ fn refuse_flags(args: &BenchArgs, video: &Path, pack: Option<&Path>) -> Result<(
     };
     if let Some((flag, _)) = flags.iter().find(|(_, is_given)| *is_given) {
         let found = if is_made(video) {
-            "one that is made, which has its own"
+            "the synthetic one, which has its own"
         } else {
             "one with its own walker"
         };
         return Err(Error::Usage(format!(
-            "{flag}: expected another video for that, found {found}"
+            "{flag}: does not apply to this video, {found}"
         )));
     }
     if !is_made(video) && video.is_file() && is_pack_or_folder(video)? {
@@ -252,7 +252,7 @@ fn refuse_flags(args: &BenchArgs, video: &Path, pack: Option<&Path>) -> Result<(
     Ok(())
 }
 
-/// What was asked for.
+/// Returns a header with the requested settings.
 fn header(args: &BenchArgs, models: &[Model], video: &Path) -> ResultHeader {
     let path = &args.path;
     let mut header = ResultHeader::new("bench", args.common.seed)
@@ -287,7 +287,7 @@ fn header(args: &BenchArgs, models: &[Model], video: &Path) -> ResultHeader {
     header
 }
 
-/// Does the work, and counts the seconds that it should take meanwhile.
+/// Does the work, and counts the expected seconds in the meantime.
 fn ticking<T>(progress: &Progress, seconds: f64, work: impl FnOnce() -> T) -> T {
     let expected = seconds.ceil() as usize;
     std::thread::scope(|scope| {

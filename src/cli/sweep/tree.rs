@@ -93,7 +93,7 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
         return Ok(());
     };
     let variants = augmentation.variants();
-    let shown = stored(&source, (settings, &wanted, &variants), &mut writer)?;
+    let shown = stored(&source, settings, &wanted, &variants, &mut writer)?;
     if shown.empty > 0 {
         header.warnings.push(format!(
             "{} frames without a figure were left out",
@@ -112,13 +112,15 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
     for warning in &header.warnings {
         args.common.say(format_args!("warning: {warning}"));
     }
-    args.report(header, (&settings, &wanted), made, started)
+    args.report(header, &settings, &wanted, made, started)
 }
 
 /// Writes the templates of all sequences, made on all cores; what was shown in them.
 fn stored(
     source: &SequenceSource<'_>,
-    (settings, wanted, variants): (Settings, &Wanted, &[Variant]),
+    settings: Settings,
+    wanted: &Wanted,
+    variants: &[Variant],
     writer: &mut DatasetWriter,
 ) -> Result<Shown> {
     let sequences = source.sequences();
@@ -130,7 +132,7 @@ fn stored(
     };
     for numbers in all.chunks(AT_ONCE * rayon::current_num_threads().max(1)) {
         let templates = |&number: &usize| {
-            let templates = templates(source, number, (settings, wanted));
+            let templates = templates(source, number, settings, wanted);
             progress.step();
             templates
         };
@@ -184,7 +186,8 @@ fn stored(
 fn templates(
     source: &SequenceSource<'_>,
     number: usize,
-    (settings, wanted): (Settings, &Wanted),
+    settings: Settings,
+    wanted: &Wanted,
 ) -> Result<SequenceTemplates> {
     let (mut templates, mut shown) = (Vec::new(), Shown::default());
     for &template in &wanted.templates {

@@ -71,7 +71,7 @@ impl MixArgs {
         }
         for (at, NamedShare { name, .. }) in self.mix.iter().enumerate() {
             if self.mix[..at].iter().any(|other| other.name == *name) {
-                return Err(Error::Usage(format!("--mix: {name} is there twice")));
+                return Err(Error::Usage(format!("--mix: {name} appears twice")));
             }
             let mut so_called = sources.iter().zip(&names).filter(|(_, one)| *one == name);
             match (so_called.next(), so_called.next()) {
@@ -166,7 +166,7 @@ mod tests {
                 &["a/real", "made.egp"][..],
                 "there is no source \"reel\": expected one of real, made",
             ),
-            (&["a:0.5", "a:0.6"], &["a"], "a is there twice"),
+            (&["a:0.5", "a:0.6"], &["a"], "a appears twice"),
             (
                 &["a:1"],
                 &["x/a", "b", "y/a.egp"],

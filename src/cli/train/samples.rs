@@ -30,9 +30,9 @@ impl TrainArgs {
         } = chosen;
         match source {
             Opened::Cohort => Err(Error::Missing("a pack")),
-            Opened::Pack(source) => self.of_walks(source, &numbers, (share, making), header),
+            Opened::Pack(source) => self.of_walks(source, &numbers, share, making, header),
             Opened::Folder(path, SequenceSource::Tree(recordings)) => {
-                self.of_tree(&path, *recordings, (share, making), header)
+                self.of_tree(&path, *recordings, share, making, header)
             }
             Opened::Folder(path, SequenceSource::Dataset(geis)) => {
                 let shared = (share, making.augmentation);
@@ -49,7 +49,8 @@ impl TrainArgs {
         &self,
         source: PackSource,
         walks: &[usize],
-        (share, making): (CycleShare, &Making),
+        share: CycleShare,
+        making: &Making,
         header: ResultHeader,
     ) -> Result<(Samples, ResultHeader)> {
         let pack = Pack::parse(&source.bytes)?;
@@ -62,7 +63,7 @@ impl TrainArgs {
             share,
             augmentation: making.augmentation,
         };
-        let samples = Samples::drawn((&pack, walks, &source.name), recipe, &|| progress.step())?;
+        let samples = Samples::drawn(&pack, walks, &source.name, recipe, &|| progress.step())?;
         let mut header = header
             .drawn(&making.settings)
             .with("pack", source.name.as_str())
@@ -79,7 +80,8 @@ impl TrainArgs {
         &self,
         path: &Path,
         recordings: Recordings,
-        (share, making): (CycleShare, &Making),
+        share: CycleShare,
+        making: &Making,
         mut header: ResultHeader,
     ) -> Result<(Samples, ResultHeader)> {
         let Making {
@@ -90,7 +92,7 @@ impl TrainArgs {
         let recordings = self.cutting.cut(recordings, &mut header)?;
         let name = path.display().to_string();
         let source = SequenceSource::Tree(Box::new(recordings));
-        let samples = Samples::of_recordings((&source, &name), settings, (share, augmentation))?;
+        let samples = Samples::of_recordings(&source, &name, settings, share, augmentation)?;
         let header = header
             .with("tree", name)
             .with("template", settings.template.name())
@@ -108,7 +110,7 @@ impl TrainArgs {
         (share, augmentation): (CycleShare, Augmentation),
         header: ResultHeader,
     ) -> Result<(Samples, ResultHeader)> {
-        let samples = Samples::of_dataset((dataset, path), rows, (share, augmentation))?;
+        let samples = Samples::of_dataset(dataset, path, rows, share, augmentation)?;
         let mut header = header.augmented(augmentation);
         if samples.template != Template::Gei {
             header = header.with("template", samples.template.name());

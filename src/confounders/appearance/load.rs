@@ -1,4 +1,4 @@
-//! What is carried: boxes with rounded edges, on the back, at the hip, and in a hand.
+//! Loads: boxes with bevelled edges, on the back, at the hip, and in a hand.
 
 use crate::people::clothes::{BodyPart, Outfit, RestJoints, Wearer, WornHull};
 use edgegait_core::skeleton::Joint;
@@ -9,16 +9,16 @@ pub(crate) const CARRYING_HAND: Joint = Joint::RightHand;
 
 /// Breadth, height and depth of a backpack, metres. Ours: a full day pack of about 25 l.
 const BACKPACK_M: DVec3 = DVec3::new(0.32, 0.46, 0.20);
-/// Of a shoulder bag: 12 cm thick, 30 cm tall, 38 cm long. Ours.
+/// Thickness, height and length of a shoulder bag, metres. Ours.
 const BAG_M: DVec3 = DVec3::new(0.12, 0.30, 0.38);
-/// Of a suitcase: 20 cm thick, 40 cm tall, 55 cm long, the largest that airlines commonly
-/// take into the cabin (recalled).
+/// Thickness, height and length of a suitcase, metres: the largest common cabin luggage
+/// (recalled).
 const SUITCASE_M: DVec3 = DVec3::new(0.20, 0.40, 0.55);
-/// How much of it hides in what carries it, metres, so that nothing shows between them.
+/// The depth to which a load sinks into the body, metres, so that no gap shows between them.
 const OVERLAP_M: f64 = 0.03;
 
-/// A backpack. Strength 1: 32 cm broad, 46 cm tall and 20 cm deep (ours), its top at the height
-/// of the shoulders; sizes grow with the strength. One hull of 16 points, on the thorax.
+/// Adds a backpack. Strength 1: 32 cm broad, 46 cm tall and 20 cm deep (ours), its top at the
+/// height of the shoulders; sizes grow with the strength. One hull of 16 points, on the thorax.
 pub(crate) fn backpack(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
@@ -40,9 +40,9 @@ pub(crate) fn backpack(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
         .push(case(&standing, Joint::Thorax, middle, size));
 }
 
-/// A bag that hangs from the right shoulder to the left hip. Strength 1: 12 cm thick, 30 cm
-/// tall and 38 cm long (ours); sizes grow with the strength. One hull of 16 points, on the
-/// pelvis.
+/// Adds a bag that hangs from the right shoulder to the left hip. Strength 1: 12 cm thick,
+/// 30 cm tall and 38 cm long (ours); sizes grow with the strength. One hull of 16 points, on
+/// the pelvis.
 pub(crate) fn shoulder_bag(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
@@ -60,9 +60,9 @@ pub(crate) fn shoulder_bag(outfit: &mut Outfit, wearer: &Wearer, strength: f64) 
         .push(case(&standing, Joint::Pelvis, middle, size));
 }
 
-/// A suitcase in the right hand. Strength 1: 55 cm long, 40 cm tall and 20 cm thick (the
+/// Adds a suitcase in the right hand. Strength 1: 55 cm long, 40 cm tall and 20 cm thick (the
 /// largest common cabin luggage, recalled); sizes grow with the strength. One hull of 16
-/// points, on the hand: the arm has to be held still for it.
+/// points, on the hand. The caller must hold the arm still.
 pub(crate) fn suitcase(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
@@ -82,7 +82,7 @@ pub(crate) fn suitcase(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
         .push(case(&standing, CARRYING_HAND, middle, size));
 }
 
-/// A box about `middle`, whose edges along its length are cut off.
+/// Returns a box about `middle` with bevelled edges along its X axis.
 fn case(standing: &RestJoints, joint: Joint, middle: DVec3, size: DVec3) -> WornHull {
     let half = 0.5 * size;
     let mut points = Vec::new();

@@ -1,17 +1,16 @@
-//! What a walker wears, carries and weighs: hulls of a body, before it is posed.
+//! Body shape, clothes and loads of a walker: changes to a body's hulls, before it is posed.
 //!
-//! An [`Outfit`] begins as the hulls of an avatar, whatever they were made from or fitted to;
-//! each function changes them or adds some. What follows the body (sleeves, trousers, shoes)
-//! moves hulls that are there outward, so that only what stands away from it takes new ones:
-//! one each for a coat, a skirt, hair, a backpack, a shoulder bag and a suitcase, two for a
-//! hat. All together they fit beside a body of 24 hulls and 512 points.
+//! An [`Outfit`] begins as the hulls of an avatar; each function changes them or adds some.
+//! Sleeves, trousers and shoes follow the body and move its hulls outward. Only what stands away
+//! from the body takes new hulls: one each for a coat, a skirt, hair, a backpack, a shoulder bag
+//! and a suitcase, two for a hat. All of them fit beside a body of 24 hulls and 512 points.
 //!
-//! Strengths are 0..=1, or -1..=1 where it is said. 0 changes nothing, not even a bit; small
-//! strengths change little. Order matters as it does to who gets dressed: first the body
-//! ([`body_mass`], [`build`], [`age_body`]), then trousers, shoes, skirt and coat, hair, hat,
-//! and loads last: each goes around what is there.
+//! Strengths are 0..=1, or -1..=1 where stated. 0 changes no bit; small strengths change little.
+//! Each item goes around the hulls that are there, so order matters: first the body
+//! ([`body_mass`], [`build`], [`age_body`]), then trousers, shoes, skirt, coat, hair, hat, and
+//! last the loads.
 //!
-//! Sizes that are said to be ours were chosen by looking at pictures of built-in people.
+//! Sizes that are marked as ours were chosen by looking at pictures of built-in people.
 
 mod load;
 mod shape;
@@ -33,7 +32,7 @@ use edgegait_core::budget::{MAX_DRAPED_HULLS, MAX_HULL_POINTS, MAX_HULLS, MAX_PO
 use edgegait_core::pack::{Sex, SubjectEntry};
 use edgegait_core::skeleton::{Joint, Skeleton};
 
-/// What a hull is: of what hangs, that of the head is hair.
+/// Returns the kind of a hull: draped hulls on the head are hair, other draped hulls garments.
 fn part_of(hull: &Hull<'_>) -> BodyPart {
     match (hull.drape(), hull.joint()) {
         (None, _) => BodyPart::Body,
@@ -43,7 +42,7 @@ fn part_of(hull: &Hull<'_>) -> BodyPart {
 }
 
 impl Outfit {
-    /// An avatar, and nothing that it does not wear already.
+    /// Returns the hulls of an avatar, with the clothes that it has already.
     #[must_use]
     pub(crate) fn of(avatar: &Avatar<'_>) -> Self {
         let mut hulls: Vec<WornHull> = Vec::new();
@@ -64,11 +63,11 @@ impl Outfit {
         Self { hulls }
     }
 
-    /// The hulls as a figure is drawn from: those of one joint keep their shape, those of
-    /// several are draped.
+    /// Returns the hulls as a body that can be rendered. Hulls of one joint are rigid, hulls of
+    /// several joints are draped.
     ///
     /// # Errors
-    /// When they exceed the core's budget.
+    /// If the hulls exceed the core's budget.
     pub(crate) fn body(&self) -> Result<Box<UnpackedBody>> {
         let is_draped = |hull: &&WornHull| hull.joint().is_none() && !hull.points.is_empty();
         let points = || self.hulls.iter().map(|hull| hull.points.len());
@@ -109,12 +108,11 @@ impl Outfit {
 }
 
 impl Wearer {
-    /// A subject of a pack.
+    /// Creates the wearer for a subject of a pack.
     ///
-    /// Where its stature is unknown it is estimated from the skeleton: the height of the skull's
-    /// base above the ankles is a share of stature, as it is of ANSUR II's mean people. Where
-    /// its mass is unknown it is that of their mean body mass index. Without a sex, the mean
-    /// of men and women.
+    /// An unknown stature is estimated from the skeleton: the height of the skull's base above the
+    /// ankles is the same share of stature as for ANSUR II's mean people. An unknown mass follows
+    /// from their mean body mass index. Without a sex, the mean of men and women is used.
     #[must_use]
     pub(crate) fn new(skeleton: Skeleton, subject: &SubjectEntry<'_>) -> Self {
         let sexes = match subject.sex {

@@ -1,4 +1,4 @@
-//! Bodies of other proportions: mass, build and age, by published dimensions.
+//! Changes of body proportions: mass, build and age, by published dimensions.
 
 use crate::people::clothes::{BodyPart, Outfit, RestJoints, Wearer};
 use crate::people::cohort::anthropometry::{DIMENSIONS, Dimensions, NAMES};
@@ -6,33 +6,32 @@ use edgegait_core::pack::Sex;
 use edgegait_core::skeleton::{Joint, Skeleton};
 use glam::DVec3;
 
-/// By how much a mass grows at strength 1, as a factor. Ours: two standard deviations of the
-/// body mass indices of ANSUR II's men are 29 % of their mean, and 27 % of women.
+/// The factor on a person's mass at strength 1. Ours: two standard deviations of the body mass
+/// index in ANSUR II are 29 % of the mean for men and 27 % for women.
 const MASS_FACTOR: f64 = 1.3;
-/// Statures, metres, and body mass indices for which there are regressions, but for what
-/// rounding takes.
+/// The ranges of stature, metres, and body mass index that the regressions cover, less rounding.
 const STATURE_M: (f64, f64) = (0.5, 2.5);
 const BMI: (f64, f64) = (12.001, 59.999);
-/// The navel, at whose height waists are measured, below the lumbar joint, which is as high as
-/// the iliac crests, metres: ANSUR II's means are 0.005 for men and 0.016 for women.
+/// The height of the lumbar joint (at the iliac crests) above the navel, where waists are
+/// measured, metres: ANSUR II's means are 0.005 for men and 0.016 for women.
 const NAVEL_M: f64 = 0.010;
-/// Residual standard deviations of a build at strength 1. Ours.
+/// Residual standard deviations of the build at strength 1. Ours.
 const BUILD_SD: f64 = 2.0;
-/// Stature lost from the age of 30 to that of 80, metres: men, women. Sorkin, Muller & Andres
+/// Loss of stature between the ages of 30 and 80, metres: men, women. Sorkin, Muller & Andres
 /// (1999), Am. J. Epidemiol. 150:969-977, abstract.
 const LOSS_M: (f64, f64) = (0.05, 0.08);
 
-/// Names of the dimensions that are no breadth, depth or girth.
+/// Returns whether a dimension is a length or a height, by its name.
 fn is_length(name: &str) -> bool {
     name.ends_with("height")
         || name.ends_with("length") && name != "head_length"
         || name == "tragion_to_vertex"
 }
 
-/// More mass, or with a negative strength less. Strength 1: 1.3 times the mass (26 kg more for
-/// ANSUR II's mean man of 85 kg), -1: divided by 1.3, as far as body mass indices of 12 to 60
-/// allow it. Breadths and depths of all hulls change as ANSUR II's regressions on the body
-/// mass index say ([`Dimensions`]); lengths stay.
+/// Adds mass to the body, or removes it at negative strengths. Strength 1: 1.3 times the mass
+/// (26 kg more for ANSUR II's mean man of 85 kg), -1: divided by 1.3, within body mass indices of
+/// 12 to 60. Breadths and depths of all hulls follow ANSUR II's regressions on the body mass
+/// index ([`Dimensions`]); lengths stay.
 pub(crate) fn body_mass(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     let before = wearer.expected(1.0, &[0.0; DIMENSIONS]);
     let factor = libm::pow(MASS_FACTOR, strength);
@@ -40,10 +39,9 @@ pub(crate) fn body_mass(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     reshape(outfit, wearer, &before, &after);
 }
 
-/// A broader build, or with a negative strength a slenderer one. Strength 1: all breadths,
-/// depths and girths two residual standard deviations above what ANSUR II's regressions give
-/// for the same stature and mass ([`Dimensions`]), -1: two below (how many is ours). Lengths
-/// stay.
+/// Broadens the build, or narrows it at negative strengths. Strength 1: all breadths, depths and
+/// girths are two residual standard deviations above what ANSUR II's regressions give for the
+/// same stature and mass ([`Dimensions`]), -1: two below (the number is ours). Lengths stay.
 pub(crate) fn build(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     let residuals = NAMES.map(|name| {
         if is_length(name) {
@@ -57,9 +55,9 @@ pub(crate) fn build(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     reshape(outfit, wearer, &before, &after);
 }
 
-/// An older body. Strength 1: 80 years instead of 30. Men lose 5 cm and women 8 cm of stature
-/// (Sorkin, Muller & Andres 1999), which the trunk alone loses ([`Wearer::aged`] has the
-/// skeleton: pose it); waists are 4 % broader and 10 % deeper, chests 3 % deeper, thighs 6 %,
+/// Ages the body. Strength 1: 80 years instead of 30. Men lose 5 cm and women 8 cm of stature
+/// (Sorkin, Muller & Andres 1999), all from the trunk: pose the body with the skeleton of
+/// [`Wearer::aged`]. Waists are 4 % broader and 10 % deeper, chests 3 % deeper, thighs 6 %,
 /// calves 5 % and arms 4 % slenderer (recalled from cross-sections of the NHANES surveys, not
 /// checked).
 pub(crate) fn age_body(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
@@ -92,8 +90,8 @@ pub(crate) fn age_body(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 }
 
 impl Wearer {
-    /// The same person as old as [`age_body`] says: a shorter trunk, and less stature. Its
-    /// skeleton is what the aged body has to be posed with.
+    /// Returns the person at the age of [`age_body`]: a shorter trunk and a smaller stature. Pose
+    /// the aged body with this skeleton.
     #[must_use]
     pub(crate) fn aged(&self, strength: f64) -> Self {
         let mut offsets = self.skeleton.offsets;
@@ -114,8 +112,8 @@ impl Wearer {
         }
     }
 
-    /// What the regressions expect of a person of so many times the mass, of the nearest
-    /// stature and body mass index for which there are some.
+    /// Returns the dimensions that the regressions expect at `factor` times the mass, with stature
+    /// and body mass index clamped to the regressions' ranges.
     fn expected(&self, factor: f64, residuals: &[f64; DIMENSIONS]) -> Dimensions {
         let stature_m = self.stature_m.clamp(STATURE_M.0, STATURE_M.1);
         let area = stature_m * stature_m;
@@ -124,7 +122,7 @@ impl Wearer {
         person.expect("a stature and a mass index within the range of the regressions")
     }
 
-    /// What an old person has lost of stature, metres.
+    /// Returns the stature that the person loses by the age of 80, metres.
     fn lost_m(&self) -> f64 {
         match self.sex {
             Some(Sex::Male) => LOSS_M.0,
@@ -133,7 +131,7 @@ impl Wearer {
         }
     }
 
-    /// The share of the trunk's height above the lumbar joint that is left.
+    /// Returns the share of the trunk's height above the lumbar joint that remains.
     fn kept_of_trunk(&self, strength: f64) -> f64 {
         let rise = |joint: Joint| f64::from(self.skeleton.offsets[joint.index()].y);
         let trunk = rise(Joint::Thorax) + rise(Joint::Neck);
@@ -142,8 +140,8 @@ impl Wearer {
     }
 }
 
-/// A place on the axis of a part of the body, and by how much it grows there to the sides and to
-/// the front and back.
+/// A place on the axis of a body part, with the factors by which the part grows there: sideways,
+/// and to the front and back.
 #[derive(Clone, Copy)]
 struct Knot {
     at: DVec3,
@@ -172,12 +170,13 @@ fn reshape(outfit: &mut Outfit, wearer: &Wearer, before: &Dimensions, after: &Di
     }
 }
 
-/// A place that moved away from its axis, across it.
+/// Returns a place after it has moved away from its axis, at right angles to the axis.
 fn scaled(knots: &[Knot], place: DVec3) -> DVec3 {
     let [first, .., last] = knots else {
         return place;
     };
-    // Clavicles run across the walker, all else up or down: what is as high grows as much.
+    // Clavicles run across the walker, other parts up or down. Growth depends on the place along
+    // this direction only.
     let whole = last.at - first.at;
     let is_across = whole.x.abs() > whole.y.abs();
     let way = if is_across {
@@ -198,10 +197,10 @@ fn scaled(knots: &[Knot], place: DVec3) -> DVec3 {
     let share = (along(place) - along(from.at)) / length;
     let within = share.clamp(0.0, 1.0);
     let [x, z] = [0, 1].map(|axis| from.grows[axis] + within * (to.grows[axis] - from.grows[axis]));
-    // Beyond its ends the axis goes on as it ends.
+    // Beyond its ends the axis continues in a straight line.
     let middle = from.at + share * (to.at - from.at);
     let away = place - middle;
-    // A clavicle is as high as it is deep.
+    // Clavicles grow in height as in depth.
     let grows = if is_across {
         DVec3::new(1.0, z, z)
     } else {
@@ -210,7 +209,7 @@ fn scaled(knots: &[Knot], place: DVec3) -> DVec3 {
     middle + away * grows
 }
 
-/// The axis of what a joint carries.
+/// Returns the axis of the body part at a joint.
 fn axis(
     joint: Joint,
     standing: &RestJoints,

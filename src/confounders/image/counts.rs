@@ -1,15 +1,15 @@
-//! How many samples are on in each column of some rows, 64 columns at once.
+//! Counts of the samples that are on in each column, 64 columns at a time.
 
-/// Counts of columns, a binary digit a word (Harley & Seal's bit-sliced counters; Warren 2013,
-/// section 5-1).
+/// The number of samples that are on in each column, with one binary digit of 64 counts in each
+/// word (bit-sliced counters of Harley & Seal; Warren 2013, section 5-1).
 pub(super) struct ColumnCounts {
     words: usize,
-    /// Digits from the lowest on, each of all words.
+    /// All words of the lowest digit, then those of the next digit, and so on.
     digits: Vec<u64>,
 }
 
 impl ColumnCounts {
-    /// Those of at most `most` rows of so many words.
+    /// Counts the columns of at most `most` rows of `words` words each.
     pub(super) fn of<'a>(rows: impl Iterator<Item = &'a [u64]>, words: usize, most: usize) -> Self {
         let places = (usize::BITS - most.leading_zeros()) as usize;
         let mut digits = vec![0; places * words];
@@ -24,7 +24,7 @@ impl ColumnCounts {
         Self { words, digits }
     }
 
-    /// That of a column; 0 outside.
+    /// Returns the count of a column, 0 outside of the rows.
     pub(super) fn of_column(&self, column: usize) -> u32 {
         if column / 64 >= self.words {
             return 0;

@@ -1,34 +1,34 @@
-//! A lens that bends straight lines: radial distortion (Brown 1966, 1971; Conrady 1919).
+//! Radial lens distortion (Brown 1966, 1971; Conrady 1919).
 //!
-//! A point that a perfect lens shows at radius r from the optical axis, in focal lengths, is
-//! shown at r (1 + k1 r^2 + k2 r^4).
+//! A point that a perfect lens images at radius r from the optical axis, in focal lengths, is
+//! imaged at r (1 + k1 r^2 + k2 r^4).
 
 use super::fine::Fine;
 use super::picture::BitPicture;
 use glam::DVec2;
 
-/// Where the figure's middle stands, focal lengths to the right of and below the optical axis,
-/// and how high it is, or how wide if it is wider. Ours: a figure near the border of an
-/// action camera's image, 39 degrees off the axis, which takes half of the image's height.
+/// The figure's middle, focal lengths to the right of and below the optical axis, and the larger
+/// of its height and width, focal lengths. Ours: a figure near the border of an action camera's
+/// image, 39 degrees off the axis, which takes half of the image's height.
 const PLACE: DVec2 = DVec2::new(0.8, 0.2);
 const HEIGHT: f64 = 0.7;
 
-/// k1 at strength -1. Ours, as action cameras have it.
+/// k1 at strength -1. Ours, after action cameras.
 const K1: f64 = 0.3;
-/// k2 at strengths -1 and 1: enough for images of points farther out to lie farther out.
+/// k2 at strengths -1 and 1: enough for the distorted radius to grow with the radius.
 const K2: f64 = 0.08;
 
-/// Samples between those whose source is computed; others lie on straight lines between. The
-/// map bends by less than 0.01 samples in between.
+/// Spacing of the samples whose source is computed; the others are interpolated linearly, with
+/// an error below 0.01 samples.
 const STEP: usize = 8;
 
-/// Samples beside the figure into which it may be bent.
+/// Samples around the figure into which the distortion may move it.
 const REACH: usize = 42;
 
-/// Bends a picture as a lens does whose axis lies beside the figure: like a barrel with
-/// k1 = -0.3 and k2 = 0.08 at strength 1, like a pincushion with k1 = 0.3 and k2 = 0.08 at -1;
-/// k1 is in proportion to the strength, k2 to its square. The figure's middle stays where it
-/// is, and its size along its own circle about the axis.
+/// Distorts a picture by a lens whose axis lies beside the figure: barrel distortion with
+/// k1 = -0.3 and k2 = 0.08 at strength 1, pincushion distortion with k1 = 0.3 and k2 = 0.08 at
+/// -1. k1 is proportional to the strength, k2 to its square. The figure's middle stays where it
+/// is, and so does its size along its circle about the axis.
 pub(crate) fn distort(picture: &mut BitPicture, fine: &Fine, strength: f64) {
     let Some(bounds) = picture.bounds() else {
         return;
@@ -47,7 +47,7 @@ pub(crate) fn distort(picture: &mut BitPicture, fine: &Fine, strength: f64) {
     let start = DVec2::new(bounds.left as f64, bounds.top as f64) - 1.0;
     let end = DVec2::new(bounds.right as f64, bounds.bottom as f64) + 1.0;
     let mut bent = BitPicture::empty(picture.rows(), picture.columns() / 64);
-    // Where the corners of blocks come from, a row of them after another.
+    // The sources of the corners of blocks, for one row of corners.
     let corners = |row: usize| -> Vec<DVec2> {
         let end = columns.end + STEP;
         let columns = (columns.start..end).step_by(STEP);
@@ -61,7 +61,7 @@ pub(crate) fn distort(picture: &mut BitPicture, fine: &Fine, strength: f64) {
         for (left, (upper, lower)) in blocks.zip(upper.windows(2).zip(lower.windows(2))) {
             let right = left + STEP;
             let corners = [upper[0], upper[1], lower[0], lower[1]];
-            // Blocks of background stay what they are.
+            // Blocks whose source is background stay off.
             let low = corners[1..].iter().fold(corners[0], |low, at| low.min(*at));
             let high = corners[1..]
                 .iter()
@@ -98,11 +98,12 @@ pub(crate) fn distort(picture: &mut BitPicture, fine: &Fine, strength: f64) {
     *picture = bent;
 }
 
-/// Whether all samples in a rectangle and around it are on, or off; none if some are.
+/// Returns whether all samples in a rectangle and around it are on (`true`) or off (`false`), or
+/// `None` if they differ.
 fn all(picture: &BitPicture, low: DVec2, high: DVec2) -> Option<bool> {
-    // A sample more on each side for what rounding adds.
+    // One more sample on each side covers rounding.
     let (low, high) = (low - 1.0, high + 2.0);
-    // A NaN fails the comparison.
+    // NaN fails the comparison.
     if !low.cmpge(DVec2::ZERO).all() {
         return None;
     }
@@ -119,16 +120,16 @@ fn all(picture: &BitPicture, low: DVec2, high: DVec2) -> Option<bool> {
     rows.all(|on| on == first).then_some(first > 0)
 }
 
-/// Whether the sample at a place is on.
+/// Returns whether the sample at a place is on.
 fn is_on(picture: &BitPicture, at: DVec2) -> bool {
-    // Fractions go, and what is left of or above the picture is far behind its end.
+    // Fractions are cut off. Negative coordinates become so large that they lie outside.
     #[expect(clippy::cast_possible_truncation, reason = "samples of a picture")]
     let [column, row] = [at.x, at.y].map(|at| (at as i64).cast_unsigned() as usize);
     picture.is_on(row, column)
 }
 
-/// Where a perfect lens shows what [`distort`] shows at `place`, both counted from the figure's
-/// middle to the right and down, in its height, or in its width if it is wider than high.
+/// Returns where a perfect lens images what [`distort`] shows at `place`. Both are measured from
+/// the figure's middle to the right and down, in units of the larger of its height and width.
 #[must_use]
 pub(crate) fn straightened(place: DVec2, strength: f64) -> DVec2 {
     let lens = LensDistortion::new(strength);
@@ -137,7 +138,7 @@ pub(crate) fn straightened(place: DVec2, strength: f64) -> DVec2 {
     (lens.straightened(bent) - PLACE) / HEIGHT
 }
 
-/// Coefficients of a lens.
+/// The distortion coefficients of a lens.
 #[derive(Clone, Copy, Debug)]
 struct LensDistortion {
     k1: f64,
@@ -152,20 +153,20 @@ impl LensDistortion {
         }
     }
 
-    /// How many times as far from the axis a point is shown whose squared radius is `square`.
+    /// Returns the factor on the radius of a point whose squared radius is `square`.
     fn growth(self, square: f64) -> f64 {
         1.0 + square * (self.k1 + square * self.k2)
     }
 
-    /// Where a perfect lens shows what this one shows at `bent`: Newton's iteration on the
-    /// radius, which k2 keeps growing.
+    /// Returns where a perfect lens images what this lens images at `bent`, by Newton's iteration
+    /// on the radius, which k2 keeps monotonic.
     fn straightened(self, bent: DVec2) -> DVec2 {
         let shown = bent.length();
         if shown == 0.0 {
             return bent;
         }
         let mut radius = shown;
-        // Three to five steps for what lies in an image.
+        // Points in an image need three to five steps.
         for _ in 0..32 {
             let square = radius * radius;
             let slope = 1.0 + square * (3.0 * self.k1 + 5.0 * square * self.k2);

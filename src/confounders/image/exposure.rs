@@ -1,13 +1,13 @@
-//! Motion blur: several moments on one picture.
+//! Motion blur: several moments in one picture.
 
 use super::picture::BitPicture;
 
-/// What is on for at least half of an exposure, of pictures drawn at moments that divide it
-/// evenly: segmentation finds a blurred border where it is half as dark. Nothing without
-/// pictures.
+/// Returns the samples that are on for at least half of an exposure, from pictures at evenly
+/// spaced moments: segmentation finds a blurred border where its contrast is half. Returns `None`
+/// without pictures.
 ///
 /// # Panics
-/// If the pictures are not of one size.
+/// If the pictures differ in size.
 #[must_use]
 pub(crate) fn exposed(moments: &[BitPicture]) -> Option<BitPicture> {
     let (first, others) = moments.split_first()?;
@@ -16,11 +16,11 @@ pub(crate) fn exposed(moments: &[BitPicture]) -> Option<BitPicture> {
         return Some(exposed);
     }
     for other in others {
-        // Refuses another size.
+        // Panics if the sizes differ.
         exposed.join(other);
     }
-    // Counts of 64 samples at once, a word a binary digit. They begin so that half of the
-    // moments reach the digit behind the last one.
+    // Counts 64 samples at a time, with one binary digit in each word. The counts start such that
+    // half of the moments carry into the digit after the last one.
     let digits = moments.len().next_power_of_two().trailing_zeros();
     let start = (1 << digits) - moments.len().div_ceil(2);
     for row in 0..exposed.rows() {

@@ -1,7 +1,7 @@
-//! What segmentation gets wrong: holes, parts that are missing or added, and noise.
+//! Faults of segmentation: holes, missing parts, added parts, and noise.
 //!
-//! Places are drawn as shares of the figure: with the same random numbers they stay where they
-//! are on the body from frame to frame, and from strength to strength.
+//! Places are sampled as shares of the figure: with the same random numbers they stay in place on
+//! the body from frame to frame and from strength to strength.
 
 use super::counts::ColumnCounts;
 use super::fine::Fine;
@@ -11,19 +11,20 @@ use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 
-/// Area of all holes at strength 1, of the figure's. Ours.
+/// Area of all holes together at strength 1, as a share of the figure's area. Ours.
 const HOLES_AREA: f64 = 0.25;
-/// How many.
+/// The number of holes.
 const HOLES: usize = 6;
-/// Area of all blobs at strength 1, of the figure's: about half of it lies on the figure. Ours.
+/// Area of all blobs together at strength 1, as a share of the figure's area; about half of it
+/// lies on the figure. Ours.
 const BLOBS_AREA: f64 = 0.5;
-/// How many.
+/// The number of blobs.
 const BLOBS: usize = 3;
-/// Share of samples that salt and pepper turn at strength 1. Ours.
+/// Share of samples that salt and pepper flip at strength 1. Ours.
 const TURNED: f64 = 0.1;
 
-/// Cuts six elliptic holes, which have a quarter of the figure's area at strength 1, as far as
-/// they lie on the figure and not on each other.
+/// Cuts six elliptic holes, together a quarter of the figure's area at strength 1, less where
+/// they overlap or lie beside the figure.
 pub(crate) fn holes(picture: &mut BitPicture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
     let rows = RowCounts::of(picture);
     let spots = Spot::draw::<HOLES>(rng);
@@ -36,8 +37,8 @@ pub(crate) fn holes(picture: &mut BitPicture, fine: &Fine, strength: f64, rng: &
     }
 }
 
-/// Joins three elliptic blobs whose middles lie on the figure's left or right border, and which
-/// have half of its area at strength 1; about half of that lies beside it.
+/// Joins three elliptic blobs to the figure. Their centres lie on its left or right border, and
+/// together they have half of its area at strength 1; about half of that lies beside the figure.
 pub(crate) fn merged_background(
     picture: &mut BitPicture,
     fine: &Fine,
@@ -55,9 +56,9 @@ pub(crate) fn merged_background(
     }
 }
 
-/// Takes away one of three parts: the head, the uppermost fifth of the figure at strength 1; a
-/// leg, half of it from the foot up on one side of the legs' middle; or a band about a height
-/// of a quarter to three quarters, a quarter of it.
+/// Removes one of three parts. Sizes at strength 1: the head, the uppermost fifth of the figure;
+/// a leg, the lower half of the figure on one side of the legs' middle; or a band, a quarter of
+/// the figure's height, centred at a quarter to three quarters of the height.
 pub(crate) fn missing_part(picture: &mut BitPicture, strength: f64, rng: &mut ChaCha8Rng) {
     let (part, place) = (rng.random_range(0..4_u8), rng.random::<f64>());
     let Some(bounds) = picture.bounds() else {
@@ -89,12 +90,12 @@ pub(crate) fn missing_part(picture: &mut BitPicture, strength: f64, rng: &mut Ch
     }
 }
 
-/// Turns samples of the figure's rectangle over at random, a tenth of them at strength 1.
+/// Flips random samples in the figure's bounding box, a tenth of them at strength 1.
 pub(crate) fn salt_and_pepper(picture: &mut BitPicture, strength: f64, rng: &mut ChaCha8Rng) {
     let Some(bounds) = picture.bounds() else {
         return;
     };
-    /// Binary digits of the share.
+    /// The number of binary digits of the share.
     const DIGITS: u32 = 16;
     let share = libm::round(TURNED * strength * f64::from(1 << DIGITS));
     #[expect(
@@ -113,8 +114,8 @@ pub(crate) fn salt_and_pepper(picture: &mut BitPicture, strength: f64, rng: &mut
     for row in bounds.top..bounds.bottom {
         let words = picture.row_mut(row).iter_mut().zip(mask.row(0));
         for (word, mask) in words.filter(|(_, mask)| **mask != 0) {
-            // A number of 16 random digits in each bit is below the share: compared from the
-            // last digit on, 64 at once.
+            // Compares a random number of 16 binary digits for each sample with the share, from the
+            // last digit on, 64 samples at a time.
             let mut below = 0;
             for digit in 0..DIGITS {
                 let random = rng.random::<u64>();
@@ -129,13 +130,13 @@ pub(crate) fn salt_and_pepper(picture: &mut BitPicture, strength: f64, rng: &mut
     }
 }
 
-/// Where a hole or a blob is, and its shape.
+/// The place and the shape of a hole or a blob.
 #[derive(Clone, Copy)]
 struct Spot {
-    /// A share of the figure, 0..1.
+    /// The place as a share of the figure, 0..1.
     place: f64,
     is_left: bool,
-    /// Half width and half height in mean radii.
+    /// Half width and half height, in units of the mean radius.
     shape: DVec2,
 }
 
@@ -156,7 +157,7 @@ impl Spot {
     }
 }
 
-/// Half width and half height of what is a circle in the scene, of an area in samples.
+/// Returns half width and half height of a circle in the scene, from its area in samples.
 fn radius(fine: &Fine, area: f64) -> DVec2 {
     let stretch = fine.samples_per_metre();
     let round = libm::sqrt(area / PI);
@@ -164,7 +165,7 @@ fn radius(fine: &Fine, area: f64) -> DVec2 {
     DVec2::new(round * aspect, round / aspect)
 }
 
-/// How many samples are on in each row and those above.
+/// The number of samples that are on in each row and all rows above it.
 struct RowCounts(Vec<u32>);
 
 impl RowCounts {
@@ -185,7 +186,7 @@ impl RowCounts {
         self.0.last().copied().unwrap_or(0).into()
     }
 
-    /// The sample, of those that are on, behind this share of them.
+    /// Returns the sample that follows this share of the samples that are on.
     fn nth(&self, picture: &BitPicture, share: f64) -> Option<DVec2> {
         let before = share * self.area();
         let row = self.0.partition_point(|&on| f64::from(on) <= before);
@@ -205,7 +206,7 @@ impl RowCounts {
     }
 }
 
-/// The sample at the figure's left or right border at a share of its height.
+/// Returns the sample at the figure's left or right border, at a share of its height.
 fn border(picture: &BitPicture, spot: Spot) -> Option<DVec2> {
     let bounds = picture.bounds()?;
     let height = bounds.bottom - bounds.top;
@@ -222,7 +223,7 @@ fn border(picture: &BitPicture, spot: Spot) -> Option<DVec2> {
     Some(DVec2::new(column as f64 + 0.5, row as f64 + 0.5))
 }
 
-/// The mean column of what is on from a row on.
+/// Returns the mean column of the samples that are on in the lower rows, from `from` on.
 fn middle_column(picture: &BitPicture, bounds: SampleBounds, from: usize) -> isize {
     let rows = (from..bounds.bottom).map(|row| picture.row(row));
     let counts = ColumnCounts::of(rows, picture.columns() / 64, picture.rows());
@@ -234,14 +235,14 @@ fn middle_column(picture: &BitPicture, bounds: SampleBounds, from: usize) -> isi
     sum.checked_div(count).unwrap_or(bounds.left).cast_signed()
 }
 
-/// Turns the samples on or off whose middles lie within an ellipse.
+/// Turns on or off the samples whose centres lie within an ellipse.
 fn ellipse(picture: &mut BitPicture, centre: DVec2, radii: DVec2, on: bool) {
     let first = at_most(centre.y - radii.y, picture.rows());
     let end = at_most(centre.y + radii.y + 1.0, picture.rows());
     for row in first..end {
         let up = (row as f64 + 0.5 - centre.y) / radii.y;
         let half = radii.x * libm::sqrt(1.0 - up * up);
-        // A NaN above and below the ellipse fills nothing.
+        // Above and below the ellipse the half width is NaN, which fills no samples.
         #[expect(clippy::cast_possible_truncation, reason = "samples of a picture")]
         let column = |at: f64| {
             let whole = (at - 0.5) as isize;
@@ -251,7 +252,7 @@ fn ellipse(picture: &mut BitPicture, centre: DVec2, radii: DVec2, on: bool) {
     }
 }
 
-/// A number as a count from 0 to `most`.
+/// Returns a number as a count from 0 to `most`.
 fn at_most(number: f64, most: usize) -> usize {
     #[expect(
         clippy::cast_possible_truncation,
@@ -272,7 +273,7 @@ mod tests {
         ChaCha8Rng::seed_from_u64(seed)
     }
 
-    /// Samples that are on in the first picture only.
+    /// Returns the number of samples that are on in the first picture only.
     fn without(picture: &BitPicture, other: &BitPicture) -> u64 {
         let mut rest = picture.clone();
         rest.remove(other);
@@ -292,11 +293,11 @@ mod tests {
             let (some, most) = (cut(0.3), cut(1.0));
             assert_eq!(without(&some, &before) + without(&most, &some), 0);
             let share = without(&before, &most) as f64 / before.area() as f64;
-            // All draws of sizes at their largest.
+            // The limit is that of six holes of the largest size.
             assert!(share <= 1.6 * HOLES_AREA + 0.01, "{share}");
             taken += share / 30.0;
         }
-        // Less what lies beside the figure or on another hole.
+        // Less than 0.25, since holes overlap or lie partly beside the figure.
         assert!((0.1..0.25).contains(&taken), "{taken}");
     }
 

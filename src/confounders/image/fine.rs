@@ -1,8 +1,7 @@
-//! Where a fine picture lies, and how the core draws figures into it.
+//! Fine pictures: their layout, and how the core renders figures into them.
 //!
-//! A fine picture has three by three samples for each pixel that the silhouette would have, at
-//! the same places: the middle one of each three by three is the sample that the core would
-//! take.
+//! A fine picture has 3x3 samples for each pixel of the silhouette. The middle one of them is the
+//! sample that the core takes.
 
 use super::exposure::exposed;
 use super::phases::{FINE, WINDOW, interleaved, merge, tiles};
@@ -18,38 +17,38 @@ use edgegait_core::silhouette::{AnySilhouette, Size};
 use edgegait_core::skeleton::Joint;
 use glam::{DVec2, Vec2, Vec3};
 
-/// Pixels above and below, and on each side of, what is drawn, for effects that widen it: 16
-/// and 28 % of a figure of 50 rows. Ours: what a lens stretches stays inside.
+/// Margins above and below, and on each side, in pixels, for effects that widen the figure: 16 %
+/// and 28 % of a figure of 50 rows. Ours: enough for lens distortion.
 const ABOVE: usize = 8;
 const BESIDE: usize = 14;
 
-/// Most pixels along an axis from the image's corner to something drawn, as the core has it of
-/// columns.
+/// The most pixels from the image's corner to any point along an axis; the core has the same
+/// limit for columns.
 const MAX_REACH: f64 = MAX_FIGURE_COLUMNS as f64;
 
-/// A rectangle of a fine picture, samples; y runs down.
+/// A rectangle in a fine picture, in samples; y runs down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rectangle {
-    /// Upper left corner.
+    /// The upper left corner.
     pub corner: DVec2,
-    /// Width and height.
+    /// The width and height.
     pub size: DVec2,
 }
 
-/// Draws fine pictures.
+/// The renderer of fine pictures.
 #[derive(Debug)]
 pub(crate) struct FineRenderer {
-    /// Draws whole silhouettes.
+    /// Renders silhouettes as the core does.
     silhouettes: Renderer,
-    /// Draws what effects act on, exactly.
+    /// Renders the samples on which effects act, exactly.
     samples: Renderer<SampleImages>,
 }
 
 impl FineRenderer {
-    /// A renderer of one sample a pixel, for silhouettes of this size.
+    /// Creates a renderer for silhouettes of this size.
     ///
     /// # Errors
-    /// For rasterisers that draw grey: what is segmented is on or off.
+    /// For rasterisers that draw grey: segmented silhouettes are binary.
     pub(crate) fn new(rasterizer: Rasterizer, size: Size) -> Result<Self> {
         match rasterizer {
             Rasterizer::Skia | Rasterizer::Rows => Ok(Self {
@@ -61,20 +60,20 @@ impl FineRenderer {
     }
 }
 
-/// Where a fine picture lies, and what of it the silhouette shows.
+/// The layout of a fine picture, and its relation to the silhouette.
 #[derive(Clone, Debug)]
 pub(crate) struct Fine {
     pub(super) view: RenderView,
     /// Rows and columns of the silhouette.
     pub(super) size: Size,
-    /// The rectangle of the figure's projected points, metres in the image.
+    /// The bounding box of the figure's projected points, metres in the image.
     extent: Extent,
-    /// Image pixels a metre, to the right and down: three samples each.
+    /// Image pixels a metre, to the right and down; each pixel is three samples.
     scale: DVec2,
-    /// An image point, metres, and on which of the silhouette's pixel coordinates it falls.
+    /// An image point, metres, and the silhouette's pixel coordinates of that point.
     anchor: DVec2,
     at: DVec2,
-    /// Pixels of the picture left of and above pixel (0, 0).
+    /// The number of pixels left of and above pixel (0, 0).
     pub(super) left: usize,
     pub(super) above: usize,
     rows: usize,
@@ -84,10 +83,9 @@ pub(crate) struct Fine {
 }
 
 impl Fine {
-    /// The picture of `figure`, large enough for `others` too: its shadow.
+    /// Lays out the picture of `figure`, large enough for `others` too, such as its shadow.
     ///
-    /// [`Framing::Height`] and [`Framing::Box`] are as the core has them of the figure alone,
-    /// [`Framing::Fixed`] is what it says.
+    /// [`Framing::Height`] and [`Framing::Box`] frame the figure alone, as in the core.
     ///
     /// # Errors
     /// For figures without an image; see [`DrawError`].
@@ -97,14 +95,14 @@ impl Fine {
         view: RenderView,
         size: Size,
     ) -> std::result::Result<Self, DrawError> {
-        // A NaN fails the comparison.
+        // NaN fails the comparison.
         if !view.jitter.abs().cmple(Vec2::splat(0.5)).all() {
             return Err(DrawError::Jitter(view.jitter));
         }
         let reference = figure.points().next().ok_or(DrawError::Empty)?;
         let extent = figure.extent(&view.camera)?;
         let image = pixels(size);
-        // Scales in the core's arithmetic.
+        // The same arithmetic as in the core.
         let full = (image.as_vec2() / (extent.max - extent.min)).as_dvec2();
         let (scale, anchor, at) = match view.framing {
             Framing::Height => {
@@ -120,7 +118,7 @@ impl Fine {
                 centre,
                 pixels_per_metre,
             } => {
-                // A NaN fails the comparison.
+                // NaN fails the comparison.
                 if !(pixels_per_metre > 0.0 && pixels_per_metre.is_finite()) {
                     return Err(DrawError::Scale(pixels_per_metre));
                 }
@@ -165,13 +163,13 @@ impl Fine {
         Ok(fine)
     }
 
-    /// A picture of this layout, nothing on.
+    /// Returns an empty picture of this layout.
     #[must_use]
     pub(crate) fn blank(&self) -> BitPicture {
         BitPicture::empty(self.rows, self.words)
     }
 
-    /// The rectangle of the figure's projected points.
+    /// Returns the bounding box of the figure's projected points.
     #[must_use]
     pub(crate) fn figure(&self) -> Rectangle {
         let (min, max) = self.pixels_of(&self.extent);
@@ -182,27 +180,26 @@ impl Fine {
         }
     }
 
-    /// Samples for each metre, to the right and down.
+    /// Returns samples a metre, to the right and down.
     #[must_use]
     pub(crate) fn samples_per_metre(&self) -> DVec2 {
         FINE as f64 * self.scale
     }
 
-    /// The image point from which samples are counted, metres.
+    /// Returns the image point from which samples are counted, metres.
     pub(super) const fn anchor(&self) -> DVec2 {
         self.anchor
     }
 
-    /// Samples for each metre, to the right and down, and the sample on which
-    /// [`Self::anchor`] falls.
+    /// Returns samples a metre, to the right and down, and the sample at [`Self::anchor`].
     pub(super) fn samples(&self) -> (DVec2, DVec2) {
         let corner = DVec2::new(self.left as f64, self.above as f64);
         let at = self.at + corner - self.view.jitter.as_dvec2();
         (self.samples_per_metre(), FINE as f64 * at)
     }
 
-    /// Draws the figure that the picture is of, and tells where it is on. Its framing is the
-    /// silhouette that the core draws.
+    /// Renders the figure for which the picture was laid out, and returns its bounding box. Framed,
+    /// it is the silhouette that the core renders.
     ///
     /// # Errors
     /// For figures without an image; see [`DrawError`].
@@ -216,8 +213,8 @@ impl Fine {
         Ok((picture, bounds))
     }
 
-    /// Draws the exposure of the figure at these moments, and tells where it is on at its own,
-    /// which is drawn once if it is among them.
+    /// Renders the exposure of the figure at these moments, and returns the bounding box at its own
+    /// moment, which is rendered only once if it is among them.
     ///
     /// # Errors
     /// For figures without an image; see [`DrawError`].
@@ -241,7 +238,8 @@ impl Fine {
         Ok((exposed(&moments).unwrap_or(picture), bounds))
     }
 
-    /// Makes a drawing of the figure agree with the core's; where it is on then.
+    /// Makes a picture of the figure agree with the core's silhouette, and returns its bounding
+    /// box.
     fn settled(
         &self,
         renderer: &mut FineRenderer,
@@ -270,11 +268,10 @@ impl Fine {
         bounds.ok_or(DrawError::Vanished)
     }
 
-    /// Draws another figure: a shadow, or what stands before the walker. What lies outside of
-    /// the picture does not show.
+    /// Renders another figure, such as a shadow or an occluder, clipped to the picture.
     ///
-    /// [`Framing::Box`] of a figure that is not square stretches its hulls before it draws
-    /// them, about 0.5 ms.
+    /// Under [`Framing::Box`], if rows and columns differ in scale, the hulls are stretched before
+    /// they are rendered, about 0.5 ms.
     ///
     /// # Errors
     /// For figures without an image; see [`DrawError`].
@@ -287,7 +284,7 @@ impl Fine {
         self.drawn(renderer, figure, &extent)
     }
 
-    /// The same of a figure whose extent is known.
+    /// Renders a figure whose extent is known.
     fn drawn(
         &self,
         renderer: &mut FineRenderer,
@@ -326,7 +323,7 @@ impl Fine {
         Ok(picture)
     }
 
-    /// Draws the part of a figure in the window whose upper left pixel is this one.
+    /// Renders the part of a figure in the window with this upper left pixel.
     fn draw_tile(
         &self,
         renderer: &mut FineRenderer,
@@ -341,7 +338,7 @@ impl Fine {
         let framing = self.window(middle);
         let images = match renderer.samples.draw(figure, camera, framing, *jitter) {
             Ok(drawing) => drawing.frame,
-            // A shadow that is seen edge on has no area.
+            // A shadow seen edge-on has no area.
             Err(DrawError::Vanished) => return Ok(()),
             Err(error) => return Err(error),
         };
@@ -362,7 +359,7 @@ impl Fine {
         Ok(())
     }
 
-    /// The framing that shows these pixel coordinates in the middle of a window.
+    /// Returns the framing that centres a window on these pixel coordinates.
     fn window(&self, middle: DVec2) -> Framing {
         let metres = (middle - self.at) / self.scale;
         let target = self.anchor + DVec2::new(metres.x, -metres.y);
@@ -375,14 +372,14 @@ impl Fine {
         }
     }
 
-    /// A point that appears at an image point, at the depth of the reference point.
+    /// Returns the point at the depth of the reference point that appears at an image point.
     fn seen_at(&self, target: DVec2) -> Vec3 {
         let camera = &self.view.camera;
         let right = camera.viewpoint().right();
         let up = camera.viewpoint().up();
         let growth = self.growth(self.reference);
         let mut point = self.reference;
-        // The second step takes back what the first one rounded.
+        // The second step corrects the rounding of the first.
         for _ in 0..2 {
             let away = (target - camera.project(point).as_dvec2()) / growth;
             point =
@@ -391,21 +388,21 @@ impl Fine {
         point
     }
 
-    /// Image metres for a metre at the depth of a point: 1 with parallel rays.
+    /// Returns image metres for each metre at the depth of a point: 1 with parallel rays.
     fn growth(&self, point: Vec3) -> f64 {
         let camera = &self.view.camera;
         let right = camera.viewpoint().right();
         f64::from(camera.project(point + right).x) - f64::from(camera.project(point).x)
     }
 
-    /// How many times as wide as high a metre is drawn.
+    /// Returns the ratio of horizontal to vertical pixels a metre.
     fn stretch(&self) -> f64 {
         self.scale.x / self.scale.y
     }
 
-    /// A figure that is `stretch` times as far from the image's line x = 0.
+    /// Returns the figure stretched by `stretch` from the image's line x = 0.
     ///
-    /// Every depth stays as it is, so that the image is stretched, whatever the lens is.
+    /// Depths stay the same, so that the image is stretched under any lens.
     fn stretched(
         &self,
         figure: &Figure<'_>,
@@ -419,14 +416,14 @@ impl Fine {
                 let from_line = f64::from(camera.project(point).x) / self.growth(point);
                 (point.as_dvec3() + right * ((stretch - 1.0) * from_line)).as_vec3()
             });
-            // As many as the figure has, which are within the budget.
+            // The figure's own hulls are within the budget.
             let fits = body.push(Joint::Pelvis, points);
             debug_assert!(fits.is_ok(), "a figure is within the budget");
         }
         Ok(body)
     }
 
-    /// The silhouette's pixel coordinates of a rectangle of the image.
+    /// Returns the silhouette's pixel coordinates of a rectangle in the image.
     fn pixels_of(&self, extent: &Extent) -> (DVec2, DVec2) {
         let place = |x: f32, y: f32| {
             let from = Vec2::new(x, y).as_dvec2() - self.anchor;
@@ -439,17 +436,17 @@ impl Fine {
     }
 }
 
-/// Whether two figures of one body have the same points.
+/// Returns whether two figures of one body have the same points.
 fn is_same(one: &Figure<'_>, other: &Figure<'_>) -> bool {
     one.len() == other.len() && one.points().eq(other.points())
 }
 
-/// Columns and rows of a silhouette.
+/// Returns columns and rows of a silhouette.
 fn pixels(size: Size) -> DVec2 {
     DVec2::new(size.columns() as f64, size.rows() as f64)
 }
 
-/// A count of pixels.
+/// Converts a count of pixels.
 fn whole(pixels: f64) -> usize {
     #[expect(
         clippy::cast_possible_truncation,

@@ -1,8 +1,8 @@
-//! From a fine picture to the silhouette that the core would have drawn.
+//! Framing of fine pictures as silhouettes.
 //!
-//! Extents are those of the figure's points, trimmed or grown by as many rows and columns of
-//! samples as the outermost ones that are on have moved. What has not changed is sampled in the
-//! middle of each three by three samples; what has is sampled at the nearest one.
+//! The framed extent is that of the figure's points, trimmed or grown by as many rows and columns
+//! of samples as effects have moved the picture's borders. An unchanged picture is sampled at the
+//! middle of each 3x3 samples, a changed one at the nearest sample.
 
 use super::counts::ColumnCounts;
 use super::fine::Fine;
@@ -13,30 +13,30 @@ use edgegait_core::raster::Placement;
 use edgegait_core::silhouette::Silhouette;
 use glam::DVec2;
 
-/// A silhouette, and how much of the picture it leaves out.
+/// A silhouette with its placement and the share of the figure that it clips.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Framed {
-    /// The silhouette.
+    /// The framed silhouette.
     pub silhouette: Silhouette,
-    /// The share of what is on that lies outside of the silhouette, 0..=1; by
-    /// [`Framing::Height`] counted as the core does, by [`Framing::Fixed`] in fine samples.
+    /// The share of the figure that lies outside of the silhouette, 0..=1, counted as in the core
+    /// for [`Framing::Height`], and in fine samples for [`Framing::Fixed`].
     pub clipped_share: f32,
-    /// Where points of the image appear in the silhouette.
+    /// The map from image points to the silhouette's pixels.
     pub placement: Placement,
 }
 
-/// Samples along an axis, evenly, in whole numbers.
+/// Evenly spaced samples along an axis, in integer arithmetic.
 #[derive(Clone, Copy)]
 struct SampleAxis {
-    /// Where pixel 0 begins, halves of a sample.
+    /// The start of pixel 0, in half samples.
     halves: i64,
-    /// So many pixels take `span` samples.
+    /// The number of pixels that cover `span` samples.
     pixels: i64,
     span: i64,
 }
 
 impl SampleAxis {
-    /// The sample that is nearest to the middle of a pixel.
+    /// Returns the sample nearest to the middle of a pixel.
     fn sample(self, number: i64) -> Option<usize> {
         usize::try_from(self.at(number)).ok()
     }
@@ -46,12 +46,12 @@ impl SampleAxis {
         at.div_euclid(2 * self.pixels)
     }
 
-    /// Those of the first `count` pixels.
+    /// Returns the samples of the first `count` pixels.
     fn samples(self, count: usize) -> impl Iterator<Item = Option<usize>> {
         (0..signed(count)).map(move |number| self.sample(number))
     }
 
-    /// Where the first of samples is that are three apart; none if they are not.
+    /// Returns the sample of a pixel if samples are three apart, otherwise `None`.
     fn start(self, number: i64) -> Option<isize> {
         if self.span != signed(FINE) * self.pixels {
             return None;
@@ -59,32 +59,32 @@ impl SampleAxis {
         isize::try_from(self.at(number)).ok()
     }
 
-    /// The pixel coordinate at which a sample begins, from that of pixel 0.
+    /// Returns the pixel coordinate at which a sample begins.
     fn pixel(self, sample: f64) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
         let [halves, pixels, span] = [self.halves, self.pixels, self.span].map(|it| it as f64);
         (sample - halves / 2.0) * pixels / span
     }
 
-    /// The last pixel whose middle is at or before the start of a sample.
+    /// Returns the last pixel whose middle is at or before the start of a sample.
     fn before(self, sample: usize) -> i64 {
         let at = (2 * signed(sample) - self.halves) * self.pixels - self.span;
         at.div_euclid(2 * self.span)
     }
 }
 
-/// Which samples the silhouette's pixels are.
+/// The samples that become the silhouette's pixels.
 #[derive(Clone, Copy)]
 struct SampleGrid {
     rows: SampleAxis,
     columns: SampleAxis,
-    /// The first column's pixel.
+    /// The pixel of the first column.
     first: i64,
 }
 
 impl Fine {
-    /// Frames what effects left of a picture. `before` is [`Self::draw_figure`]'s. None if
-    /// nothing is left.
+    /// Frames a picture after effects. `before` is the bounding box from [`Self::draw_figure`].
+    /// Returns `None` if nothing is left.
     #[must_use]
     pub(crate) fn frame(&self, picture: &BitPicture, before: SampleBounds) -> Option<Framed> {
         let now = picture.bounds()?;
@@ -122,9 +122,9 @@ impl Fine {
         }
     }
 
-    /// Makes `picture`, which was drawn in phases, agree with what the core drew at once: their
-    /// coordinates are rounded differently, which moves an edge by 1/64 pixel at most. Where it
-    /// is on then.
+    /// Makes `picture`, which was rendered in tiles, agree with the core's silhouette, and returns
+    /// its bounding box. Coordinates are rounded differently, which moves edges by at most 1/64
+    /// pixel.
     pub(super) fn settle(
         &self,
         picture: &mut BitPicture,
@@ -158,7 +158,7 @@ impl Fine {
         picture.bounds()
     }
 
-    /// Where points of the image appear among the pixels.
+    /// Returns the map from image points to pixels.
     fn placement(&self, grid: &SampleGrid) -> Placement {
         let (scale, at) = self.samples();
         let (rows, columns) = (grid.rows, grid.columns);
@@ -176,7 +176,8 @@ impl Fine {
         }
     }
 
-    /// Where the pixels are, those of [`Framing::Height`] counted from the figure's middle.
+    /// Returns the samples of the pixels; for [`Framing::Height`], columns count from the figure's
+    /// middle.
     fn grid(&self, now: SampleBounds, before: SampleBounds) -> SampleGrid {
         let size = self.size;
         let [top, left] = [self.above, self.left].map(|pixels| 2 * signed(FINE * pixels));
@@ -207,8 +208,8 @@ impl Fine {
         }
     }
 
-    /// The pixel at which a silhouette begins whose middle column has the centroid of the
-    /// sampled points, and how many of them are on; none if none is.
+    /// Returns the first column of a silhouette whose middle column holds the centroid of the
+    /// sampled points, and how many of these are on; `None` if none is.
     fn centred(
         &self,
         picture: &BitPicture,
@@ -231,7 +232,7 @@ impl Fine {
         if area == 0 {
             return None;
         }
-        // As the core has it: both are whole numbers, so that a tie is exact.
+        // As in the core: both are whole numbers, so that ties are exact.
         #[expect(clippy::cast_precision_loss, reason = "exact below 2^53")]
         let (whole, sum) = (area as f64, doubled as f64);
         let jitter = f64::from(self.view.jitter.x);
@@ -242,7 +243,7 @@ impl Fine {
         Some((centroid - middle, area.unsigned_abs()))
     }
 
-    /// The samples of the silhouette's pixels.
+    /// Samples the silhouette's pixels from a picture.
     fn sampled(&self, picture: &BitPicture, grid: &SampleGrid) -> Silhouette {
         let size = self.size;
         let rows = grid.rows.samples(size.rows());
@@ -267,19 +268,19 @@ impl Fine {
     }
 }
 
-/// The share of `all` that is not `shown`, in the core's arithmetic.
+/// Returns the share of `all` that is not `shown`, in the core's arithmetic.
 fn clipped_share(shown: u64, all: u64) -> f32 {
     #[expect(clippy::cast_precision_loss, reason = "a share")]
     let share = 1.0 - (shown as f32 / all as f32).min(1.0);
     share
 }
 
-/// By how much a border has moved.
+/// Returns by how many samples a border has moved.
 fn moved(now: usize, before: usize) -> i64 {
     signed(now) - signed(before)
 }
 
-/// A count as a signed number.
+/// Converts a count to a signed number.
 fn signed(count: usize) -> i64 {
     #[expect(clippy::cast_possible_wrap, reason = "a few thousand")]
     let signed = count as i64;

@@ -1,9 +1,9 @@
 //! Light and contrast: a difference image, and the segmentation of Charalambous & Bharath.
 //!
-//! They subtract the background and part the grey differences into two clusters (BMVC 2016,
-//! section 3.3; k and initial values are ours: two, least and greatest). The difference image is
-//! ours: a level for the figure, lower in patches that stay on the body, noise as wide as a
-//! pixel, and a side of the scene that has grown lighter.
+//! The segmentation subtracts the background and splits the grey differences into two clusters
+//! by k-means (BMVC 2016, section 3.3; k = 2 and the initial values, least and greatest, are
+//! ours). The difference image is ours: a grey level for the figure, lower in patches that stay
+//! on the body, noise of the width of a pixel, and a scene that is lighter towards one side.
 
 use super::fine::Fine;
 use super::phases::{FINE, WINDOW, interleaved, merge, thirds};
@@ -13,42 +13,42 @@ use glam::DVec2;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
-/// Grey levels, of 255, by which a figure differs from the background in good light.
+/// Contrast between figure and background in good light, grey levels of 255.
 const CONTRAST: f32 = 110.0;
-/// What of it is lost at strength 1 in the middle of a patch.
+/// The share of the contrast that patches take at strength 1, for each unit of depth; at most all.
 const PATCHED: f32 = 2.0;
-/// Grey levels at strength 1: standard deviation of noise, and what light adds a figure's
-/// height away from the figure's middle.
+/// Grey levels at strength 1: the standard deviation of noise, and the light added at a figure's
+/// height from its middle.
 const NOISE: f32 = 8.0;
 const LIGHTER: f32 = 30.0;
 
-/// Levels that are counted apart, so that no count waits for the one before.
+/// The number of separate histograms, so that no count waits for the previous one.
 const LANES: usize = 4;
 
-/// Knots of the patches across and along the body.
+/// The number of patch knots across and along the body.
 const ACROSS: usize = 5;
 const ALONG: usize = 9;
 
-/// Light, and how well a walker's clothes are told from the background.
+/// The light of a scene, and the contrast of a walker's clothes with the background.
 #[derive(Clone, Debug)]
 pub(crate) struct Light {
     strength: f32,
-    /// Depths, 0 to 1, rows from the head down.
+    /// Depths of the patches, 0 to 1, in rows from the head down.
     patches: [[f32; ACROSS]; ALONG],
-    /// The side that is lighter, to the right and down.
+    /// The direction towards the lighter side, to the right and down.
     side: DVec2,
 }
 
 impl Light {
-    /// Draws patches and the side that is lighter. At strength 1 patches take all of the
-    /// figure's contrast of 110 grey levels, from where they are half deep, noise has a standard
-    /// deviation of 8, and the scene is lighter by 30 a figure's height beside the middle; all
-    /// are in proportion to the strength. Up to 0.25, segmentation is perfect.
+    /// Samples patches and the lighter side. At strength 1, patches take all of the figure's
+    /// contrast of 110 grey levels where they are at least half deep, noise has a standard
+    /// deviation of 8 levels, and the scene is lighter by 30 levels at a figure's height from its
+    /// middle. All are proportional to the strength. Up to 0.25, segmentation is perfect.
     #[must_use]
     pub(crate) fn new(strength: f64, rng: &mut ChaCha8Rng) -> Self {
         #[expect(clippy::cast_possible_truncation, reason = "a share")]
         let strength = strength as f32;
-        // Squares: few places are deep.
+        // Squares of uniform numbers, so that few places are deep.
         let mut depth = || {
             let even = rng.random::<f32>();
             even * even
@@ -62,8 +62,7 @@ impl Light {
         }
     }
 
-    /// Segments what a sensor sees of the picture, whose pixels are three by three samples;
-    /// noise is drawn.
+    /// Segments the picture as a sensor with noise sees it. A sensor pixel is 3x3 samples.
     pub(crate) fn segment(&self, picture: &mut BitPicture, fine: &Fine, rng: &mut ChaCha8Rng) {
         let (rows, columns) = (picture.rows() / FINE, picture.columns().div_ceil(FINE));
         let noise = self.noise(rows, columns, rng);
@@ -74,13 +73,13 @@ impl Light {
             let from_middle = (from_corner - 0.5 * axis(figure.size)) / figure.size.y;
             (from_corner / axis(figure.size), from_middle)
         };
-        // What is the same of all pixels in a column: between which knots, and light.
+        // Values that are the same for all pixels of a column: knots and light.
         let across: Vec<(f64, f64)> = (0..columns).map(|at| along(at, |point| point.x)).collect();
         let lighter: Vec<f64> = across.iter().map(|(_, x)| self.side.x * x).collect();
         let knots = self.knots(across.iter().map(|&(share, _)| share));
-        // Levels where a pixel shows the background, and where it shows the figure.
+        // Grey levels of pixels that show the background, and of those that show the figure.
         let mut levels = [vec![0; rows * columns], vec![0; rows * columns]];
-        // Where the figure is.
+        // The pixels of the figure.
         let (figure_rows, figure_columns) = picture.bounds().map_or((0..0, 0..0), |bounds| {
             (
                 bounds.top / FINE..bounds.bottom.div_ceil(FINE),
@@ -145,7 +144,7 @@ impl Light {
                 *count += of;
             }
         }
-        // Levels are whole numbers: those above it are above its whole part.
+        // Levels are whole numbers, so the threshold's whole part is enough.
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -177,8 +176,8 @@ impl Light {
         }
     }
 
-    /// Depths of patches at places across the body, shares of its width: a row for each row of
-    /// knots, between which they lie on straight lines.
+    /// Interpolates the depths of patches linearly at places across the body, in shares of its
+    /// width; returns one row for each row of knots.
     fn knots(&self, places: impl Iterator<Item = f64> + Clone) -> [Vec<f32>; ALONG] {
         self.patches.each_ref().map(|knots| {
             let depth = |share| {
@@ -190,9 +189,9 @@ impl Light {
         })
     }
 
-    /// Noise of every pixel: means of three by three draws.
+    /// Samples the noise of every pixel: means of 3x3 random numbers.
     fn noise(&self, rows: usize, columns: usize, rng: &mut ChaCha8Rng) -> Vec<f32> {
-        // A mean of nine has a third of the deviation.
+        // A mean of nine numbers has a third of their deviation.
         let scale = 3.0 * NOISE * self.strength / 9.0;
         let wide = columns + 2;
         let bits: Vec<u64> = (0..wide * (rows + 2)).map(|_| rng.random()).collect();
@@ -211,8 +210,8 @@ impl Light {
     }
 }
 
-/// Between which of so many knots a share of their way lies: the first one, and what share of
-/// the way to the next.
+/// Returns the knot before a share of the way along `knots` knots, and the share of the way from
+/// this knot to the next.
 fn between(share: f64, knots: usize) -> (usize, f32) {
     let last = (knots - 1) as f64;
     let place = (share * last).clamp(0.0, last);
@@ -227,22 +226,22 @@ fn between(share: f64, knots: usize) -> (usize, f32) {
     (knot, share)
 }
 
-/// A number of mean 0 and deviation 1 from 64 random bits: a sum of four even ones (Irwin 1927,
-/// Hall 1927) of 16 bits each.
+/// Returns a number of mean 0 and deviation 1 from 64 random bits: the sum of four uniform numbers
+/// (Irwin 1927, Hall 1927) of 16 bits each.
 fn deviate(bits: u64) -> f32 {
-    // Two sums of two, and their sum: 18 bits.
+    // Two sums of two numbers, then their sum: 18 bits.
     let pairs = (bits & 0xffff_0000_ffff) + (bits >> 16 & 0xffff_0000_ffff);
     let sum = ((pairs + (pairs >> 32)) & 0x3_ffff) as i32;
     #[expect(clippy::cast_precision_loss, reason = "18 bits")]
     let sum = sum as f32;
-    // Four have a variance of a third.
+    // The sum of four uniform numbers has a variance of a third.
     (sum / 65_536.0 - 2.0) * 1.732_050_8
 }
 
-/// A difference as a sensor of 256 levels has it: rounded half up.
+/// Returns a difference as one of a sensor's 256 levels, rounded half up.
 fn grey(difference: f32) -> u8 {
-    // Adding 2^23 leaves the nearest whole number in the lowest bits, of many at once, as no
-    // conversion of Rust's does.
+    // Adding 2^23 leaves the nearest whole number in the lowest bits. Unlike Rust's conversions,
+    // this vectorises.
     const SHIFT: f32 = 8_388_608.0;
     let level = (difference.abs() + 0.5).min(255.0);
     let nearest = level + SHIFT;
@@ -252,16 +251,16 @@ fn grey(difference: f32) -> u8 {
     level
 }
 
-/// Which of at most 64 levels are above a threshold, a bit each.
+/// Returns one bit for each of at most 64 levels: whether the level is above a threshold.
 fn above(levels: &[u8], threshold: u8) -> u64 {
     const ONES: u64 = 0x0101_0101_0101_0101;
     let (low, is_high) = (threshold & 0x7f, threshold > 0x7f);
-    // Eight at once: whether their lower seven digits are above those of the threshold shows in
-    // the eighth.
+    // Eight levels at a time: the eighth bit of the sum states whether the lower seven bits are
+    // above those of the threshold.
     let above = |eight: u64| {
         let low = (eight & (0x7f * ONES)) + u64::from(0x7f - low) * ONES;
         let above = if is_high { eight & low } else { eight | low };
-        // One bit a byte, all of them moved into the highest one.
+        // Gathers one bit of each byte in the highest byte.
         (above >> 7 & ONES).wrapping_mul(0x0102_0408_1020_4080) >> 56
     };
     let (eights, rest) = levels.as_chunks::<8>();
@@ -273,7 +272,7 @@ fn above(levels: &[u8], threshold: u8) -> u64 {
         .fold(0, |bits, (eight, at)| bits | eight << (8 * at))
 }
 
-/// Calls `act` for the pixels of a row of which samples are on, with how many are.
+/// Calls `act` with each pixel of a row that has samples on, and the number of these samples.
 fn each_on(picture: &BitPicture, row: usize, mut act: impl FnMut(usize, u32)) {
     let [a, b, c] = [0, 1, 2].map(|down| picture.row(FINE * row + down));
     let rows = a.iter().zip(b).zip(c);

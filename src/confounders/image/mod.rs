@@ -1,8 +1,8 @@
-//! What befalls a silhouette between the scene and the recognizer.
+//! Confounders that act on the image: shadows, occluders, lenses, sensors and segmentation faults.
 //!
-//! A figure that is confounded in the image is drawn on a [`Fine`] picture first, three by three
-//! samples for each pixel of its silhouette. Shadows join it, occluders are removed from it,
-//! effects act on it, and then it is framed:
+//! A figure is first rendered into a [`Fine`] picture, with 3x3 samples for each pixel of its
+//! silhouette. Shadows join it, occluders are removed from it, effects act on it, and then it is
+//! framed:
 //!
 //! ```text
 //! let fine = Fine::of(&figure, &[&shadow], view, size)?;
@@ -13,7 +13,7 @@
 //! let framed = fine.frame(&picture, before);
 //! ```
 //!
-//! What nothing has changed becomes the silhouette that the core draws directly.
+//! An unchanged picture becomes the silhouette that the core renders directly.
 
 mod counts;
 mod distortion;

@@ -1,4 +1,4 @@
-//! An outline drawn too tight or too wide: erosion and dilation by a disc (Serra 1982).
+//! Outlines that are too tight or too wide: erosion and dilation by a disc (Serra 1982).
 
 use super::fine::Fine;
 use super::picture::BitPicture;
@@ -6,14 +6,14 @@ use glam::DVec2;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
-/// The disc's radius at strength 1, metres. Ours: 1.8 % of a stature of 1.7 m, two pixels of a
-/// figure 110 pixels high.
+/// The disc's radius at strength 1, metres. Ours: 1.8 % of a stature of 1.7 m, or two pixels of
+/// a figure 110 pixels high.
 const RADIUS_M: f64 = 0.03;
 
-/// Takes off what is nearer to the background than 3 cm at strength 1.
+/// Removes what is nearer to the background than 3 cm at strength 1.
 ///
-/// Radii are spread by half a sample about what the strength says, so that means over frames
-/// are continuous; nothing changes where the largest of them is below one sample.
+/// Random radii within half a sample of the nominal radius make means over frames continuous.
+/// Nothing changes where the radius is below one sample.
 pub(crate) fn erode(picture: &mut BitPicture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
     let radii = radii(fine, strength, rng);
     invert(picture);
@@ -21,12 +21,12 @@ pub(crate) fn erode(picture: &mut BitPicture, fine: &Fine, strength: f64, rng: &
     invert(picture);
 }
 
-/// Adds what is nearer to the figure than 3 cm at strength 1; radii as [`erode`] has them.
+/// Adds what is nearer to the figure than 3 cm at strength 1, with the radii of [`erode`].
 pub(crate) fn dilate(picture: &mut BitPicture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
     *picture = dilated(picture, radii(fine, strength, rng));
 }
 
-/// Radii of the disc to the side and up, samples.
+/// Samples the radii of the disc to the side and up, in samples.
 fn radii(fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) -> DVec2 {
     let spread = rng.random::<f64>() - 0.5;
     fine.samples_per_metre() * (RADIUS_M * strength) + spread
@@ -38,11 +38,11 @@ fn invert(picture: &mut BitPicture) {
     }
 }
 
-/// Every sample within an ellipse about one that is on; none is on outside of the picture.
+/// Returns every sample within an ellipse about one that is on; all is off outside of the picture.
 fn dilated(picture: &BitPicture, radii: DVec2) -> BitPicture {
     let words = picture.columns() / 64;
     let mut grown = picture.clone();
-    // From the ellipse's upper end to its middle: rows grow wider, step by step.
+    // From the ellipse's upper end to its middle, rows grow wider step by step.
     let mut wide = picture.clone();
     let mut width = 0;
     #[expect(clippy::cast_possible_truncation, reason = "a few samples")]
@@ -67,7 +67,7 @@ fn dilated(picture: &BitPicture, radii: DVec2) -> BitPicture {
     grown
 }
 
-/// Adds to all rows those of a picture, moved `by` columns to each side, 1 to 63.
+/// Adds the rows of a picture, moved by 1 to 63 columns to each side.
 fn widen(wide: &mut [u64], picture: &BitPicture, by: u32) {
     let words = picture.columns() / 64;
     let rows = picture.words().chunks_exact(words);

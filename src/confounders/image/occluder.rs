@@ -1,8 +1,8 @@
-//! What stands or passes between the camera and the walker.
+//! Occluders: a pillar or a person between the camera and the walker.
 //!
-//! Cycles are walked on the spot, so that what stands still moves backwards by a stride in a
-//! cycle. Everything repeats from cycle to cycle. From far above, little is hidden: at an
-//! elevation of 60 degrees, what is one metre nearer appears 0.87 m further down.
+//! Walkers walk on the spot, so a static object moves backwards by one stride in a cycle. Occluders
+//! repeat from cycle to cycle. High cameras see little occlusion: at an elevation of 60 degrees,
+//! an object one metre nearer appears 0.87 m further down.
 
 use edgegait_core::body::UnpackedBody;
 use edgegait_core::camera::Viewpoint;
@@ -12,16 +12,17 @@ use glam::{Mat3, Vec3};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
-/// Level distance from the walker's path towards the camera, metres. Ours: as two people pass.
+/// Level distance from the walker's path towards the camera, metres. Ours: as between two people
+/// who pass each other.
 const DISTANCE_M: f32 = 1.0;
 
-/// Height of a pillar, metres, and its width at strength 1. Ours: as platforms have them.
+/// Height of a pillar, and its width at strength 1, metres. Ours: as on railway platforms.
 const PILLAR_HEIGHT_M: f32 = 3.0;
 const PILLAR_WIDTH_M: f32 = 0.5;
-/// How far from the walker's path, seen from in front, a pillar may stand, metres.
+/// The largest sideways offset of a pillar, seen from the camera, metres.
 const ASIDE_M: f32 = 0.2;
 
-/// A pillar that the walker passes.
+/// A pillar that the walker passes behind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pillar {
     width_m: f32,
@@ -30,9 +31,9 @@ pub(crate) struct Pillar {
 }
 
 impl Pillar {
-    /// A pillar of 3 m, half a metre thick at strength 1, one metre from the walker towards the
-    /// camera. When it is passed is drawn, and how far aside it stands, which shows from in
-    /// front and from behind.
+    /// Samples a pillar 3 m high, half a metre thick at strength 1, one metre from the walker
+    /// towards the camera. Random are the phase at which the walker passes it and its sideways
+    /// offset, which shows from the front and from behind.
     #[must_use]
     pub(crate) fn new(strength: f64, rng: &mut ChaCha8Rng) -> Self {
         #[expect(clippy::cast_possible_truncation, reason = "a share")]
@@ -44,7 +45,7 @@ impl Pillar {
         }
     }
 
-    /// The pillar at a phase of the cycle, seen from a viewpoint; to be drawn at rest.
+    /// Returns the pillar at a phase of the cycle, seen from a viewpoint; draw it at rest.
     #[must_use]
     pub(crate) fn body(
         &self,
@@ -67,7 +68,7 @@ impl Pillar {
     }
 }
 
-/// Somebody who crosses between the camera and the walker.
+/// A person who crosses between the camera and the walker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Crossing {
     scale: f32,
@@ -75,8 +76,8 @@ pub(crate) struct Crossing {
 }
 
 impl Crossing {
-    /// Somebody who is as large as the walker at strength 1, half as large at 0.5; when he
-    /// crosses is drawn.
+    /// Samples the phase at which a person crosses, who is as large as the walker at strength 1 and
+    /// half as large at 0.5.
     #[must_use]
     pub(crate) fn new(strength: f64, rng: &mut ChaCha8Rng) -> Self {
         #[expect(clippy::cast_possible_truncation, reason = "a share")]
@@ -87,15 +88,15 @@ impl Crossing {
         }
     }
 
-    /// How large he is, of the walker: what to multiply the points of his hulls by.
+    /// Returns the person's size relative to the walker, the factor on the points of the hulls.
     #[must_use]
     pub(crate) const fn scale(&self) -> f32 {
         self.scale
     }
 
-    /// A pose of the walker's as a pose of his, at a phase of the cycle: one metre towards the
-    /// camera, he crosses the line of sight at right angles at twice the walking speed. Seen
-    /// from the side that is somebody who walks the other way.
+    /// Returns the crossing person's pose, from a pose of the walker and a phase of the cycle. One
+    /// metre towards the camera, the person crosses the line of sight at right angles at twice the
+    /// walking speed. Seen from the side, the person walks the other way.
     #[must_use]
     pub(crate) fn pose(
         &self,
@@ -118,15 +119,15 @@ impl Crossing {
     }
 }
 
-/// Metres from the middle of a way of `length_m`, which begins anew with each cycle.
+/// Returns metres from the middle of a path of `length_m`, which restarts with each cycle.
 fn travelled(phase: f64, length_m: f64) -> f32 {
     #[expect(clippy::cast_possible_truncation, reason = "metres")]
     let travelled = ((phase - libm::floor(phase) - 0.5) * length_m) as f32;
     travelled
 }
 
-/// The level directions to the camera, and to the image's right for a camera without roll. Of
-/// one straight above, what is below the figure in the image is nearer.
+/// Returns the level directions to the camera, and to the image's right for a camera without
+/// roll. For a camera straight above, the first is the direction down in the image.
 fn level_axes(viewpoint: Viewpoint) -> (Vec3, Vec3) {
     let level = |direction: Vec3| {
         let flat = Vec3::new(direction.x, 0.0, direction.z);
@@ -152,7 +153,7 @@ mod tests {
         Viewpoint::from_degrees(azimuth, 0.0).expect("a viewpoint")
     }
 
-    /// Middle of a body's rectangle along each axis.
+    /// Returns the middle of a body's bounding box.
     fn middle(body: &UnpackedBody) -> Vec3 {
         let figure = Figure::at_rest(body);
         let points = figure.points();
@@ -176,12 +177,12 @@ mod tests {
                 "{found} {expected:?}"
             );
         };
-        // From the left: nearer means further left (+X), and the image's right is -Z.
+        // Seen from the left: nearer means further left (+X), and the image's right is -Z.
         near(at(0.25, 90.0), [1.0, 1.5, -0.15]);
         near(at(0.5, 90.0), [1.0, 1.5, -0.5]);
         near(at(0.8, 90.0), [1.0, 1.5, 0.48]);
         near(at(1.25, 90.0), [1.0, 1.5, -0.15]);
-        // From the front: the image's right is +X.
+        // Seen from the front: the image's right is +X.
         near(at(0.25, 0.0), [0.15, 1.5, 1.0]);
         near(at(0.25, 180.0), [-0.15, 1.5, -1.0]);
     }
@@ -224,12 +225,12 @@ mod tests {
                     "{found} {expected:?}"
                 );
             };
-            // Turned by 180 degrees; a metre to the left, and 0.7 m on after a quarter cycle.
+            // Turned by 180 degrees, a metre to the left, and 0.7 m further after a quarter cycle.
             let [x, y, z] = joint.to_array();
             near(posed(0.25, 90.0).positions[number], [1.0 - x, y, -z]);
             near(posed(0.5, 90.0).positions[number], [1.0 - x, y, -z - 0.7]);
             near(posed(0.25, 270.0).positions[number], [-1.0 - x, y, -z]);
-            // Before a camera in front he walks to the image's right, +X.
+            // Seen from the front, the person walks to the image's right, +X.
             near(posed(0.5, 0.0).positions[number], [0.7 + z, y, 1.0 - x]);
         }
         let turned = posed(0.0, 90.0).orientations;

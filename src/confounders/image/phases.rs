@@ -1,20 +1,20 @@
-//! Nine images of one sample a pixel as one picture of three by three.
+//! Assembly of nine images of one sample a pixel into one picture of 3x3 samples a pixel.
 
-/// Samples of a pixel along an axis.
+/// The number of samples in a pixel along an axis.
 pub(super) const FINE: usize = 3;
 
-/// Pixels that a window of the core has along an axis.
+/// The number of pixels in a window of the core along an axis.
 pub(super) const WINDOW: usize = 64;
 
-/// The first pixels of the windows that hold every sample within `min..max` pixels and within a
-/// picture of `count` pixels, `before` of them in front of pixel 0. None if there are no such
-/// samples; the fewest, and a single one about their middle.
+/// Returns the first pixels of the fewest windows that hold every sample within `min..max` pixels
+/// and within a picture of `count` pixels, `before` of them before pixel 0. There are no windows
+/// if there are no such samples; a single window is centred on them.
 pub(super) fn tiles((min, max): (f64, f64), before: usize, count: usize) -> Vec<isize> {
     let (first, end) = (
         -before.cast_signed(),
         count.cast_signed() - before.cast_signed(),
     );
-    // The last sample of a pixel is 5/6 behind its start, the first 1/6.
+    // The first sample of a pixel lies 1/6 after its start, the last one 5/6.
     #[expect(clippy::cast_possible_truncation, reason = "clamped")]
     let pixel = |at: f64| at.clamp(first as f64, end as f64) as isize;
     let from = pixel((min - 5.0 / 6.0).floor() + 1.0);
@@ -27,7 +27,7 @@ pub(super) fn tiles((min, max): (f64, f64), before: usize, count: usize) -> Vec<
         .collect()
 }
 
-/// Bits of three images of a row, one after another for each pixel.
+/// Interleaves the bits of a row in three images, pixel by pixel.
 pub(super) fn interleaved([a, b, c]: [u64; FINE]) -> [u64; FINE] {
     // Eight pixels take 24 bits.
     let eighth = |number: u32| -> u64 {
@@ -42,7 +42,7 @@ pub(super) fn interleaved([a, b, c]: [u64; FINE]) -> [u64; FINE] {
     ]
 }
 
-/// Every byte with two zeros behind each of its bits.
+/// Every byte with two zeros after each of its bits.
 const SPREAD: [u32; 256] = {
     let mut spread = [0; 256];
     let mut byte = 0;
@@ -57,7 +57,7 @@ const SPREAD: [u32; 256] = {
     spread
 };
 
-/// Every third bit of a word, from the lowest on, put together (Morton 1966, backwards).
+/// Gathers every third bit of a word, from the lowest on (Morton 1966, inverted).
 const fn gathered(bits: u64) -> u64 {
     let bits = bits & 0x9249_2492_4924_9249;
     let bits = (bits | bits >> 2) & 0x30c3_0c30_c30c_30c3;
@@ -67,7 +67,7 @@ const fn gathered(bits: u64) -> u64 {
     (bits | bits >> 32) & 0x003f_ffff
 }
 
-/// Every third of 192 columns of a row from `start` on; off outside of it.
+/// Returns every third of the 192 columns of a row from `start` on; columns outside are off.
 pub(super) fn thirds(row: &[u64], start: isize) -> u64 {
     let (first, shift) = (start.div_euclid(64), start.rem_euclid(64));
     let word = |number: isize| {
@@ -75,14 +75,14 @@ pub(super) fn thirds(row: &[u64], start: isize) -> u64 {
         at.and_then(|at| row.get(at)).copied().unwrap_or(0)
     };
     let from = |number: isize| word(number) >> shift | word(number + 1) << 1 << (63 - shift);
-    // Multiples of three: bits 0 to 63 hold 22 of them, and the next words 21 each.
+    // The first word holds 22 multiples of three, the next ones 21 each.
     gathered(from(0)) | gathered(from(1) >> 2) << 22 | gathered(from(2) >> 1) << 43
 }
 
-/// Adds words to a row from column `offset` on, as far as it goes.
+/// Adds words to a row from column `offset` on, clipped to the row.
 pub(super) fn merge(row: &mut [u64], [a, b, c]: [u64; FINE], offset: isize) {
     let (first, shift) = (offset.div_euclid(64), offset.rem_euclid(64));
-    // What is left of a word goes into the next one, nothing if it is not shifted.
+    // The rest of a shifted word goes into the next one.
     let rest = |bits: u64| bits >> 1 >> (63 - shift);
     let parts = [
         a << shift,
@@ -146,7 +146,7 @@ mod tests {
         assert_eq!(tiles((0.0, 64.0), 8, 80), [0]);
         assert_eq!(tiles((0.0, 50.0), 8, 66), [-7]);
         assert_eq!(tiles((-40.0, 60.0), 50, 120), [-54, 10]);
-        // Before the picture there is nothing to draw, and nothing behind it.
+        // There is nothing to draw before or after the picture.
         assert_eq!(tiles((-90.0, -20.0), 8, 66), [0_isize; 0]);
         assert_eq!(tiles((70.0, 80.0), 8, 66), [0_isize; 0]);
     }

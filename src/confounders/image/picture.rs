@@ -1,32 +1,32 @@
-//! A binary picture of any size, a bit a sample.
+//! Binary pictures of any size, one bit a sample.
 
 use std::fmt;
 
-/// Samples that are on or off, rows of words of 64.
+/// A picture of samples that are on or off, in rows of 64-bit words.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct BitPicture {
     rows: usize,
-    /// Words a row.
+    /// The number of words in a row.
     words: usize,
-    /// Bit `c % 64` of word `c / 64` of a row is column `c`; row 0 is on top.
+    /// The words: bit `c % 64` of word `c / 64` of a row is column `c`; row 0 is on top.
     bits: Vec<u64>,
 }
 
-/// The rectangle that holds all samples that are on: ends are exclusive.
+/// The bounding box of all samples that are on, with exclusive ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SampleBounds {
-    /// First row.
+    /// The first row.
     pub top: usize,
-    /// The row behind the last one.
+    /// The row after the last one.
     pub bottom: usize,
-    /// First column.
+    /// The first column.
     pub left: usize,
-    /// The column behind the last one.
+    /// The column after the last one.
     pub right: usize,
 }
 
 impl BitPicture {
-    /// No sample on; 64 columns a word.
+    /// Creates a picture with all samples off, with 64 columns a word.
     #[must_use]
     pub(crate) fn empty(rows: usize, words: usize) -> Self {
         Self {
@@ -36,19 +36,19 @@ impl BitPicture {
         }
     }
 
-    /// How many rows.
+    /// Returns the number of rows.
     #[must_use]
     pub(crate) const fn rows(&self) -> usize {
         self.rows
     }
 
-    /// How many columns: a multiple of 64.
+    /// Returns the number of columns, a multiple of 64.
     #[must_use]
     pub(crate) const fn columns(&self) -> usize {
         64 * self.words
     }
 
-    /// Whether a sample is on; off outside of the picture.
+    /// Returns whether a sample is on; all is off outside of the picture.
     #[must_use]
     pub(crate) fn is_on(&self, row: usize, column: usize) -> bool {
         column < self.columns() && row < self.rows && {
@@ -57,41 +57,41 @@ impl BitPicture {
         }
     }
 
-    /// The words of a row.
+    /// Returns the words of a row.
     ///
     /// # Panics
-    /// Below the last row.
+    /// If there is no such row.
     #[must_use]
     pub(crate) fn row(&self, row: usize) -> &[u64] {
         &self.bits[row * self.words..][..self.words]
     }
 
-    /// The same to write to.
+    /// Returns the words of a row for writing.
     ///
     /// # Panics
-    /// Below the last row.
+    /// If there is no such row.
     pub(crate) fn row_mut(&mut self, row: usize) -> &mut [u64] {
         &mut self.bits[row * self.words..][..self.words]
     }
 
-    /// All words, row by row.
+    /// Returns all words, row by row.
     pub(super) fn words(&self) -> &[u64] {
         &self.bits
     }
 
-    /// The same to write to.
+    /// Returns all words for writing, row by row.
     pub(super) fn words_mut(&mut self) -> &mut [u64] {
         &mut self.bits
     }
 
-    /// How many samples are on.
+    /// Returns the number of samples that are on.
     #[must_use]
     pub(crate) fn area(&self) -> u64 {
         let ones = self.bits.iter().map(|word| u64::from(word.count_ones()));
         ones.sum()
     }
 
-    /// The rectangle of what is on; none if nothing is.
+    /// Returns the bounding box of the samples that are on, or `None` if all are off.
     #[must_use]
     pub(crate) fn bounds(&self) -> Option<SampleBounds> {
         let top = self.bits.iter().position(|&word| word != 0)? / self.words;
@@ -112,26 +112,26 @@ impl BitPicture {
         })
     }
 
-    /// Turns on what is on in `other`.
+    /// Turns on the samples that are on in `other`.
     ///
     /// # Panics
-    /// If the pictures are not of one size.
+    /// If the pictures differ in size.
     pub(crate) fn join(&mut self, other: &Self) {
         self.combine(other, |own, other| own | other);
     }
 
-    /// Turns off what is on in `other`.
+    /// Turns off the samples that are on in `other`.
     ///
     /// # Panics
-    /// If the pictures are not of one size.
+    /// If the pictures differ in size.
     pub(crate) fn remove(&mut self, other: &Self) {
         self.combine(other, |own, other| own & !other);
     }
 
-    /// Turns off what is off in `other`.
+    /// Turns off the samples that are off in `other`.
     ///
     /// # Panics
-    /// If the pictures are not of one size.
+    /// If the pictures differ in size.
     #[cfg(test)]
     pub(crate) fn keep(&mut self, other: &Self) {
         self.combine(other, |own, other| own & other);
@@ -148,7 +148,7 @@ impl BitPicture {
         }
     }
 
-    /// Turns columns `from..to` of a row on or off, as far as there are such.
+    /// Turns columns `from..to` of a row on or off, clipped to the picture.
     pub(super) fn fill(&mut self, row: usize, from: isize, to: isize, on: bool) {
         let columns = self.columns().cast_signed();
         let (from, to) = (from.clamp(0, columns), to.clamp(0, columns));
@@ -174,7 +174,7 @@ impl BitPicture {
         }
     }
 
-    /// How many of columns `from..to` of a row are on.
+    /// Returns how many of columns `from..to` of a row are on.
     pub(super) fn count(&self, row: usize, from: usize, to: usize) -> u32 {
         let to = to.min(self.columns());
         if row >= self.rows || from >= to {
@@ -191,7 +191,7 @@ impl BitPicture {
     }
 }
 
-/// Text art: a line of `#` and `.` for each row.
+/// Writes text art: a line of `#` and `.` for each row.
 impl fmt::Display for BitPicture {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for row in 0..self.rows {

@@ -1,4 +1,4 @@
-//! Loss of resolution: a sensor whose pixels are coarse.
+//! Loss of resolution: a sensor with coarse pixels.
 
 use super::fine::Fine;
 use super::picture::BitPicture;
@@ -6,18 +6,18 @@ use glam::DVec2;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
-/// Rows that a figure has at strength 1. Ours.
+/// The number of rows of a figure at strength 1. Ours.
 const ROWS: f64 = 10.0;
 
-/// Puts cells of samples in place of samples: a cell is on if at least half of it is. A figure
-/// has ten rows of cells at strength 1, and cells are as large as samples at strength 0, linear
-/// between; where the cells begin is random.
+/// Replaces samples by cells, which are on if at least half of their samples are. Cells are as
+/// large as samples at strength 0, and a figure has ten rows of cells at strength 1; the size is
+/// linear between, and the cells' origin random.
 pub(crate) fn coarsen(picture: &mut BitPicture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
     let most = (fine.figure().size.y / ROWS).max(1.0);
     to_cells(picture, fine, 1.0 + strength * (most - 1.0), rng);
 }
 
-/// The same of cells so many samples high, at least 1.
+/// Replaces samples by cells of this height in samples, at least 1, with a random origin.
 pub(crate) fn to_cells(picture: &mut BitPicture, fine: &Fine, height: f64, rng: &mut ChaCha8Rng) {
     let phase = DVec2::new(rng.random(), rng.random());
     let scale = fine.samples_per_metre();
@@ -54,7 +54,7 @@ pub(crate) fn to_cells(picture: &mut BitPicture, fine: &Fine, height: f64, rng: 
     *picture = coarse;
 }
 
-/// Where cells begin, from 0 to `end`, each once.
+/// Returns the distinct borders of cells, from 0 to `end`.
 fn borders(phase: f64, size: f64, end: usize) -> Vec<usize> {
     let mut borders = vec![0];
     for number in 0.. {
@@ -99,7 +99,7 @@ mod tests {
                     .all(|at| (at - changes[0]).is_multiple_of(15)),
                 "{changes:?}"
             );
-            // Cells are on where at least half of them is: counted one sample after another.
+            // Checks cells against counts of single samples.
             let (top, left) = (changes[0], now.left);
             for (row, column) in (0..3).flat_map(|row| (0..3).map(move |c| (row, c))) {
                 let (row, column) = (top + 15 * row, left + 15 * column);

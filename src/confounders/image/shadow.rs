@@ -1,4 +1,4 @@
-//! A cast shadow that segmentation takes for a part of the figure.
+//! Cast shadows, which segmentation takes for a part of the figure.
 
 use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::budget::MAX_HULL_POINTS;
@@ -7,28 +7,28 @@ use edgegait_core::outline::{clipped, convex};
 use edgegait_core::skeleton::Joint;
 use glam::{Vec2, Vec3};
 
-/// Least elevation of a sun that casts a shadow, degrees: shadows are then 11 times as long as
-/// a figure is high.
+/// The least elevation of the sun, degrees: shadows are then 11 times as long as the figure is
+/// high.
 const LEAST_ELEVATION_DEG: f32 = 5.0;
 
-/// Where the sun stands.
+/// The direction to the sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sun {
     toward: Vec3,
 }
 
 impl Sun {
-    /// A sun whose azimuth counts from the walker's heading as a viewpoint's does: 0 is in
-    /// front, 90 on the walker's left; shadows fall to the other side. Elevations below 5
-    /// degrees are taken for 5.
+    /// Returns the sun at an azimuth from the walker's heading, as for viewpoints: 0 is in front,
+    /// 90 on the walker's left; shadows fall to the other side. Elevations below 5 degrees become
+    /// 5.
     ///
     /// # Errors
-    /// For angles that are no viewpoint's.
+    /// For angles out of the range of viewpoints.
     pub(crate) fn from_degrees(
         azimuth_deg: f32,
         elevation_deg: f32,
     ) -> Result<Self, ViewpointError> {
-        // A NaN stays one, and is refused.
+        // NaN stays NaN, and is rejected.
         let elevation_deg = if elevation_deg < LEAST_ELEVATION_DEG {
             LEAST_ELEVATION_DEG
         } else {
@@ -39,17 +39,17 @@ impl Sun {
     }
 }
 
-/// A plane that a walker walks on.
+/// The plane on which a walker walks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Floor {
-    /// A point of it, metres.
+    /// A point of the plane, metres.
     pub point: Vec3,
-    /// Its normal, a unit vector that points up.
+    /// The upward normal of the plane, a unit vector.
     pub normal: Vec3,
 }
 
 impl Floor {
-    /// A level floor.
+    /// Returns a level floor at a height.
     #[must_use]
     pub const fn level(height_m: f32) -> Self {
         Self {
@@ -59,9 +59,9 @@ impl Floor {
     }
 }
 
-/// The shadow of a figure on the floor: a flat hull for each of its hulls, to be drawn at rest
-/// ([`Figure::at_rest`]). At strength 1 it is whole; below, it ends at this share of its
-/// length, since it is told from the floor the less the farther it falls.
+/// Returns the shadow of a figure on the floor: a flat hull for each of its hulls, to be drawn at
+/// rest ([`Figure::at_rest`]). At strength 1 the shadow is whole; at lower strengths it ends at
+/// this share of its length, since its contrast with the floor falls with the distance.
 #[must_use]
 pub(crate) fn shadow_body(
     figure: &Figure<'_>,
@@ -88,14 +88,14 @@ pub(crate) fn shadow_body(
     for hull in figure.hulls() {
         let whole = convex(hull.map(cast));
         let kept = clipped(&whole, Vec2::splat(f32::MIN), Vec2::new(end, f32::MAX));
-        // What only touches the end has no area.
+        // A hull that only touches the end has no area.
         if kept.len() < 3 || kept.iter().all(|corner| corner.x >= end) {
             continue;
         }
-        // The end adds a corner at most to those of a hull: one of 33 does without its last.
+        // Clipping adds at most one corner; a 33rd one is dropped.
         let corners = kept.iter().take(MAX_HULL_POINTS);
         let points = corners.map(|at| floor.point + along * at.x + across * at.y);
-        // As many hulls as the figure has, and no more points than the budget has for it.
+        // There are at most as many hulls as in the figure, and points within its budget.
         let fits = body.push(Joint::Pelvis, points);
         debug_assert!(fits.is_ok(), "a shadow is within the budget of its figure");
     }
@@ -111,7 +111,7 @@ mod tests {
     use edgegait_core::raster::{Rasterizer, Renderer};
     use edgegait_core::silhouette::Size;
 
-    /// A post 1 m high and 20 cm thick.
+    /// Returns a post 1 m high and 20 cm thick.
     fn post() -> UnpackedBody {
         let mut post = UnpackedBody::default();
         let corners = (0..8_u8).map(|corner| {
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn a_shadow_joins_the_silhouette_as_if_it_were_a_part_of_the_body() {
-        // As many hulls of a person as a body holds together with their shadows.
+        // As many of a person's hulls as fit in one body together with their shadows.
         let (body, poses) = &people()[0];
         let whole = Figure::new(body, &poses[2]);
         let mut person = UnpackedBody::default();
@@ -195,7 +195,7 @@ mod tests {
         }
         let both = Figure::at_rest(&both);
         for size in Size::ALL {
-            // From level with the floor nothing of the shadow shows.
+            // A camera level with the floor does not see the shadow.
             for (angles, expected, least) in [
                 ((90.0, 0.0), &figure, 1.0),
                 ((60.0, 30.0), &both, 0.92),

@@ -1,4 +1,4 @@
-//! Drawing and framing against the core, which draws silhouettes directly.
+//! Drawing and framing of fine pictures, compared with silhouettes that the core draws directly.
 
 use super::picture::SampleBounds;
 use super::*;
@@ -16,7 +16,7 @@ use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use std::sync::OnceLock;
 
-/// A pack of two built-in people who walk at 5 km/h.
+/// Returns a pack of two built-in people who walk at 5 km/h.
 fn pack() -> Pack<'static> {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
     let bytes = BYTES.get_or_init(|| {
@@ -31,7 +31,7 @@ fn pack() -> Pack<'static> {
     Pack::parse(bytes).expect("our own pack")
 }
 
-/// Points of each hull of one of them, and its joint.
+/// Returns points and joint of each hull of one of the two people.
 pub(super) fn hulls(person: usize) -> Vec<(Vec<Vec3>, Joint)> {
     let pack = pack();
     let avatar = pack.avatar(person).expect("an avatar");
@@ -41,7 +41,7 @@ pub(super) fn hulls(person: usize) -> Vec<(Vec<Vec3>, Joint)> {
         .collect()
 }
 
-/// Their bodies, and sixteen poses of a cycle of each.
+/// Returns the two bodies, and sixteen poses of a cycle of each.
 pub(super) fn people() -> &'static [(Box<UnpackedBody>, Vec<ModelPose>)] {
     static PEOPLE: OnceLock<Vec<(Box<UnpackedBody>, Vec<ModelPose>)>> = OnceLock::new();
     PEOPLE.get_or_init(|| {
@@ -63,7 +63,7 @@ pub(super) fn people() -> &'static [(Box<UnpackedBody>, Vec<ModelPose>)] {
     })
 }
 
-/// A camera with parallel rays, or with an eye 4 m from the pelvis.
+/// Returns a camera with parallel rays, or one 4 m from the pelvis.
 pub(super) fn camera((azimuth, elevation): (f32, f32), is_perspective: bool) -> Camera {
     let viewpoint = Viewpoint::from_degrees(azimuth, elevation).expect("a viewpoint");
     if is_perspective {
@@ -82,7 +82,7 @@ pub(super) fn seen(camera: Camera, framing: Framing) -> RenderView {
     }
 }
 
-/// The fine picture of somebody from the side, and where it is on.
+/// Returns the fine picture of a person from the side, and its bounding box.
 pub(super) fn side_view(frame: usize) -> (Fine, BitPicture, SampleBounds) {
     let (body, poses) = &people()[frame % 2];
     let figure = Figure::new(body, &poses[frame % 16]);
@@ -97,7 +97,7 @@ pub(super) fn side_view(frame: usize) -> (Fine, BitPicture, SampleBounds) {
     (fine, picture, bounds)
 }
 
-/// What comes out when nothing happens to a figure.
+/// Frames a figure without any effect.
 fn unchanged(
     renderer: &mut FineRenderer,
     figure: &Figure<'_>,
@@ -222,7 +222,7 @@ fn what_is_left_of_a_figure_fills_the_rows_again() {
         let framed = fine.frame(&picture, before).expect("a body without a head");
         let rows = framed.silhouette.rows();
         assert!(rows[0] != 0 && rows[size.rows() - 1] != 0);
-        // In floating point: the rest is (3 rows - 40) samples high and begins 40 lower.
+        // Computed in floating point: the rest is (3 rows - 40) samples high and begins 40 lower.
         let top = 3.0 * fine.above as f64 + 40.0;
         let height = 3.0 * size.rows() as f64 - 40.0;
         for (number, bits) in rows.iter().enumerate() {
@@ -302,8 +302,8 @@ fn effects_change_nothing_at_strength_0_little_at_little_and_repeat_with_their_s
     }
 }
 
-/// Prints what drawing, framing and each effect cost, of a figure from the side in pictures of
-/// 198 rows: `cargo test --release --lib confound::image -- --ignored --nocapture`.
+/// Prints the time of drawing, framing and each effect, for a figure from the side in pictures of
+/// 198 rows: `cargo test --release --lib confounders::image -- --ignored --nocapture`.
 #[test]
 #[ignore = "measures time"]
 fn effects_have_a_cost() {

@@ -1,4 +1,4 @@
-//! Arms that do not swing freely.
+//! Confounders of the arms: still, in the pockets, or carrying.
 
 use super::GaitFacts;
 use super::excursion::{scale, scaled, turn};
@@ -6,7 +6,7 @@ use edgegait_core::pose::Pose;
 use edgegait_core::skeleton::Joint;
 use glam::DQuat;
 
-/// Joints of the left and of the right arm, outwards.
+/// The joints of the left and of the right arm, from the trunk outwards.
 const ARMS: [[Joint; 4]; 2] = [
     [
         Joint::LeftClavicle,
@@ -22,11 +22,11 @@ const ARMS: [[Joint; 4]; 2] = [
     ],
 ];
 
-/// Share of its swing that an arm keeps which carries something heavy. Ours.
+/// The share of its swing that an arm keeps under a heavy load. Ours.
 const LOADED_SWING: f64 = 0.15;
 
-/// Holds the right arm still. Strength 0..=1: the share of its excursions about its mean pose
-/// that is gone, at the clavicle, the shoulder, the elbow and the wrist.
+/// Holds the right arm still. Strength 0..=1: the share that clavicle, shoulder, elbow and wrist
+/// lose of their excursions about the mean pose.
 pub(crate) fn arm_still(pose: &mut Pose, gait: &GaitFacts, strength: f64) {
     if strength != 0.0 {
         scale(pose, gait, ARMS[1], 1.0 - strength);
@@ -58,9 +58,9 @@ pub(crate) fn hands_in_pockets(pose: &mut Pose, _gait: &GaitFacts, strength: f64
     }
 }
 
-/// Lets the right arm hang as one that carries a suitcase: straight down but for 8 degrees
-/// outwards and 6 of the elbow, with 15 % of its swing. Strength 0..=1: the share of the way from
-/// the swinging arm to that one. The angles are ours.
+/// Lets the right arm hang as if it carried a suitcase: straight down except for 8 degrees
+/// outwards and 6 degrees at the elbow, with 15 % of its swing. Strength 0..=1: the share of the
+/// way from the swinging arm to that pose. The angles are ours.
 pub(crate) fn carried_arm(pose: &mut Pose, gait: &GaitFacts, strength: f64) {
     if strength == 0.0 {
         return;

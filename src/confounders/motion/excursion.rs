@@ -1,11 +1,11 @@
-//! Excursions: how far a joint is turned from its mean over the cycle.
+//! Excursions: rotations of a joint from its mean over the cycle.
 
 use super::GaitFacts;
 use edgegait_core::pose::Pose;
 use edgegait_core::skeleton::Joint;
 use glam::DQuat;
 
-/// Multiplies the angles by which `joints` are turned from their means.
+/// Multiplies the angles of the excursions of `joints` by `factor`.
 pub(super) fn scale(
     pose: &mut Pose,
     gait: &GaitFacts,
@@ -18,7 +18,7 @@ pub(super) fn scale(
     }
 }
 
-/// `rotation` with `factor` times the angle that it is turned from `mean`, about the same axis.
+/// Returns `rotation` with `factor` times its angle from `mean`, about the same axis.
 pub(super) fn scaled(rotation: DQuat, mean: DQuat, factor: f64) -> DQuat {
     let excursion = mean.inverse() * rotation;
     let shorter = if excursion.w < 0.0 {

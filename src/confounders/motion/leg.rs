@@ -1,12 +1,12 @@
-//! A leg of two links that reaches for a point: inverse kinematics in closed form.
+//! Inverse kinematics of a leg of two links, in closed form.
 
 use glam::{DQuat, DVec3};
 
-/// Share of its length to which a leg may be stretched: a knee bends all the faster the straighter it
-/// is. Ours: knees are bent by 16 degrees there.
+/// The share of its length to which a leg may be stretched, since nearly straight knees bend too
+/// fast. Ours: knees are bent by 16 degrees there.
 const BENT: f64 = 0.99;
 
-/// Joints of a leg in the walker's space, and their orientations.
+/// The joints of a leg in the walker's space, with their orientations.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PosedLeg {
     pub hip: DVec3,
@@ -16,8 +16,8 @@ pub(super) struct PosedLeg {
     pub shank: DQuat,
 }
 
-/// A shank's direction seen from its thigh: how far it is bent backwards about the thigh's X, and
-/// its share along that axis, which bending does not change.
+/// A shank's direction relative to its thigh: the angle by which it is bent backwards about the
+/// thigh's X, and its component along that axis, which bending does not change.
 #[derive(Clone, Copy, Debug)]
 struct ShankBend {
     flexion: f64,
@@ -25,20 +25,20 @@ struct ShankBend {
 }
 
 impl ShankBend {
-    /// Cosine of the angle between shank and thigh with the knee straight.
+    /// Returns the cosine of the angle between shank and thigh with the knee straight.
     fn cosine_if_straight(self) -> f64 {
         libm::sqrt(1.0 - self.aside * self.aside)
     }
 }
 
 impl PosedLeg {
-    /// Lengths of thigh and shank, metres.
+    /// Returns the lengths of thigh and shank, metres.
     fn lengths(&self) -> (f64, f64) {
         (self.hip.distance(self.knee), self.knee.distance(self.ankle))
     }
 
-    /// The hinge: the thigh's X, made normal to the thigh, and the unit vectors down the thigh
-    /// and to where the shank bends.
+    /// Returns the hinge axis (the thigh's X, made normal to the thigh), and the unit vectors down
+    /// the thigh and in the direction in which the shank bends.
     fn axes(&self) -> [DVec3; 3] {
         let down = (self.knee - self.hip).normalize();
         let hinge = (self.thigh * DVec3::X)
@@ -56,8 +56,8 @@ impl PosedLeg {
         }
     }
 
-    /// How far the ankle may be from the hip, metres: as far as it is, or [`BENT`] of all that the
-    /// straight leg reaches.
+    /// Returns the largest distance of the ankle from the hip, metres: the present one, or [`BENT`]
+    /// times the straight leg's length if that is larger.
     pub(super) fn reach(&self) -> f64 {
         let (thigh, shank) = self.lengths();
         let straight = self.bend().cosine_if_straight();
@@ -65,11 +65,12 @@ impl PosedLeg {
         self.hip.distance(self.ankle).max(BENT * longest)
     }
 
-    /// The leg with its hip moved to `hip` whose ankle is at `ankle`, or as near as it reaches.
+    /// Returns the leg with its hip moved to `hip`, and its ankle at `ankle` or as near as it
+    /// reaches.
     ///
-    /// The knee bends about the thigh's X, forwards, by the law of cosines; then the whole leg
-    /// turns about the hip by the least angle. An overstretched knee keeps `overstretch` (0..=1)
-    /// of it; of 0 the ankle is where it is asked to be.
+    /// The knee bends forwards about the thigh's X by the law of cosines; then the whole leg turns
+    /// about the hip by the least angle. An overstretched knee keeps the share `overstretch`
+    /// (0..=1) of its overstretching; at 0 the ankle reaches its target.
     pub(super) fn reaching(&self, hip: DVec3, ankle: DVec3, overstretch: f64) -> Self {
         let (thigh, shank) = self.lengths();
         let bend = self.bend();

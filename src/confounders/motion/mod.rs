@@ -1,10 +1,9 @@
-//! How a walker moves otherwise: poses, before they are drawn.
+//! Confounders of motion: changes to poses, before they are drawn.
 //!
-//! Each effect changes the pose of one frame, given what is known of the whole walk
-//! ([`GaitFacts`]) and a strength: 0 leaves every byte as it is, 1 is the extreme that the
-//! effect's documentation states. None of them puts the feet back on the floor: that takes a
-//! body, and comes after all of them. [`slope`] is the last one, since it places feet on a
-//! floor where the others leave them in the air.
+//! Each effect changes the pose of one frame, given facts of the whole walk ([`GaitFacts`]) and a
+//! strength: 0 changes no byte, 1 is the extreme that the effect's documentation states. No effect
+//! puts the feet back on the floor; that requires a body and follows all effects. [`slope`] comes
+//! last, since it places feet on a floor where the others leave them in the air.
 
 mod arms;
 mod excursion;
@@ -24,25 +23,25 @@ use edgegait_core::pose::Pose;
 use edgegait_core::skeleton::{JOINTS, Skeleton};
 use glam::{DQuat, DVec3};
 
-/// An effect on one frame: the pose, the walk that it belongs to, and the strength.
+/// An effect on one frame; takes the pose, facts of its walk, and the strength.
 pub(crate) type Effect = fn(&mut Pose, &GaitFacts, f64);
 
-/// What effects know of a walk beyond the frame.
+/// Facts of a whole walk that effects on a frame need.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct GaitFacts {
-    /// Mean rotation of each joint over the cycle, and mean root, metres.
+    /// The mean rotation of each joint over the cycle, and the mean root, metres.
     pub mean: Pose,
     /// The walker's skeleton.
     pub skeleton: Skeleton,
-    /// Metres travelled in a cycle; 0 where the speed is unknown.
+    /// The distance travelled in a cycle, metres; 0 where the speed is unknown.
     pub stride_m: f64,
-    /// Duration of a cycle, seconds.
+    /// The duration of a cycle, seconds.
     pub duration_s: f64,
 }
 
 impl GaitFacts {
-    /// The walk of one cycle's poses, evenly spaced, at `speed_mps` (0: unknown). The mean of
-    /// no poses is the rest pose.
+    /// Computes the facts of a walk from evenly spaced poses of one cycle, at `speed_mps` (0:
+    /// unknown). The mean of no poses is the rest pose.
     ///
     /// A mean rotation is the normalized sum of the unit quaternions, each with the sign that
     /// is nearer to the first (Gramkow 2001, J. Math. Imaging Vis. 15:7-16): within 0.1 % of

@@ -8,15 +8,15 @@ use edgegait_core::pose::Pose;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3, Quat, Vec3};
 
-/// The slope of strength 1, degrees. Ours: a steep footpath; the steepest streets rise by 19.
+/// The slope at strength 1, degrees. Ours: a steep footpath; the steepest streets have 19 degrees.
 pub(crate) const MAX_SLOPE_DEG: f64 = 20.0;
 
-/// Lean of pelvis, spine and thorax together over the slope's angle, uphill forwards and
-/// downhill backwards; the head stays level. The sense is that of Leroux, Fung & Barbeau (2002,
-/// Gait & Posture 15:64-74), the amount is ours.
+/// The ratio of the lean of pelvis, spine and thorax together to the slope's angle, forwards
+/// uphill and backwards downhill; the head stays level. The direction is from Leroux, Fung &
+/// Barbeau (2002, Gait & Posture 15:64-74), the amount is ours.
 const TRUNK_SHARE: f64 = 0.3;
 
-/// One degree of lean.
+/// The lean of the trunk by one degree.
 const TRUNK: Lean = Lean {
     pelvis_deg: 1.0 / 3.0,
     spine_deg: 1.0 / 3.0,
@@ -25,8 +25,8 @@ const TRUNK: Lean = Lean {
     head_deg: -1.0,
 };
 
-/// Slope below which overstretched knees unbend by and by, degrees: knees bend forwards on any
-/// steeper one, and nothing jumps at a level floor. Ours.
+/// The slope below which overstretched knees gradually return, degrees: knees bend forwards on
+/// steeper slopes, and poses change continuously at a level floor. Ours.
 const UNBENT_DEG: f64 = 2.0;
 
 const LEGS: [[Joint; 3]; 2] = [
@@ -34,12 +34,12 @@ const LEGS: [[Joint; 3]; 2] = [
     [Joint::RightThigh, Joint::RightShank, Joint::RightFoot],
 ];
 
-/// The slope's angle, radians, upwards positive.
+/// Returns the slope's angle, radians, upwards positive.
 fn angle(strength: f64) -> f64 {
     (strength * MAX_SLOPE_DEG).to_radians()
 }
 
-/// The upward normal of the floor that [`slope`] walks on, a unit vector. The floor goes through
+/// Returns the upward normal of the floor of [`slope`], a unit vector. The floor passes through
 /// the point below the pelvis at height 0.
 #[must_use]
 pub(crate) fn floor_normal(strength: f64) -> DVec3 {
@@ -47,12 +47,12 @@ pub(crate) fn floor_normal(strength: f64) -> DVec3 {
     DVec3::new(0.0, cos, -sin)
 }
 
-/// Walks on a slope. Strength -1..=1: 1 is 20 degrees up, -1 as much down.
+/// Puts the walk on a slope. Strength -1..=1: 1 is 20 degrees up, -1 is 20 degrees down.
 ///
-/// Each foot keeps its place ahead of the pelvis and its height over the floor: an ankle `z`
-/// ahead and `h` above the level floor comes to `z tan(slope) + h / cos(slope)`, and the
-/// foot turns with the floor. Hips and knees follow in closed form, and the pelvis
-/// sinks as far as a leg is too short.
+/// Each foot keeps its distance ahead of the pelvis and its height over the floor: an ankle `z`
+/// ahead and `h` above the level floor moves to the height `z tan(slope) + h / cos(slope)`, and
+/// the foot turns with the floor. Hips and knees follow in closed form. Where a leg is too short,
+/// the pelvis sinks.
 pub(crate) fn slope(pose: &mut Pose, gait: &GaitFacts, strength: f64) {
     if strength == 0.0 {
         return;
@@ -97,7 +97,7 @@ pub(crate) fn slope(pose: &mut Pose, gait: &GaitFacts, strength: f64) {
     }
 }
 
-/// Joint positions and orientations in the walker's space.
+/// Returns joint positions and orientations in the walker's space.
 fn placed(pose: &Pose, gait: &GaitFacts) -> ([DVec3; JOINTS], [DQuat; JOINTS]) {
     forward_kinematics(
         &gait.skeleton.offsets.map(Vec3::as_dvec3),

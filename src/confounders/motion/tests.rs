@@ -6,7 +6,7 @@ use edgegait_core::pose::ModelPose;
 use edgegait_core::skeleton::Joint;
 use glam::{Quat, Vec3};
 
-/// All effects, and whether they treat both sides alike.
+/// All effects, and whether they are symmetric.
 const EFFECTS: [(&str, Effect, bool); 8] = [
     ("speed", speed, true),
     ("arm_still", arm_still, false),
@@ -18,7 +18,7 @@ const EFFECTS: [(&str, Effect, bool); 8] = [
     ("slope", slope, true),
 ];
 
-/// A made person's walk at 5 km/h.
+/// A built-in person's walk at 5 km/h.
 struct Walked {
     gait: GaitFacts,
     poses: Vec<Pose>,
@@ -58,7 +58,7 @@ impl Walked {
         ModelPose::new(&self.gait.skeleton, pose)
     }
 
-    /// Joint positions in f64.
+    /// Returns joint positions in f64.
     fn positions(&self, pose: &Pose) -> [DVec3; JOINTS] {
         let offsets = self.gait.skeleton.offsets.map(Vec3::as_dvec3);
         let rotations = pose.rotations.map(Quat::as_dquat);
@@ -70,10 +70,10 @@ fn people() -> impl Iterator<Item = Walked> {
     (0..26).step_by(5).map(Walked::by)
 }
 
-/// The greatest angle between two poses' joints, degrees.
+/// Returns the greatest angle between the joints of two poses, degrees.
 fn difference_deg(a: &Pose, b: &Pose) -> f32 {
     let pairs = a.rotations.iter().zip(b.rotations);
-    // Twice the arc sine of half the chord: good for the smallest angles too.
+    // Twice the arc sine of half the chord is accurate for the smallest angles too.
     let angles = pairs.map(|(a, b)| {
         let chord = (*a - b).length().min((*a + b).length());
         4.0 * (0.5 * chord).asin().to_degrees()
@@ -93,7 +93,7 @@ fn mirrored(pose: &Pose) -> Pose {
     other
 }
 
-/// A pose in which only this joint is turned about X.
+/// Returns a pose in which only this joint is turned about X.
 fn bent(joint: Joint, degrees: f32) -> Pose {
     let mut pose = Pose::REST;
     pose.rotations[joint.index()] = Quat::from_rotation_x(degrees.to_radians());
@@ -129,7 +129,7 @@ fn faster_walkers_excursions_grow_as_grieve_and_gear_have_it() {
     let skeleton = Walked::by(0).gait.skeleton;
     let cycle = [20.0, 60.0].map(|degrees| bent(Joint::RightShank, degrees));
     let gait = GaitFacts::of(skeleton, cycle.clone(), 1.4, 1.0);
-    // 1.5 to the power of 0.42 is 1.18565; 20 degrees about a mean of 40.
+    // 1.5 to the power of 0.42 is 1.18565; excursions are 20 degrees about a mean of 40.
     for (strength, reach) in [(1.0, 23.713), (-1.0, 16.868)] {
         let mut pose = cycle[1].clone();
         speed(&mut pose, &gait, strength);
@@ -270,10 +270,10 @@ fn a_limping_right_leg_bears_for_two_thirds_of_the_lefts_time() {
         let within = times.filter(|&time| (from..to).contains(&(limp_phase(time, 1.0) % 1.0)));
         within.count() as f64 / 1e5
     };
-    // 38 % of the even cycle about the middle of each leg's time alone.
+    // 38 % of the even cycle, about the middle of each leg's single support.
     let (left, right) = (played(0.11, 0.49), played(0.61, 0.99));
     assert!((right / left - 0.68).abs() < 0.005, "{right} {left}");
-    // Time never runs backwards, and a cycle is a cycle.
+    // Time never runs backwards, and a cycle stays one cycle.
     let phases: Vec<f64> = (0..=100)
         .map(|i| limp_phase(0.01 * f64::from(i), 1.0))
         .collect();
@@ -374,7 +374,7 @@ fn loops_stay_closed_and_smooth() {
         let even = fastest(&walk.poses);
         for (name, effect, _) in EFFECTS {
             let step = fastest(&walk.under(effect, 1.0));
-            // Knees that straighten to reach down a slope do so fast.
+            // Knees straighten fast to reach down a slope.
             let limit = if name == "slope" { 13.0 } else { 1.3 * even };
             assert!(step < limit, "{name}: {step} after {even}");
         }

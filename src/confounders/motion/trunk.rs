@@ -1,4 +1,4 @@
-//! Leaning forward, while legs and arms hang as they did.
+//! Leans of the trunk, under which legs and arms keep their directions.
 
 use super::GaitFacts;
 use super::excursion::turn;
@@ -6,12 +6,13 @@ use edgegait_core::pose::Pose;
 use edgegait_core::skeleton::Joint;
 use glam::DQuat;
 
-/// Lean of the trunk under a heavy backpack, degrees forward of the vertical, shared equally by
-/// pelvis, spine and thorax; the head stays up but for a sixth.
+/// Lean of the trunk under a heavy backpack, degrees forward of the vertical, in equal parts at
+/// pelvis, spine and thorax; the head keeps a sixth of it.
 ///
-/// Children's trunks lean significantly more from a load of 20 % of their mass on, with stride
-/// and cadence unchanged (Hong & Brueggemann 2000, Gait & Posture 11:254-259); about 10 degrees
-/// for adults with 20 to 40 % (Kinoshita 1985, Ergonomics 28:1347-1362, as recalled).
+/// Children's trunks lean significantly more under loads of 20 % of their mass and more, with
+/// stride and cadence unchanged (Hong & Brueggemann 2000, Gait & Posture 11:254-259); adults'
+/// trunks lean by about 10 degrees under 20 to 40 % (Kinoshita 1985, Ergonomics 28:1347-1362, as
+/// recalled).
 const LOADED: Lean = Lean {
     pelvis_deg: 10.0 / 3.0,
     spine_deg: 10.0 / 3.0,
@@ -20,7 +21,7 @@ const LOADED: Lean = Lean {
     head_deg: -25.0 / 3.0,
 };
 
-/// How far each part of the trunk tips forward from the part below it, degrees.
+/// The angles by which each part of the trunk tips forward from the part below it, degrees.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lean {
     pub pelvis_deg: f64,
@@ -30,7 +31,7 @@ pub(super) struct Lean {
     pub head_deg: f64,
 }
 
-/// Leans forward as one does under a backpack. Strength 0..=1: 1 is 10 degrees, a load of about
+/// Leans the trunk forward as under a backpack. Strength 0..=1: 1 is 10 degrees, a load of about
 /// a third of the walker's mass.
 pub(crate) fn load_lean(pose: &mut Pose, _gait: &GaitFacts, strength: f64) {
     if strength != 0.0 {
@@ -62,7 +63,7 @@ pub(super) fn lean(pose: &mut Pose, lean: Lean, share: f64) {
     }
 }
 
-/// The orientation of what a joint hangs on.
+/// Returns the orientation of a joint's parent.
 fn carried(pose: &Pose, joint: Joint) -> DQuat {
     std::iter::successors(joint.parent(), |joint| joint.parent())
         .fold(DQuat::IDENTITY, |below, joint| {

@@ -141,7 +141,8 @@ impl GreyPicture<'_> {
 /// # Panics
 /// If the pixels do not fill rows.
 pub fn framed(
-    (pixels, columns): (&[u8], usize),
+    pixels: &[u8],
+    columns: usize,
     size: Size,
     framing: FramingMode,
 ) -> Result<Option<Silhouette>> {

@@ -1,4 +1,4 @@
-//! Datasets as they are written.
+//! Tests of writing datasets.
 
 use super::*;
 use crate::dataset::Dataset;
@@ -63,7 +63,7 @@ fn a_dataset_that_is_not_finished_waits_or_leaves_nothing() {
     let mut writer = begin(run(Size::S50x30, 2), false).unwrap();
     push(&mut writer, &[1; PIXELS], &row()).unwrap();
     assert_eq!(names(folder.path()), ["d.unfinished"]);
-    // Nothing is done: nothing is lost.
+    // No unit is finished, so nothing is kept.
     drop(writer);
     assert!(names(folder.path()).is_empty());
 
@@ -71,10 +71,10 @@ fn a_dataset_that_is_not_finished_waits_or_leaves_nothing() {
     push(&mut writer, &[1; PIXELS], &row()).unwrap();
     writer.end_unit().unwrap();
     writer.note().unwrap();
-    // Half of the next one is cut off.
+    // The unfinished second unit is cut off.
     push(&mut writer, &[7; PIXELS], &row()).unwrap();
     let other = begin(run(Size::S50x30, 2), true).unwrap_err().to_string();
-    assert!(other.ends_with("another process is at it"), "{other}");
+    assert!(other.ends_with("another process is using it"), "{other}");
     let short = writer.finish().unwrap_err().to_string();
     assert!(
         short.ends_with("expected 2 pieces of work, found 1"),

@@ -41,7 +41,7 @@ impl<'a> DrawnContest<'a> {
     ///
     /// # Errors
     /// If one of the walks is an uncut motion.
-    pub fn is_made((pack, walks): (&Pack<'_>, &[usize]), entrants: &[Entrant]) -> Result<bool> {
+    pub fn is_made(pack: &Pack<'_>, walks: &[usize], entrants: &[Entrant]) -> Result<bool> {
         let cycles = PackWalks::recorded(pack, walks)?;
         let protocol = usual(entrants, &cycles.sequences().subjects)?;
         Ok(protocol.decision == Decision::ClassScore || cycles.are_of_one_take())
@@ -53,7 +53,8 @@ impl<'a> DrawnContest<'a> {
     /// # Errors
     /// If the protocol does not suit the walks or the recognizers.
     pub fn new(
-        (pack, walks): (&'a Pack<'a>, &[usize]),
+        pack: &'a Pack<'a>,
+        walks: &[usize],
         entrants: &[Entrant],
         options: ContestOptions<'a>,
     ) -> Result<Self> {

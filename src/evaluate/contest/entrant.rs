@@ -89,7 +89,7 @@ impl Entrant {
         runtime: &Runtime,
         (stored, settings): (StoredTemplates, Settings),
     ) -> Result<Self> {
-        let settings = Self::stored_settings_of(model.contract(), (stored, settings))?;
+        let settings = Self::stored_settings_of(model.contract(), stored, settings)?;
         Ok(Self {
             recognizer: runtime.load(model)?,
             settings,
@@ -103,7 +103,8 @@ impl Entrant {
     /// If the contract asks for other templates.
     pub(crate) fn stored_settings_of(
         contract: &Contract,
-        (stored, settings): (StoredTemplates, Settings),
+        stored: StoredTemplates,
+        settings: Settings,
     ) -> Result<Settings> {
         let origin = TemplateOrigin::Dataset;
         // A dataset without silhouettes reports that itself.

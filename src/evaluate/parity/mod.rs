@@ -90,7 +90,7 @@ impl<'a> SideAnswers<'a> {
         let asked = contest.ask(entrants, seen)?;
         let names: Vec<&str> = entrants.iter().map(|one| one.recognizer.name()).collect();
         for (answers, name) in asked.answers.iter().zip(&names).skip(1) {
-            same_form((names[0], &asked.answers[0]), (name, answers))?;
+            same_form(names[0], &asked.answers[0], name, answers)?;
         }
         let ranked = entrants.iter().zip(&asked.answers);
         let ranked =
@@ -140,7 +140,7 @@ impl<'a> SideAnswers<'a> {
 }
 
 /// Refuses answers that cannot be compared number by number.
-fn same_form((name, a): (&str, &Answers), (other, b): (&str, &Answers)) -> Result<()> {
+fn same_form(name: &str, a: &Answers, other: &str, b: &Answers) -> Result<()> {
     let form = |answers: &Answers| match (answers.parts, answers.dims) {
         (0 | 1, dims) => format!("[{dims}]"),
         (parts, dims) => format!("[{}, {parts}]", dims / parts),

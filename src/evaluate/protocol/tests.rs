@@ -106,7 +106,7 @@ fn what_makes_no_sense_is_refused() {
             .contains("at least one")
     );
     let twice = format!("{head}{nearest}{probes}{probes}[gallery]\n");
-    assert!(refused(&twice).contains("\"all\" is there twice"));
+    assert!(refused(&twice).contains("\"all\" appears twice"));
     let unknown = format!("{head}{nearest}gallery_view = \"all\"\n{probes}[gallery]\n");
     assert!(refused(&unknown).starts_with("p.toml:4: unknown field"));
 }

@@ -108,7 +108,7 @@ fn bridge(
             let reach = if is_back { most } else { f64::INFINITY };
             over <= reach && over <= BRIDGE_SHARE * most * frames as f64
         };
-        let spans: Vec<(usize, usize)> = spans((before, after), count, ends, rate_hz).collect();
+        let spans: Vec<(usize, usize)> = spans(before, after, count, ends, rate_hz).collect();
         let back = spans.iter().find(|span| fits(span, true));
         let stays = || spans.iter().find(|span| fits(span, false));
         let either_way = EITHER_WAY.contains(&joint);
@@ -132,7 +132,8 @@ fn bridge(
 
 /// The frames that a bridge may be built between, from the nearest to the flip.
 fn spans(
-    (before, after): (usize, usize),
+    before: usize,
+    after: usize,
     count: usize,
     ends: MotionEnds,
     rate_hz: f64,

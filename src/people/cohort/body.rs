@@ -1,8 +1,8 @@
 //! Bodies built from measurements: joint offsets, and hulls of elliptical rings.
 //!
-//! Lengths, breadths, depths and circumferences are those of [`Dimensions`]. What no
+//! Lengths, breadths, depths and circumferences come from [`Dimensions`]. Values that no
 //! survey measures (how far the shoulder lies inside of the acromion, how square a
-//! trunk's cross-section is) is ours, chosen by eye against photographs, and marked.
+//! trunk's cross-section is) are marked as ours, and chosen by eye against photographs.
 
 use super::anthropometry::Dimensions;
 use super::rings::{ELLIPSE, around, half_depth, radius, ring, ring_across, round};
@@ -22,23 +22,23 @@ const NAVEL: f64 = -0.010;
 /// How broad and deep the rib cage is at its lower end, as a share of the chest. Ours: it
 /// leaves room for the armpits.
 const FLANK: f64 = 0.96;
-/// Between the thighs under the crotch, metres. Ours: as little as keeps them apart when the
-/// body is rounded to its pack.
+/// Gap between the thighs under the crotch, metres. Ours: just enough to keep them apart when
+/// the body is quantised for its pack.
 const CROTCH_GAP: f64 = 0.004;
-/// The upper end of the patella above the epicondyles, whose height its middle has (ANSUR
-/// II): half of a patella of 4.4 cm.
+/// The upper end of the patella above the epicondyles, metres: half of a patella of 4.4 cm,
+/// whose middle is at their height (ANSUR II).
 const SUPRAPATELLA: f64 = 0.022;
-/// Circumferences of hanging arms, as shares of those of flexed ones; and that of the elbow,
-/// as a share of the flexed forearm's. Ours.
+/// Circumferences of hanging arms as shares of flexed arms', and of the elbow as a share of
+/// the flexed forearm's. Ours.
 const RELAXED_BICEPS: f64 = 0.92;
 const RELAXED_FOREARM: f64 = 0.95;
 const ELBOW: f64 = 0.88;
-/// Shoulder centre below and inside of the acromion. Ours: about 3.5 cm, and a tenth
-/// of the half breadth.
+/// Shoulder centre below the acromion as a share of stature (about 3.5 cm), and its distance
+/// from the midline as a share of the acromion's. Ours.
 pub(in crate::people) const SHOULDER_DROP: f64 = 0.020;
 const SHOULDER_INSET: f64 = 0.90;
 /// The armpit below the shoulder centre, as a share of stature: ANSUR II's mean axilla heights
-/// are 0.064 (men) and 0.059 (women) below the acromia, whose drop is taken off.
+/// are 0.064 (men) and 0.059 (women) below the acromia, less the shoulder's drop.
 const AXILLA: f64 = 0.042;
 /// Ankle joint ahead of the heel, as a share of foot length. Ours.
 const HEEL: f64 = 0.22;
@@ -46,12 +46,12 @@ const HEEL: f64 = 0.22;
 /// length over foot length, about 0.73).
 const BALL: f64 = 0.73;
 
-/// The offsets of a person's joints in the rest pose, metres.
+/// Returns the offsets of a person's joints in the rest pose, metres.
 ///
 /// The hip centres lie at the height of the greater trochanters and, after Harrington
 /// et al. (2007, J. Biomech. 40:595-602, equation for z), 0.33 x pelvic width + 7.3 mm
-/// from the midline; the width between the iliac spines is taken as 0.85 of that
-/// between the crests (ours).
+/// from the midline; the pelvic width, between the iliac spines, is taken as 0.85 of
+/// the breadth between the crests (ours).
 #[must_use]
 pub fn offsets(d: &Dimensions) -> [DVec3; JOINTS] {
     let hip_height = d.trochanterion_height;
@@ -94,7 +94,7 @@ pub fn offsets(d: &Dimensions) -> [DVec3; JOINTS] {
     offsets
 }
 
-/// A body of these dimensions. `offsets` are the person's own where a skeleton was
+/// Returns a body of these dimensions. `offsets` are the person's own if a skeleton was
 /// measured, and [`offsets`] of the dimensions otherwise; hulls follow them.
 #[must_use]
 pub fn body(d: &Dimensions, offsets: [DVec3; JOINTS]) -> Body {
@@ -116,7 +116,7 @@ pub fn body(d: &Dimensions, offsets: [DVec3; JOINTS]) -> Body {
     }
 }
 
-/// Pelvis, spine, thorax, neck and head.
+/// Returns the hulls of pelvis, spine, thorax, neck and head.
 fn trunk(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<BodyHull> {
     let height = |joint: Joint| offsets[joint.index()].y;
     let crotch = d.crotch_height - d.trochanterion_height;
@@ -129,7 +129,8 @@ fn trunk(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<BodyHull> {
     let square = |y: f64, z: f64, half: (f64, f64)| ring(at(y, z), half, TRUNK_DIAGONAL);
     let share = |(x, z): (f64, f64), share: f64| (share * x, share * z);
 
-    // Straight from the hips to the waist, at the navel, and on to its top within the abdomen.
+    // The pelvis is straight from the hips to the waist, at the navel, and on to its top within
+    // the abdomen.
     let buttock = BUTTOCK.max(crotch + 0.02);
     let flare = NAVEL / (spine.y + NAVEL - buttock).max(0.05);
     let crest = |hips: f64, waist: f64| {
@@ -146,7 +147,7 @@ fn trunk(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<BodyHull> {
         ),
     ];
     // The rib cage reaches up to the shoulders and out to where the deltoids begin, as far as
-    // the chest's own breadth allows it: a hull with wide shoulders is no narrower below.
+    // the chest's breadth allows: a hull with wide shoulders is no narrower below.
     let shoulder = offsets[Joint::LeftClavicle.index()] + offsets[Joint::LeftUpperArm.index()];
     let top = shoulder.y.min(neck);
     let nipples = (d.chest_height - d.iliocristale_height - thorax)
@@ -163,8 +164,8 @@ fn trunk(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<BodyHull> {
         square(armpit, 0.0, (beside, 0.90 * chest.1)),
         square(top + 0.01, -0.015, (0.85 * beside, 0.62 * chest.1)),
     ];
-    // As wide at its top as on the way from the waist to the chest, and no wider at its lower
-    // end than lets the waist be the slenderest part of slender people.
+    // The abdomen's top lies on the line from the waist to the chest. Its lower end is narrow
+    // enough that the waist remains the slenderest part of slender people.
     let under_chest = (nipples - 0.015).min(0.02);
     // A recorded skeleton may have joints of no length.
     let rise = (thorax + under_chest - NAVEL).max(0.05);
@@ -202,7 +203,7 @@ fn trunk(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<BodyHull> {
     .collect()
 }
 
-/// The head about the ear's height: chin, jaw, temples and crown.
+/// Returns the points of the head about the ear's height: chin, jaw, temples and crown.
 fn head(d: &Dimensions) -> Vec<DVec3> {
     let (half_breadth, half_length) = (0.5 * d.head_breadth, 0.5 * d.head_length);
     let crown = d.tragion_to_vertex;
@@ -227,7 +228,7 @@ fn head(d: &Dimensions) -> Vec<DVec3> {
     points
 }
 
-/// The left limbs.
+/// Returns the hulls of the left limbs.
 fn limbs(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<(Joint, Vec<DVec3>)> {
     let [clavicle, upper_arm] = shoulder(d, offsets);
     let length = |joint: Joint| -offsets[joint.index()].y;
@@ -255,7 +256,7 @@ fn limbs(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<(Joint, Vec<DVec3>)> 
     let crotch = d.crotch_height - d.trochanterion_height;
     let groin = 0.5 * d.hip_breadth - thigh.0 - offsets[Joint::LeftThigh.index()].x;
     // The thighs meet in the midline at the crotch and part below it, as a V that no lean of the
-    // legs closes from below: so there is no hole between them and the pelvis.
+    // legs closes from below, so that no hole opens between them and the pelvis.
     let hip = offsets[Joint::LeftThigh.index()].x;
     let parted = hip + groin - thigh.0;
     let top = (crotch + 0.05).max(0.01);
@@ -296,8 +297,8 @@ fn limbs(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<(Joint, Vec<DVec3>)> 
     ]
 }
 
-/// The left clavicle, from within the neck along the trapezius to the acromion, and the left
-/// upper arm, whose topmost and outermost point is the acromion.
+/// Returns the left clavicle, from within the neck along the trapezius to the acromion, and the
+/// left upper arm, whose topmost and outermost point is the acromion.
 fn shoulder(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> [Vec<DVec3>; 2] {
     let at = DVec3::new;
     let joint = offsets[Joint::LeftUpperArm.index()];
@@ -327,8 +328,8 @@ fn shoulder(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> [Vec<DVec3>; 2] {
             0.80 * cap,
         ),
     ];
-    // A hull is at least as broad as straight from the deltoid to the elbow: where that is
-    // farther out than the arm, the arm lies farther out, and the deltoid not as far inside.
+    // A hull is at least as broad as the straight line from the deltoid to the elbow. Where that
+    // is farther out than the arm, the arm moves outwards, and the deltoid less far inwards.
     let straight = 0.5 * (deltoid + elbow);
     let bulge = (straight - arm).clamp(0.0, 0.4 * arm);
     let inside = (2.0 * (arm - bulge) - elbow).min(arm);
@@ -349,15 +350,15 @@ fn shoulder(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> [Vec<DVec3>; 2] {
     [clavicle.concat(), upper_arm.concat()]
 }
 
-/// How far the deltoid reaches out from the shoulder joint, metres: to half the bideltoid
-/// breadth, and at least to 3 cm.
+/// Returns how far the deltoid reaches out from the shoulder joint, metres: to half the bideltoid
+/// breadth, and at least 3 cm.
 fn deltoid(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> f64 {
     let joint = offsets[Joint::LeftClavicle.index()].x + offsets[Joint::LeftUpperArm.index()].x;
     (0.5 * d.bideltoid_breadth - joint).max(0.03)
 }
 
-/// A foot: heel, ball, toes that rise a little (so that a push-off rolls over the ball,
-/// as a foot that bends at the toes does), and instep. Its lowest points are the sole.
+/// Returns the points of a foot: heel, ball, toes that rise a little (so that a push-off rolls
+/// over the ball, like a foot that bends at the toes), and instep. Its lowest points are the sole.
 fn foot(d: &Dimensions) -> Vec<DVec3> {
     let (length, half, sole) = (d.foot_length, 0.5 * d.foot_breadth, -d.malleolus_height);
     let mut points = Vec::new();

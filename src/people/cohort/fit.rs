@@ -1,8 +1,8 @@
-//! The offline fit of how people's gaits differ, from recorded walkers.
+//! The offline fit of differences between people's gaits to recorded walkers.
 //!
-//! Imports the healthy walkers of the data folder, takes the norms' angles from every gait cycle,
-//! states each as its difference from the norm at that speed and stature, and prints means, spreads
-//! and correlations of these features between people, between takes and between cycles, and the
+//! Imports the healthy walkers of the data folder, computes the norms' angles of every gait cycle
+//! and their differences from the norm at that speed and stature. Prints means, spreads and
+//! correlations of these features between people, between takes and between cycles, and the
 //! tables of `covariation`:
 //!
 //! ```text
@@ -10,8 +10,8 @@
 //! ```
 //!
 //! Imported cycles are closed loops: half of the gap between their ends is noise, and so is what
-//! the low-pass takes away. Spreads between cycles are therefore upper bounds for what a
-//! cycle's mean does and lower ones for its swing.
+//! the low-pass filter removes. Spreads between cycles are therefore upper bounds for a cycle's
+//! mean, and lower bounds for its swing.
 
 mod features;
 mod invert;
@@ -27,7 +27,7 @@ use statistics::{Matrix, correlation, eigen, mean_and_sd, principal_factors, shr
 use std::collections::BTreeMap;
 use walkers::{ManifestTake, clips};
 
-/// A feature of a cycle.
+/// Returns a feature of a cycle.
 fn value(feature: Feature, of: &Features) -> f64 {
     match feature {
         Feature::Offset(Angle::HipFlexion) => {
@@ -48,14 +48,14 @@ fn value(feature: Feature, of: &Features) -> f64 {
     }
 }
 
-/// The features of a cycle and its speed, last.
+/// Returns the features of a cycle, and its speed last.
 fn row(of: &Features) -> Vec<f64> {
     let mut row: Vec<f64> = ORDER.iter().map(|&feature| value(feature, of)).collect();
     row.push(of.steps.speed_mps);
     row
 }
 
-/// The mean of rows.
+/// Returns the mean of rows.
 fn mean_row(rows: &[Vec<f64>]) -> Vec<f64> {
     let count = rows.len() as f64;
     (0..rows[0].len())
@@ -63,8 +63,7 @@ fn mean_row(rows: &[Vec<f64>]) -> Vec<f64> {
         .collect()
 }
 
-/// Rows without what a straight line through their last column says of the others; that column
-/// is gone.
+/// Returns rows without the linear effect of their last column, the speed, and without that column.
 fn without_speed(rows: &[Vec<f64>]) -> Matrix {
     let mean = mean_row(rows);
     let speed = FEATURES;
@@ -89,7 +88,7 @@ fn without_speed(rows: &[Vec<f64>]) -> Matrix {
         .collect()
 }
 
-/// Made people at 4 and 5 km/h, measured alike.
+/// Returns synthetic people at 4 and 5 km/h, measured like the recorded ones.
 fn made() -> Vec<ManifestTake> {
     let mut clips = Vec::new();
     for index in 0..PEOPLE {
@@ -107,7 +106,7 @@ fn made() -> Vec<ManifestTake> {
     clips
 }
 
-/// Rows of one person each, of their takes' means; `dataset`'s people only.
+/// Returns the means of each person's takes, for the people of `dataset`.
 fn people(clips: &[ManifestTake], dataset: &str) -> BTreeMap<String, Vec<Vec<f64>>> {
     let mut people: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
     for clip in clips.iter().filter(|clip| clip.dataset == dataset) {
@@ -122,11 +121,11 @@ fn people(clips: &[ManifestTake], dataset: &str) -> BTreeMap<String, Vec<Vec<f64
 
 /// Deviations within people and their spreads.
 struct Within {
-    /// Of a take from its person, without what speed says.
+    /// Deviations of takes from their person, without the effect of speed.
     takes: Matrix,
-    /// Of a cycle from its take.
+    /// Deviations of cycles from their take.
     cycles: Matrix,
-    /// Between takes, without the share of their few cycles; between cycles.
+    /// Spreads between takes, less the part due to their few cycles, and between cycles.
     spreads: Vec<(f64, f64)>,
 }
 
@@ -188,7 +187,7 @@ fn centred(rows: &[Vec<f64>]) -> Matrix {
         .collect()
 }
 
-/// Rows with each column's root mean square at 1.
+/// Returns rows with each column scaled to a root mean square of 1.
 fn scaled(rows: &[Vec<f64>]) -> Matrix {
     let count = rows.len() as f64;
     let sizes: Vec<f64> = (0..rows[0].len())
@@ -211,7 +210,7 @@ fn scaled(rows: &[Vec<f64>]) -> Matrix {
         .collect()
 }
 
-/// Prints how the correlations of rows shrink and what their factors take; the loadings.
+/// Prints how the correlations of rows shrink and what their factors explain; returns the loadings.
 fn factors_of(name: &str, rows: &[Vec<f64>]) -> Matrix {
     let shrunk = shrunk_correlations(rows);
     let (values, _) = eigen(&shrunk.sample);
@@ -277,7 +276,7 @@ fn off_diagonals(matrix: &Matrix, columns: &[usize]) -> Vec<f64> {
     values
 }
 
-/// Correlations of `rows` against those of `others`, over the columns that both recorded.
+/// Compares the correlations of `rows` and `others`, over the columns that both recorded.
 fn compare(name: &str, rows: &[Vec<f64>], others: &[Vec<f64>]) {
     let is_recorded = |feature: &Feature| match feature {
         Feature::Offset(angle) | Feature::Amplitude(angle) | Feature::Delay(angle) => {

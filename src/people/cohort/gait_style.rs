@@ -1,16 +1,16 @@
-//! What decides how one person moves.
+//! The parameters of one person's gait.
 
 use super::anthropometry::Dimensions;
 use super::style::Style;
 use crate::people::Body;
 use edgegait_core::pack::Sex;
 
-/// What decides how one person moves.
+/// The parameters of one person's gait.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GaitStyle<'a> {
     /// Body dimensions.
     pub dimensions: &'a Dimensions,
-    /// The body that carries them.
+    /// The body of these dimensions.
     pub body: &'a Body,
     /// Deviations from the norm.
     pub style: &'a Style,

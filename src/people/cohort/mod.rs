@@ -1,4 +1,4 @@
-//! The built-in cohort: 26 people at 10 speeds, made from published norms and a seed.
+//! The built-in cohort: 26 people at 10 speeds, generated from published norms and a seed.
 //!
 //! It stands in for the 26 volunteers of Charalambous & Bharath (BMVC 2016), whose
 //! motion capture is not redistributable: 13 women and 13 men, walking at 3 to 7 km/h
@@ -43,14 +43,14 @@ pub use style::normal;
 pub use wardrobe::Dressing;
 use wardrobe::Worn;
 
-/// Seed of the people whom the shipped models know.
+/// Seed of the people that the shipped models were trained on.
 pub const DEFAULT_SEED: u64 = 1;
 /// People of the built-in cohort, as many as in the source paper.
 pub const PEOPLE: usize = 26;
 /// Speeds of the built-in cohort, km/h: those of the source paper.
 pub const SPEEDS_KMH: [f64; 10] = [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0];
 
-/// What is asked of a person who is made; what is left open is drawn.
+/// The requested properties of a synthetic person; those left open are drawn at random.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Profile {
     /// Sex.
@@ -59,20 +59,20 @@ pub struct Profile {
     pub age_years: Option<f64>,
     /// Stature, metres, within [`statures`].
     pub stature_m: Option<f64>,
-    /// Mass, kg, whose index with the stature is within [`BODY_MASS_INDICES`].
+    /// Mass, kg, with a body mass index within [`BODY_MASS_INDICES`].
     pub mass_kg: Option<f64>,
 }
 
-/// Ages that the model of gait knows, years: adults, as old as the norms' oldest.
+/// Range of ages that the gait model covers, years: adults, up to the norms' oldest.
 pub const AGES: (f64, f64) = (18.0, 80.0);
-/// Ages of people for whom none is asked, years: those of ANSUR II.
+/// Range of ages of people without a requested age, years: that of ANSUR II.
 const WORKING_AGES: (f64, f64) = (18.0, 58.0);
-/// Body mass indices that the model of bodies knows, kg/m2: those of ANSUR II, of which one in a
-/// thousand lies outside.
+/// Range of body mass indices that the body model covers, kg/m2: that of ANSUR II except for one
+/// person in a thousand.
 pub const BODY_MASS_INDICES: (f64, f64) = (16.0, 43.0);
 
-/// Statures that the model of bodies knows, metres: within 3.5 standard deviations of the mean of
-/// the sex, as all of ANSUR II's people are; without a sex of either.
+/// Returns the range of statures that the body model covers, metres: within 3.5 standard deviations
+/// of the sex's mean, like all people of ANSUR II. Without a sex it is the range of both.
 #[must_use]
 pub fn statures(sex: Option<Sex>) -> (f64, f64) {
     let of = |sex| {
@@ -86,15 +86,15 @@ pub fn statures(sex: Option<Sex>) -> (f64, f64) {
 }
 
 impl Profile {
-    /// Checks that there is such a person.
+    /// Checks that the model covers such a person.
     ///
     /// # Errors
-    /// For an age, a stature or a mass for which the model has no support, with the range.
+    /// For an age, a stature or a mass outside the model's range; the error states the range.
     pub fn check(&self) -> Result<()> {
         let within = |what: &str, value: Option<f64>, (low, high): (f64, f64), unit: &str| {
             match value {
                 Some(value) if !(low..=high).contains(&value) => Err(Error::Usage(format!(
-                    "{what} of {value} {unit}: expected {low:.2} to {high:.2}, the range of the measured people that the model is made of"
+                    "{what} of {value} {unit}: expected {low:.2} to {high:.2}, the range of the measured people behind the model"
                 ))),
                 _ => Ok(()),
             }
@@ -102,7 +102,7 @@ impl Profile {
         within("an age", self.age_years, AGES, "years")?;
         let known = statures(self.sex);
         within("a stature", self.stature_m, known, "m")?;
-        // Without a stature some drawn person must be able to have the mass.
+        // Without a stature, the mass must suit some stature that can be drawn.
         let (least, most) = BODY_MASS_INDICES;
         let (short, tall) = self.stature_m.map_or(known, |stature| (stature, stature));
         let masses = (least * short * short, most * tall * tall);
@@ -113,8 +113,8 @@ impl Profile {
 /// One person of the cohort.
 #[derive(Clone, Debug)]
 pub struct Person {
-    /// Name: `F01` to `F13` and `M01` to `M13`; with another seed than the default, the
-    /// seed stands before it (`2-F01`), since these are other people.
+    /// Name: `F01` to `F13` and `M01` to `M13`. A seed other than the default is a prefix
+    /// (`2-F01`), since these are other people.
     pub name: String,
     /// Sex.
     pub sex: Sex,
@@ -124,21 +124,21 @@ pub struct Person {
     pub mass_kg: f64,
     /// Body dimensions.
     pub dimensions: Dimensions,
-    /// The body made from them.
+    /// Body built from the dimensions.
     pub body: Body,
     style: Style,
 }
 
 impl Person {
-    /// The `index`-th person of the cohort that `seed` makes; women and men alternate.
+    /// Returns the `index`-th person of the cohort that `seed` generates; women and men alternate.
     ///
     /// # Errors
-    /// Never for the populations built in: their extremes are plausible people.
+    /// Never for the built-in populations, whose extremes are plausible people.
     pub fn of_cohort(seed: u64, index: usize) -> Result<Self> {
         Self::with_profile(seed, index, &Profile::default())
     }
 
-    /// The same as far as the profile leaves it open.
+    /// Returns the `index`-th person of the cohort with the properties that the profile requests.
     ///
     /// # Errors
     /// As [`Profile::check`].
@@ -180,7 +180,7 @@ impl Person {
         Ok(person)
     }
 
-    /// The person whom the norms describe.
+    /// Returns the person whom the norms describe.
     #[must_use]
     pub fn average(sex: Sex) -> Self {
         let population = PopulationNorms::of(sex);
@@ -218,9 +218,9 @@ impl Person {
         })
     }
 
-    /// The same person in shoes that are drawn for a take of this number, and the body with all
-    /// that is worn then. Shoes change how a foot rolls; arms hang beside the body, since cloth
-    /// gives way.
+    /// Returns the same person in shoes that are drawn for the take of this number, and the body
+    /// with everything worn in it. Shoes change how a foot rolls. Arms hang beside the bare body,
+    /// since cloth gives way.
     fn dressed(&self, seed: u64, number: usize, take: usize) -> (Self, Body) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         // Streams of people are below 2^32, and of takes below 2^31.
@@ -237,7 +237,7 @@ impl Person {
         (shod, dressed)
     }
 
-    /// One gait cycle at `speed_kmh`.
+    /// Returns one gait cycle at `speed_kmh`.
     #[must_use]
     pub fn cycle(&self, speed_kmh: f64) -> Cycle {
         let walker = GaitStyle {
@@ -252,8 +252,8 @@ impl Person {
     }
 }
 
-/// The sex of the `index`-th person, and the number among those of that sex, where all of them have
-/// the given one or women and men alternate.
+/// Returns the sex of the `index`-th person, and the person's number within that sex. All people
+/// have the given sex, or women and men alternate.
 fn sex_of(index: usize, all: Option<Sex>) -> (Sex, usize) {
     match all {
         Some(sex) => (sex, index),
@@ -262,8 +262,8 @@ fn sex_of(index: usize, all: Option<Sex>) -> (Sex, usize) {
     }
 }
 
-/// What the `index`-th person is called whom `seed` makes, of people who all have the given sex or
-/// are women and men in turn: see [`Person::name`].
+/// Returns the name of the `index`-th person that `seed` generates, among people who all have the
+/// given sex or alternate between women and men: see [`Person::name`].
 #[must_use]
 pub fn name_of(seed: u64, index: usize, all: Option<Sex>) -> String {
     let (sex, number) = sex_of(index, all);
@@ -279,18 +279,18 @@ pub fn name_of(seed: u64, index: usize, all: Option<Sex>) -> String {
     }
 }
 
-/// What cohort to make.
+/// Options of a synthetic cohort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CohortOptions {
     /// Seed of the people.
     pub seed: u64,
     /// Number of the first person, from 0.
     pub first: usize,
-    /// How many people.
+    /// Number of people.
     pub people: usize,
     /// Speeds, km/h, each within 3..=12.
     pub speeds_kmh: Vec<f64>,
-    /// What all of them have in common.
+    /// Properties that all of them share.
     pub profile: Profile,
     /// Whether they are dressed, and how often they change their clothes.
     pub dressed: Option<Dressing>,
@@ -310,10 +310,10 @@ impl Default for CohortOptions {
 }
 
 impl CohortOptions {
-    /// Checks that there are such people at such speeds.
+    /// Checks that the model covers such people at such speeds.
     ///
     /// # Errors
-    /// For speeds outside of the norms or named twice, and as [`Profile::check`].
+    /// For speeds outside the norms' range or given twice, and as [`Profile::check`].
     pub fn check(&self) -> Result<()> {
         let mut speeds = self.speeds_kmh.iter();
         if let Some(speed) = speeds.find(|speed| !(3.0..=12.0).contains(*speed)) {
@@ -324,21 +324,21 @@ impl CohortOptions {
         for (index, speed) in self.speeds_kmh.iter().enumerate() {
             if self.speeds_kmh[..index].contains(speed) {
                 return Err(Error::Usage(format!(
-                    "a speed of {speed} km/h twice: expected each once, since walks are told apart by it"
+                    "a speed of {speed} km/h twice: expected each once, since it identifies the walk"
                 )));
             }
         }
         self.profile.check()
     }
 
-    /// The numbers of the people.
+    /// Returns the numbers of the people.
     #[must_use]
     pub const fn numbers(&self) -> Range<usize> {
         self.first..self.first + self.people
     }
 }
 
-/// Makes the cohort: every person at every speed.
+/// Generates the cohort: every person at every speed.
 ///
 /// # Errors
 /// As [`CohortOptions::check`].
@@ -348,13 +348,13 @@ pub fn subjects(options: &CohortOptions) -> Result<Vec<Subject>> {
     numbers.map(|number| subject(options, number)).collect()
 }
 
-/// Makes one person at every speed: the one of this number, whichever of them are asked for.
+/// Generates the person of this number at every speed, whichever numbers `options` requests.
 ///
 /// # Errors
 /// As [`Profile::check`].
 pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
     let bare = Person::with_profile(options.seed, number, &options.profile)?;
-    // The person in shoes, and the body with all that is worn, for the take of this number.
+    // The person in shoes, and the body with everything worn, for the take of this number.
     let dressed = |take: usize| match options.dressed {
         None => None,
         Some(Dressing::ForGood) if take > 0 => None,

@@ -19,21 +19,21 @@ pub(crate) struct AngleCurve {
 }
 
 impl AngleCurve {
-    /// The angle at `phase` (in cycles), degrees.
+    /// Returns the angle at `phase` (in cycles), degrees.
     #[must_use]
     #[cfg(test)]
     fn at(&self, phase: f64) -> f64 {
         self.mean + self.swing(&Waves::at(phase))
     }
 
-    /// Size of the first harmonic, degrees.
+    /// Returns the amplitude of the first harmonic, degrees.
     #[must_use]
     pub(super) fn size(&self) -> f64 {
         let (cosine, sine) = self.harmonics[0];
         libm::hypot(cosine, sine)
     }
 
-    /// The angle without its mean, degrees, by the waves of a phase.
+    /// Returns the angle without its mean, degrees, from the waves of a phase.
     #[must_use]
     pub(super) fn swing(&self, waves: &Waves) -> f64 {
         let mut sum = 0.0;
@@ -45,7 +45,7 @@ impl AngleCurve {
     }
 }
 
-/// Sine and cosine of the harmonics of a phase, each computed once.
+/// Sines and cosines of a phase's harmonics, each computed once.
 pub(super) struct Waves {
     phase: f64,
     known: [Cell<Option<(f64, f64)>>; MOST_HARMONICS],
@@ -55,7 +55,7 @@ pub(super) struct Waves {
 const MOST_HARMONICS: usize = 7;
 
 impl Waves {
-    /// Those of a phase, in cycles.
+    /// Returns the waves of a phase, in cycles.
     pub(super) fn at(phase: f64) -> Self {
         Self {
             phase,
@@ -63,7 +63,7 @@ impl Waves {
         }
     }
 
-    /// Sine and cosine of a harmonic, from 0 for the first.
+    /// Returns sine and cosine of a harmonic; index 0 is the first.
     fn get(&self, index: usize) -> (f64, f64) {
         let known = &self.known[index];
         known.get().unwrap_or_else(|| {
@@ -293,7 +293,7 @@ pub(super) const RUNNING: RunningNorm = RunningNorm {
     elbow_flexion: AngleCurve { mean: 97.0, sd: 12.0, harmonics: &[(-6.892, 5.008), (5.098, -7.252), (-0.408, -1.255), (0.402, 0.25)] },
 };
 
-/// Angles of the norms, in the order of [`Style`]'s table.
+/// Angles of the norms, in the order of [`Style`](super::style::Style)'s table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Angle {
     /// Pelvis, anterior.

@@ -10,7 +10,7 @@ use glam::DQuat;
 /// et al. 2008). The canonical rest pose stands like this.
 pub(crate) const STANDING_TILT_DEG: f64 = 11.586;
 
-/// One person's angle on one side at a phase of the cycle, degrees.
+/// Returns one person's angle on one side at a phase of the cycle, degrees.
 pub(super) fn angle_of(
     style: &Style,
     norm: &AngleNorm,
@@ -27,10 +27,10 @@ pub(super) fn angle_of(
     mean + offset_deg(style, norm, angle, side) + own.amplitude * swing
 }
 
-/// How far one person's angle lies from the norm's mean, degrees.
+/// Returns how far one person's angle lies from the norm's mean, degrees.
 ///
-/// The hip follows the pelvis and half of the knee: whoever tips the pelvis forward or
-/// bends the knees flexes the hips as much more, since feet stay under the body.
+/// The hip follows the pelvis and half of the knee, since the feet of a person who tips the
+/// pelvis forward or bends the knees stay under the body.
 fn offset_deg(style: &Style, norm: &AngleNorm, angle: Angle, side: Side) -> f64 {
     let own = style.of(angle, side);
     let sd = norm.spread_deg(angle);
@@ -44,7 +44,7 @@ fn offset_deg(style: &Style, norm: &AngleNorm, angle: Angle, side: Side) -> f64 
     }
 }
 
-/// Local rotations at a phase: what the angles say, whatever the feet then do on the floor.
+/// Returns local rotations at a phase from the angles alone, wherever the feet then are.
 pub(super) fn pose(style: &Style, norm: &AngleNorm, phase: f64) -> [DQuat; JOINTS] {
     let mut rotations = [DQuat::IDENTITY; JOINTS];
     let of = |angle, side| angle_of(style, norm, angle, side, phase).to_radians();
@@ -57,8 +57,8 @@ pub(super) fn pose(style: &Style, norm: &AngleNorm, phase: f64) -> [DQuat; JOINT
     let thorax = turn_y(-left(Angle::ThoraxRotation))
         * turn_z(left(Angle::ThoraxObliquity))
         * turn_x(left(Angle::ThoraxTilt));
-    // The spine and the thorax share the turn of the trunk, and the neck and the head
-    // undo it, so that the eyes stay ahead, as high as the person looks.
+    // The spine and the thorax share the turn of the trunk. The neck and the head undo it, so
+    // that the person looks ahead, at the style's head pitch.
     let trunk = half(pelvis.inverse() * thorax);
     let neck = half(thorax.inverse() * turn_x(style.head_pitch_deg.to_radians()));
     rotations[Joint::Pelvis.index()] = pelvis;
@@ -90,7 +90,7 @@ pub(super) fn pose(style: &Style, norm: &AngleNorm, phase: f64) -> [DQuat; JOINT
             * turn_z(-sign * of(Angle::HipAdduction, side))
             * turn_y(-sign * hip_rotation);
         rotations[shank.index()] = turn_x(of(Angle::KneeFlexion, side));
-        // The foot makes up for what pelvis and hip turn, and keeps its own direction.
+        // The foot compensates for the turn of pelvis and hip, and keeps its own direction.
         let turned = of(Angle::PelvicRotation, side) + hip_rotation;
         rotations[foot.index()] = turn_x(-of(Angle::AnkleDorsiflexion, side))
             * turn_y(-sign * (of(Angle::FootProgression, side) - turned));
@@ -101,7 +101,7 @@ pub(super) fn pose(style: &Style, norm: &AngleNorm, phase: f64) -> [DQuat; JOINT
     rotations
 }
 
-/// The local rotation of an upper arm at a phase.
+/// Returns the local rotation of an upper arm at a phase.
 pub(super) fn upper_arm_of(style: &Style, norm: &AngleNorm, side: Side, phase: f64) -> DQuat {
     let of = |angle| angle_of(style, norm, angle, side, phase).to_radians();
     let sign = match side {
@@ -125,7 +125,7 @@ pub(super) fn turn_z(angle: f64) -> DQuat {
     DQuat::from_rotation_z(angle)
 }
 
-/// The rotation of which two make `whole`.
+/// Returns the rotation that gives `whole` when applied twice.
 fn half(whole: DQuat) -> DQuat {
     let whole = if whole.w < 0.0 { -whole } else { whole };
     DQuat::from_scaled_axis(0.5 * whole.to_scaled_axis())

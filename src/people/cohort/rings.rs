@@ -1,7 +1,7 @@
-//! Rings of points around a body: hulls are made of them.
+//! Rings of points around a body, of which hulls consist.
 //!
-//! A tape around a ring is straight between its points, and shorter than around the ellipse
-//! that they lie on: rings of a circumference are that much larger.
+//! A tape around a ring is straight between its points, and so shorter than the ellipse through
+//! them. Rings of a given circumference are larger by that factor.
 
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
@@ -11,7 +11,7 @@ pub(super) const RING: usize = 8;
 /// How far the diagonal points of an ellipse lie out, as a share of the half axes.
 pub(super) const ELLIPSE: f64 = FRAC_1_SQRT_2;
 
-/// A horizontal ring of eight points; `diagonal` is how far the four between the axes
+/// Returns a horizontal ring of eight points; `diagonal` is how far the four between the axes
 /// lie out, as a share of the half axes.
 pub(super) fn ring(centre: DVec3, (half_x, half_z): (f64, f64), diagonal: f64) -> [DVec3; RING] {
     std::array::from_fn(|index| {
@@ -26,13 +26,13 @@ pub(super) fn ring(centre: DVec3, (half_x, half_z): (f64, f64), diagonal: f64) -
     })
 }
 
-/// A round horizontal ring.
+/// Returns a round horizontal ring.
 pub(super) fn round(centre: DVec3, radius: f64) -> [DVec3; RING] {
     ring(centre, (radius, radius), ELLIPSE)
 }
 
-/// A ring across the walker, in a sagittal plane: from `low` to `high` above its centre, and
-/// half as deep to the front and to the back.
+/// Returns a ring across the walker, in a sagittal plane: from `low` to `high` above `centre`, and
+/// `half_depth` to the front and to the back.
 pub(super) fn ring_across(
     centre: DVec3,
     (low, high): (f64, f64),
@@ -43,7 +43,7 @@ pub(super) fn ring_across(
         .map(|p| middle + DVec3::new(0.0, p.x, p.z))
 }
 
-/// The length of a tape around a ring.
+/// Returns the length of a tape around a ring.
 fn perimeter(half: (f64, f64), diagonal: f64) -> f64 {
     let points = ring(DVec3::ZERO, half, diagonal);
     (0..RING)
@@ -51,18 +51,18 @@ fn perimeter(half: (f64, f64), diagonal: f64) -> f64 {
         .sum()
 }
 
-/// Half axes, in the proportion of `aspect`, of a ring of this circumference.
+/// Returns the half axes, in the proportion of `aspect`, of a ring of this circumference.
 pub(super) fn around(circumference: f64, aspect: (f64, f64), diagonal: f64) -> (f64, f64) {
     let scale = circumference / perimeter(aspect, diagonal);
     (scale * aspect.0, scale * aspect.1)
 }
 
-/// The radius of a round ring of this circumference.
+/// Returns the radius of a round ring of this circumference.
 pub(super) fn radius(circumference: f64) -> f64 {
     around(circumference, (1.0, 1.0), ELLIPSE).0
 }
 
-/// Half the depth of an elliptical ring of this circumference and half this breadth, by
+/// Returns half the depth of an elliptical ring of this circumference and half breadth, by
 /// bisection.
 pub(super) fn half_depth(circumference: f64, half_breadth: f64) -> f64 {
     let (mut low, mut high) = (0.0, 0.5 * circumference);

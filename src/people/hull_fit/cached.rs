@@ -28,7 +28,8 @@ struct KeptBody {
 /// As [`fitted_body`]. What cannot be kept is no error.
 pub(crate) fn kept_body(
     mesh: &Motion,
-    (points, seed): (usize, u64),
+    points: usize,
+    seed: u64,
     cache: &Cache,
     progress: &(dyn Fn() + Sync),
 ) -> Result<(Body, bool)> {

@@ -4,10 +4,11 @@ use crate::people::retarget::rest_pose::{Globals, RestCalibration};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
-/// Local rotations whose forward kinematics meets the source's joints: each joint turns
-/// as its source joint does, then by the least rotation that points it at its child,
-/// which matters only where several source joints became one (the trunk) or where
-/// the file moves joints.
+/// Returns local rotations whose forward kinematics meets the source's joints.
+///
+/// Each joint turns as its source joint does, then by the least rotation that points it at its
+/// child. The latter matters only where several source joints became one (the trunk) or where the
+/// file moves joints.
 pub(in crate::people) fn local_rotations(
     rest: &RestCalibration,
     world: DQuat,
@@ -15,7 +16,7 @@ pub(in crate::people) fn local_rotations(
     points: &[DVec3; JOINTS],
     offsets: &[DVec3; JOINTS],
 ) -> [DQuat; JOINTS] {
-    /// Segments shorter than this have no direction worth following, metres.
+    /// Shortest segment whose direction is followed, metres.
     const SHORTEST_M: f64 = 0.02;
     let mut globals: [DQuat; JOINTS] = std::array::from_fn(|joint| {
         let part = &rest.parts[joint];
@@ -32,8 +33,7 @@ pub(in crate::people) fn local_rotations(
             continue;
         };
         let c = child.index();
-        // Clavicles make up for what the trunk's fewer joints miss, so that the arms
-        // hang where they should.
+        // Clavicles make up for the trunk's fewer joints, so that the arms hang in their place.
         let is_clavicle = matches!(joint, Joint::LeftClavicle | Joint::RightClavicle);
         let from = if is_clavicle { reached[i] } else { points[i] };
         let along = points[c] - from;
@@ -49,7 +49,7 @@ pub(in crate::people) fn local_rotations(
     })
 }
 
-/// The joint at the far end of a joint's own segment.
+/// Returns the joint at the far end of a joint's own segment.
 pub(in crate::people) const fn main_child(joint: Joint) -> Option<Joint> {
     Some(match joint {
         Joint::Spine => Joint::Thorax,

@@ -1,25 +1,24 @@
-//! Which joint of a source skeleton plays which part of the canonical one.
+//! The mapping from the joints of a source skeleton to the canonical ones.
 //!
-//! Limbs are found by name, in the spellings of CMU's ASF files, cgspeed's and
-//! 3dsMax's BVH conversions, MotionBuilder and Mixamo, Character Creator, Xsens, Biped,
-//! Shum et al., MakeHuman, Rigify, Unreal's mannequin, VRM, SMPL and Daz; the trunk, whose
-//! joints no two programs name alike, by its place between the hips, the shoulders and the
-//! head.
+//! Limbs are found by name, in the spellings of CMU's ASF files, cgspeed's and 3dsMax's BVH
+//! conversions, MotionBuilder and Mixamo, Character Creator, Xsens, Biped, Shum et al., MakeHuman,
+//! Rigify, Unreal's mannequin, VRM, SMPL and Daz. The trunk, which every program names differently,
+//! is found by its place between the hips, the shoulders and the head.
 
 use crate::import::SourceJoint;
 
-/// One limb pair's joint by side: 0 left, 1 right.
+/// The two joints of a limb pair: left, right.
 pub(in crate::people) type LimbPair = [usize; 2];
 
-/// Indices of source joints.
+/// Indices of the source joints that play each role.
 #[derive(Clone, Debug)]
 pub(in crate::people) struct JointRoles {
     pub(in crate::people) pelvis: usize,
-    /// From the joint after the pelvis to the head, both included.
+    /// The trunk, from the joint after the pelvis to the head, both included.
     pub(in crate::people) trunk: Vec<usize>,
-    /// Whether the source has more trunk joints than programs bend.
+    /// Whether the source has more trunk joints than programs usually bend.
     pub(in crate::people) is_fine_trunk: bool,
-    /// The trunk joint that carries both arms (or the pelvis).
+    /// The trunk joint that carries both arms, or the pelvis if none does.
     pub(in crate::people) chest: usize,
     pub(in crate::people) thigh: LimbPair,
     pub(in crate::people) shank: LimbPair,
@@ -32,7 +31,7 @@ pub(in crate::people) struct JointRoles {
     pub(in crate::people) hand: LimbPair,
 }
 
-/// Joints by name alone, left and right; what is not there is added before the roles are found.
+/// Joints found by name alone, left and right. Missing ones are added before the roles are found.
 pub(in crate::people) struct Named {
     pub(in crate::people) thigh: [Option<usize>; 2],
     pub(in crate::people) shank: [Option<usize>; 2],
@@ -49,7 +48,7 @@ impl Named {
         let pair = |parts: &[&str]| {
             [0, 1].map(|side| parts.iter().find_map(|part| position(&names, side, part)))
         };
-        // SMPL names joints, not segments: a foot begins at its ankle, and its foot is the ball.
+        // SMPL names joints, not segments: its `ankle` begins the foot, and its `foot` is the ball.
         let after = |before: &str, ours, usual| match position(&names, 0, before) {
             Some(_) => ours,
             None => usual,
@@ -111,15 +110,18 @@ const FOREARM: &[&str] = &[
 const HAND: &[&str] = &["hand", "wrist"];
 const WRIST: &[&str] = &["wrist", "hand"];
 const CLAVICLE: &[&str] = &["clavicle", "collar", "shoulder", "shoulder1"];
-/// More trunk joints than these, the head's too, are a fine trunk: MakeHuman has nine, Rigify
-/// and Xsens have six. Ours.
+/// Most joints of a coarse trunk, the head included; more make it a fine trunk. MakeHuman has nine,
+/// Rigify and Xsens have six. Ours.
 const COARSE_TRUNK: usize = 7;
 
-/// Rigify numbers its trunk up to the head.
+/// Names of the head. Rigify numbers its trunk joints up to the head.
 const HEAD: &[&str] = &["head", "spine006"];
 
 impl JointRoles {
-    /// Finds the parts, or says which one is missing.
+    /// Finds the roles of the joints.
+    ///
+    /// # Errors
+    /// Names the missing joint, or a limb's joint that is not a descendant of the one above it.
     pub(in crate::people) fn find(joints: &[SourceJoint]) -> Result<Self, String> {
         let names: Vec<String> = joints.iter().map(|joint| normalised(&joint.name)).collect();
         let named = Named::find(joints);
@@ -139,7 +141,7 @@ impl JointRoles {
             for side in 0..2 {
                 if !path_to_root(joints, lower[side]).contains(&upper[side]) {
                     return Err(format!(
-                        "the {} {what} `{}` is not carried by `{}`",
+                        "the {} {what} `{}` is not a descendant of `{}`",
                         ["left", "right"][side],
                         joints[lower[side]].name,
                         joints[upper[side]].name
@@ -150,7 +152,7 @@ impl JointRoles {
         let pelvis = common(joints, thigh[0], thigh[1]);
         let arms = common(joints, upper_arm[0], upper_arm[1]);
         let mut trunk = path_to_root(joints, head);
-        // A figure whose trunk does not hang on the pelvis hangs with it on a root.
+        // A trunk that is not below the pelvis shares a root with it.
         if let Some(at) = trunk.iter().position(|&joint| joint == pelvis) {
             trunk.truncate(at);
         } else {
@@ -173,7 +175,7 @@ impl JointRoles {
             thigh,
             shank,
             foot,
-            // By what carries it: its name may say the wrong side (where legs do).
+            // By ancestry: its name may have the wrong side (where legs do).
             toe: foot.map(|foot| {
                 let is_toe = |joint: &usize| {
                     path_to_root(joints, *joint)[1..].contains(&foot)
@@ -191,7 +193,7 @@ impl JointRoles {
         })
     }
 
-    /// All joints whose turning matters, for checks of their motion: not the hands.
+    /// Returns all joints whose rotation is checked for faults: not the hands.
     pub(in crate::people) fn turning(&self) -> Vec<usize> {
         let pairs = [
             self.thigh,
@@ -210,7 +212,7 @@ impl JointRoles {
     }
 }
 
-/// A name without its namespace, case, separators and maker's prefix.
+/// Returns a name without its namespace, case, separators and maker's prefix.
 fn normalised(name: &str) -> String {
     let base = name.rsplit(':').next().unwrap_or(name);
     let plain: String = base
@@ -234,7 +236,7 @@ fn normalised(name: &str) -> String {
     plain
 }
 
-/// The joint whose name is a part's, with the side before or after it.
+/// Returns the joint with a part's name, preceded or followed by the side.
 fn position(names: &[String], side: usize, part: &str) -> Option<usize> {
     [["left", "l"], ["right", "r"]][side]
         .iter()
@@ -254,12 +256,12 @@ fn pair(what: &str, found: [Option<usize>; 2]) -> Result<LimbPair, String> {
     }
 }
 
-/// The joint itself first, the root last.
+/// Returns the path from a joint (first) to the root (last).
 fn path_to_root(joints: &[SourceJoint], joint: usize) -> Vec<usize> {
     std::iter::successors(Some(joint), |&at| joints[at].parent).collect()
 }
 
-/// The lowest joint that carries both.
+/// Returns the lowest common ancestor of two joints.
 pub(in crate::people) fn common(joints: &[SourceJoint], a: usize, b: usize) -> usize {
     let above = path_to_root(joints, a);
     path_to_root(joints, b)
@@ -324,7 +326,7 @@ mod tests {
         assert_eq!(joints[roles.clavicle[0].unwrap()].name, "LeftShoulder");
     }
 
-    /// A figure in a rig's own spelling, `{}` for the side. Limbs: thigh, shank, foot, toe,
+    /// Returns a figure in a rig's own spelling, `{}` for the side. Limbs: thigh, shank, foot, toe,
     /// clavicle, upper arm, forearm, hand.
     fn rig(trunk: &str, chest: &str, limbs: [&str; 8], sides: [&str; 2]) -> String {
         let pelvis = trunk.split_whitespace().next().unwrap();

@@ -1,7 +1,7 @@
-//! Adds what a skeleton lacks beyond its legs: feet, arms, hands, a head.
+//! Adds joints that a skeleton lacks beyond its legs: feet, arms, hands, a head.
 //!
-//! Gait needs thighs and shanks. Where a file has no more, the rest is put where an average adult
-//! with these legs has it, and turns with the joint that carries it.
+//! Gait needs thighs and shanks. Other missing joints are placed as in an average adult with these
+//! legs, and turn with their parents.
 
 use std::borrow::Cow;
 
@@ -16,15 +16,15 @@ use crate::people::retarget::joint_roles::{LimbPair, Named, common};
 use crate::people::retarget::leg_length_m;
 use crate::people::retarget::rest_pose::{across, base_of, identity_pose};
 
-/// Stature and mass of the average adult, whose proportions alone matter here. Ours: between
+/// Stature and mass of the average adult, of whom only the proportions matter here. Ours: between
 /// ANSUR II's men and women.
 const STATURE_M: f64 = 1.70;
 const MASS_KG: f64 = 76.0;
 
-/// The motion with all the joints that a figure needs; its warnings name those that were added.
+/// Returns the motion with all joints that a figure needs. A warning names those that were added.
 ///
 /// # Errors
-/// There are no legs, or they end nowhere.
+/// If there are no legs, or the shanks have neither feet nor ends.
 pub(in crate::people) fn completed(motion: &Motion) -> Result<Cow<'_, Motion>, String> {
     let named = Named::find(&motion.joints);
     if named.thigh == [None; 2] || named.shank == [None; 2] {
@@ -43,7 +43,7 @@ pub(in crate::people) fn completed(motion: &Motion) -> Result<Cow<'_, Motion>, S
     let (Some(thigh), Some(shank), false) =
         (both(named.thigh), both(named.shank), lacks.is_empty())
     else {
-        // Whole, or one side lacks, which the search for the roles names.
+        // The skeleton is complete, or one side lacks a joint, which `JointRoles::find` names.
         return Ok(Cow::Borrowed(motion));
     };
     let mut figure = GrowingSkeleton {
@@ -67,7 +67,7 @@ pub(in crate::people) fn completed(motion: &Motion) -> Result<Cow<'_, Motion>, S
     }
     complete.joints = figure.joints;
     complete.warnings.push(format!(
-        "the skeleton has no {}: an average adult's are added, which do not move of their own",
+        "the skeleton has no {}: those of an average adult are added, which move with their parents",
         lacks.join(", ")
     ));
     Ok(Cow::Owned(complete))
@@ -82,7 +82,7 @@ struct Adult {
     hips: DVec3,
     base: DQuat,
     scale: f64,
-    /// From midway between the hips, metres, canonical axes.
+    /// Joint positions from midway between the hips, metres, canonical axes.
     joints: [DVec3; JOINTS],
 }
 
@@ -96,7 +96,7 @@ impl Adult {
         let hips = p[thigh[0]].midpoint(p[thigh[1]]);
         let up = hips - p[foot[0]].midpoint(p[foot[1]]);
         let base = base_of(across(p, thigh, shank), up)
-            .ok_or("the skeleton is degenerate: no left or no up")?;
+            .ok_or("the skeleton is degenerate: it has no left or no up direction")?;
         let leg = |side: usize| {
             let (hip, knee, ankle) = (p[thigh[side]], p[shank[side]], p[foot[side]]);
             hip.distance(knee) + knee.distance(ankle)
@@ -112,20 +112,20 @@ impl Adult {
         })
     }
 
-    /// From one joint to another.
+    /// Returns the vector from one joint to another, source units and axes.
     fn between(&self, from: Joint, to: Joint) -> DVec3 {
         self.base * (self.joints[to.index()] - self.joints[from.index()]) * self.scale
     }
 }
 
-/// A source skeleton at rest that grows.
+/// A source skeleton at rest to which joints are added.
 struct GrowingSkeleton {
     joints: Vec<SourceJoint>,
     positions: Vec<DVec3>,
 }
 
 impl GrowingSkeleton {
-    /// Adds a joint; its number.
+    /// Adds a joint and returns its number.
     fn add(&mut self, name: &str, parent: usize, position: DVec3) -> usize {
         self.joints.push(SourceJoint {
             name: name.to_owned(),
@@ -137,13 +137,14 @@ impl GrowingSkeleton {
         self.joints.len() - 1
     }
 
-    /// The end of a leaf, if the file states one.
+    /// Returns the end of a leaf joint, if the file states one.
     fn tip(&self, joint: usize) -> Option<DVec3> {
         let end = self.joints[joint].end.filter(|end| *end != DVec3::ZERO)?;
         Some(self.positions[joint] + end)
     }
 
-    /// Both joints as found; if neither was, added where `place` says, on what it says.
+    /// Returns both joints of a pair. If neither was found, adds them with the parent and position
+    /// that `place` returns.
     fn pair(
         &mut self,
         found: [Option<usize>; 2],
@@ -160,7 +161,8 @@ impl GrowingSkeleton {
         }))
     }
 
-    /// Arms, forearms, hands and the head, where there are none. Stops where one side lacks.
+    /// Adds missing arms, forearms, hands and head. Returns none as soon as one side of a pair is
+    /// missing.
     fn add_upper_body(&mut self, named: &Named, adult: &Adult, pelvis: usize) -> Option<()> {
         const ARMS: [[Joint; 3]; 2] = [
             [Joint::LeftUpperArm, Joint::LeftForearm, Joint::LeftHand],
@@ -201,7 +203,7 @@ mod tests {
     use super::*;
     use crate::import::{MotionFormat, SourceFrame};
 
-    /// Thighs of 0.42 m and shanks of 0.40 m, which have ends, on a pelvis.
+    /// A pelvis with thighs of 0.42 m and shanks of 0.40 m that have ends.
     fn legs() -> Motion {
         let joint = |name: &str, parent, x: f64, y: f64| SourceJoint {
             name: name.into(),
@@ -258,7 +260,7 @@ mod tests {
         assert_eq!(
             whole.warnings,
             [
-                "the skeleton has no feet, arms, forearms, hands, head: an average adult's are added, which do not move of their own"
+                "the skeleton has no feet, arms, forearms, hands, head: those of an average adult are added, which move with their parents"
             ]
         );
     }

@@ -1,9 +1,9 @@
-//! How a source skeleton at rest lies in the canonical one.
+//! The relation between a source skeleton's rest pose and the canonical one.
 //!
-//! Each source joint's frame is world-parallel at rest, so one constant rotation per
-//! joint, from the canonical rest pose to the source's, carries its motion over with
-//! the twist. Files whose rest pose is no standing body (Character Creator's BVH has
-//! legs and trunk folded into one line) take the frame that stands best as their rest.
+//! Each source joint's frame is world-parallel at rest. One constant rotation per joint, from the
+//! canonical rest pose to the source's, therefore carries its motion over with the twist. If a
+//! file's rest pose is not a standing body (Character Creator's BVH has legs and trunk folded into
+//! one line), the frame that stands best serves as rest.
 
 use crate::import::Motion;
 use crate::people::retarget::joint_roles::JointRoles;
@@ -11,10 +11,10 @@ use crate::people::retarget::unit::{choose_unit, leg_of};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DMat3, DQuat, DVec3};
 
-/// Turning less than this over a whole motion is not turning, radians.
+/// Largest rotation over a whole motion that counts as still, radians.
 const STILL_RAD: f64 = 0.005;
 
-/// A pose of the source, all joints.
+/// A pose of the source: world positions and orientations of all joints.
 pub(in crate::people) struct Globals {
     pub(in crate::people) positions: Vec<DVec3>,
     pub(in crate::people) rotations: Vec<DQuat>,
@@ -24,40 +24,40 @@ pub(in crate::people) struct Globals {
 #[derive(Clone, Copy, Debug)]
 pub(in crate::people) struct Anchor {
     pub(in crate::people) joint: usize,
-    /// In the joint's frame at rest, source units.
+    /// Offset in the joint's frame at rest, source units.
     pub(in crate::people) offset: DVec3,
 }
 
-/// One canonical joint in the source.
+/// The counterpart of a canonical joint in the source.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::people) struct RestJoint {
-    /// The source joint that turns like it.
+    /// The source joint with which it turns.
     pub(in crate::people) turns_with: usize,
-    /// Where it is.
+    /// Its position.
     pub(in crate::people) lies_at: Anchor,
-    /// From canonical axes at rest to source axes at rest.
+    /// Rotation from canonical axes at rest to source axes at rest.
     pub(in crate::people) axes: DQuat,
 }
 
 /// The calibration of one source skeleton.
 pub(in crate::people) struct RestCalibration {
     pub(in crate::people) parts: [RestJoint; JOINTS],
-    /// Global rotation of every source joint in the rest pose: identity in a file whose
-    /// own rest pose stands.
+    /// World orientation of every source joint in the rest pose: identity in a file whose own rest
+    /// pose stands.
     pub(in crate::people) zero: Vec<DQuat>,
     /// Canonical offsets, source units.
     pub(in crate::people) offsets: [DVec3; JOINTS],
-    /// Whether it is a pose of the file that stands, and not a moment of the motion.
+    /// Whether the rest pose is a standing pose of the file, not a frame of the motion.
     pub(in crate::people) stands: bool,
     pub(in crate::people) warnings: Vec<String>,
 }
 
-/// Mean of the two.
+/// Returns the midpoint of a pair of joints.
 fn middle(positions: &[DVec3], pair: [usize; 2]) -> DVec3 {
     positions[pair[0]].midpoint(positions[pair[1]])
 }
 
-/// The signed axis next to `direction`.
+/// Returns the signed axis nearest to `direction`.
 pub(in crate::people) fn nearest_axis(direction: DVec3) -> DVec3 {
     let magnitudes = direction.abs();
     let axis = (0..3)
@@ -66,7 +66,7 @@ pub(in crate::people) fn nearest_axis(direction: DVec3) -> DVec3 {
     DVec3::AXES[axis] * direction[axis].signum()
 }
 
-/// Leaves out the trunk joints of a fine trunk that never turn: they are part of what is below.
+/// Drops the joints of a fine trunk that never turn: they belong to the segment below.
 fn keep_bending(motion: &Motion, roles: &mut JointRoles) {
     let turns = |joint: usize| {
         let first = motion.frames[0].rotations[joint];
@@ -81,7 +81,7 @@ fn keep_bending(motion: &Motion, roles: &mut JointRoles) {
     }
 }
 
-/// The file's own rest pose.
+/// Returns the file's own rest pose.
 pub(in crate::people) fn identity_pose(motion: &Motion) -> Globals {
     let mut positions: Vec<DVec3> = Vec::with_capacity(motion.joints.len());
     for joint in &motion.joints {
@@ -98,12 +98,12 @@ pub(in crate::people) fn identity_pose(motion: &Motion) -> Globals {
     }
 }
 
-/// Hips to the middle of the shoulders.
+/// Returns the vector from the middle of the hips to the middle of the shoulders.
 fn trunk_of(positions: &[DVec3], roles: &JointRoles) -> DVec3 {
     middle(positions, roles.upper_arm) - middle(positions, roles.thigh)
 }
 
-/// From the right hip to the left one, or between the knees of a figure without a pelvis.
+/// Returns the vector from the right to the left hip, or knee if the hips coincide.
 pub(in crate::people) fn across(
     positions: &[DVec3],
     thigh: [usize; 2],
@@ -117,20 +117,20 @@ pub(in crate::people) fn across(
     }
 }
 
-/// Whether the legs continue the trunk downwards, hips across.
+/// Returns whether the legs continue the trunk downwards and the hips lie across it.
 fn stands(positions: &[DVec3], roles: &JointRoles) -> bool {
     let up = trunk_of(positions, roles).normalize_or_zero();
     let left = across(positions, roles.thigh, roles.shank).normalize_or_zero();
     (0..2).all(|side| {
         let chain = [roles.thigh[side], roles.shank[side], roles.foot[side]].map(|j| positions[j]);
-        // A segment of no length (an ankle put on the knee) says nothing.
+        // A segment without length (an ankle on the knee) has no direction.
         chain.windows(2).all(|pair| {
             pair[0] == pair[1] || (pair[1] - pair[0]).normalize_or_zero().dot(up) < -0.8
         })
     }) && left.dot(up).abs() < 0.5
 }
 
-/// The frame whose legs are straightest under the trunk, with `up` of the world.
+/// Returns the frame whose legs are straightest under the trunk along the world's `up`.
 fn best_standing(frames: &[Globals], roles: &JointRoles, up: DVec3) -> usize {
     let score = |globals: &Globals| {
         let p = &globals.positions;
@@ -145,10 +145,10 @@ fn best_standing(frames: &[Globals], roles: &JointRoles, up: DVec3) -> usize {
         .unwrap_or(0)
 }
 
-/// Where the canonical joints are in a file's own rest pose, if it stands: metres, Y up.
+/// Returns the canonical joint positions in a file's own standing rest pose, metres, Y up.
 ///
 /// # Errors
-/// A joint that gait needs is missing, or the rest pose does not stand.
+/// If a joint that gait needs is missing, or the rest pose does not stand.
 pub(in crate::people) fn standing_points(motion: &Motion) -> Result<[DVec3; JOINTS], String> {
     let mut roles = JointRoles::find(&motion.joints)?;
     let unit_m = choose_unit(leg_of(motion, &roles), motion.unit_m, &mut Vec::new())?;
@@ -167,7 +167,7 @@ pub(in crate::people) fn standing_points(motion: &Motion) -> Result<[DVec3; JOIN
     Ok(source_points(&rest, &own).map(|point| world * point * unit_m))
 }
 
-/// The frame in which a foot is flat: its ankle and toe move least.
+/// Returns the frame in which a foot is flat: its ankle and toe move least.
 fn flat_foot(frames: &[Globals], foot: usize, toe: usize) -> usize {
     let speed = |i: usize| {
         let (a, b) = (&frames[i - 1].positions, &frames[i + 1].positions);
@@ -179,11 +179,11 @@ fn flat_foot(frames: &[Globals], foot: usize, toe: usize) -> usize {
 }
 
 impl RestCalibration {
-    /// Calibrates. `frames`: the clean motion; `t_pose`: the pose before it, if there
-    /// was one; `up`: the world's up axis in the source, from the motion.
+    /// Calibrates a source skeleton. `frames` is the clean motion, `t_pose` the pose before it, if
+    /// any, and `up` the world's up axis in the source, found from the motion.
     ///
     /// # Errors
-    /// The skeleton is too degenerate to have a left and an up.
+    /// If the skeleton is too degenerate to have a left and an up direction.
     pub(in crate::people) fn calibrate(
         motion: &Motion,
         roles: &mut JointRoles,
@@ -211,8 +211,7 @@ impl RestCalibration {
         let p = &pose.positions;
         let trunk = trunk_of(p, roles);
         let vertical = nearest_axis(if own_stands { trunk } else { up });
-        // A standing rest pose is upright even if its trunk curves; a moment of a
-        // motion leans.
+        // A standing rest pose is upright even if its trunk curves; a frame of the motion leans.
         let is_upright = trunk.normalize_or_zero().dot(vertical) > 0.94;
         let rest_up = if is_upright && is_rest {
             vertical
@@ -262,8 +261,8 @@ impl RestCalibration {
                 (None, None) => base * DVec3::Z,
             };
             parts[foot.index()].axes = if is_rest {
-                // Legs spread sideways at rest (CMU: 20 degrees) carry the soles with
-                // them, so level is meant with the leg hanging straight.
+                // Legs spread sideways at rest (CMU: 20 degrees) tilt the soles, so the sole is
+                // level when the leg hangs straight.
                 let down = base.inverse() * parts[shank.index()].axes * -DVec3::Y;
                 let spread = DQuat::from_rotation_z(libm::atan2(down.x, -down.y));
                 let level = base * spread;
@@ -272,7 +271,7 @@ impl RestCalibration {
                 let toe = roles.toe[side].unwrap_or(source);
                 let flat = &frames[flat_foot(frames, source, toe)];
                 let level = DQuat::from_rotation_arc(base * DVec3::Y, up) * base;
-                // Back from the flat moment to the rest pose.
+                // Back from the flat frame to the rest pose.
                 let level = level * yaw_towards(level.inverse() * toe_in(flat));
                 pose.rotations[source] * flat.rotations[source].inverse() * level
             };
@@ -299,7 +298,7 @@ impl RestCalibration {
     }
 }
 
-/// The rotation about Y that turns +Z towards the floor projection of `toe`.
+/// Returns the rotation about Y that turns +Z towards the floor projection of `toe`.
 fn yaw_towards(toe: DVec3) -> DQuat {
     if libm::hypot(toe.x, toe.z) < 1e-6 * toe.length() || toe == DVec3::ZERO {
         return DQuat::IDENTITY;
@@ -307,22 +306,23 @@ fn yaw_towards(toe: DVec3) -> DQuat {
     DQuat::from_rotation_y(libm::atan2(toe.x, toe.z))
 }
 
-/// From canonical to source axes with +X to the left hip; none if degenerate.
+/// Returns the rotation from canonical to source axes with +X along `left` and +Y along `up`; none
+/// if they are degenerate.
 pub(in crate::people) fn base_of(left: DVec3, up: DVec3) -> Option<DQuat> {
     let y = up.try_normalize()?;
     let x = left.reject_from_normalized(y).try_normalize()?;
     Some(DQuat::from_mat3(&DMat3::from_cols(x, y, x.cross(y))).normalize())
 }
 
-/// The axes of the rest pose; names of the wrong side are exchanged, which the feet
-/// show: they point ahead.
+/// Returns the axes of the rest pose, after exchanging sides that were named the wrong way round.
+/// The feet show it for the legs, because they point ahead.
 fn swap_sides_if_needed(
     p: &[DVec3],
     up: DVec3,
     roles: &mut JointRoles,
     warnings: &mut Vec<String>,
 ) -> Result<DQuat, String> {
-    let degenerate = || "the skeleton is degenerate: no left or no up".to_owned();
+    let degenerate = || "the skeleton is degenerate: it has no left or no up direction".to_owned();
     let mut left = across(p, roles.thigh, roles.shank);
     let base = base_of(left, up).ok_or_else(degenerate)?;
     let toes: DVec3 = (0..2)
@@ -346,7 +346,7 @@ fn swap_sides_if_needed(
     base_of(left, up).ok_or_else(degenerate)
 }
 
-/// Chooses the source joint of every canonical joint; all axes are `base`.
+/// Chooses the source joint of every canonical joint. All axes are `base`.
 fn place(p: &[DVec3], roles: &JointRoles, base: DQuat, up: DVec3) -> [RestJoint; JOINTS] {
     let hips = middle(p, roles.thigh);
     let shoulders = middle(p, roles.upper_arm);
@@ -365,8 +365,8 @@ fn place(p: &[DVec3], roles: &JointRoles, base: DQuat, up: DVec3) -> [RestJoint;
         .split_last()
         .map_or((roles.chest, &[][..]), |(h, t)| (*h, t));
     let chest_at = trunk.iter().position(|&joint| joint == roles.chest);
-    // The neck: the chest itself where the arms hang on the base of the neck (Shum),
-    // else the first joint above the chest.
+    // The neck is the chest itself if the arms hang on the base of the neck (Shum), else the first
+    // joint above the chest.
     let neck_at = match chest_at {
         Some(chest) if height(trunk[chest]) > 0.95 => Some(chest),
         Some(chest) => (chest + 1..trunk.len()).find(|&i| height(trunk[i]) > 0.6),
@@ -412,7 +412,7 @@ fn place(p: &[DVec3], roles: &JointRoles, base: DQuat, up: DVec3) -> [RestJoint;
             axes: base,
         };
     };
-    // The ribs of a fine trunk turn as their base does: on MakeHuman's skin that fits best.
+    // The ribs of a fine trunk turn with their base, which fits MakeHuman's skin best.
     let thorax_turns = if roles.is_fine_trunk {
         thorax.joint
     } else {
@@ -468,7 +468,7 @@ fn place(p: &[DVec3], roles: &JointRoles, base: DQuat, up: DVec3) -> [RestJoint;
     parts
 }
 
-/// Where the canonical joints are in the source, source units and axes.
+/// Returns the canonical joint positions in the source, source units and axes.
 pub(in crate::people) fn source_points(rest: &RestCalibration, frame: &Globals) -> [DVec3; JOINTS] {
     std::array::from_fn(|joint| {
         let at = rest.parts[joint].lies_at;

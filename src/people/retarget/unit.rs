@@ -1,18 +1,18 @@
-//! Metres in a source's unit, by the length of the legs.
+//! The size of a source's unit in metres, from the length of the legs.
 //!
-//! Files state no unit or a wrong one; people's legs differ less than units do.
+//! Files state no unit or a wrong one, and people's legs differ less than units do.
 
 use crate::import::Motion;
 use crate::people::retarget::joint_roles::JointRoles;
 
-/// Hip-to-ankle lengths that a walker can have, metres: a small child to a giant
-/// (measured clips: 0.59 to 0.99 from the pelvis).
+/// Possible hip-to-ankle lengths of a walker, metres: a small child to a giant (measured clips:
+/// 0.59 to 0.99 from the pelvis).
 const LEG_M: std::ops::RangeInclusive<f64> = 0.42..=1.15;
 
-/// Hip-to-ankle length that a unit is chosen by when several fit, metres.
+/// Hip-to-ankle length to which the chosen unit comes nearest when several fit, metres.
 const USUAL_LEG_M: f64 = 0.8;
 
-/// Units that motion files count in: metres in one of them, and its name.
+/// The units of motion files: their size in metres and their names.
 const UNITS: [(f64, &str); 6] = [
     (1.0, "metre"),
     (0.01, "centimetre"),
@@ -22,7 +22,7 @@ const UNITS: [(f64, &str); 6] = [
     (0.3048, "foot"),
 ];
 
-/// Hip to knee to ankle, the longer of both sides, source units.
+/// Returns the length from hip to knee to ankle, the longer of both sides, source units.
 pub(in crate::people) fn leg_of(motion: &Motion, roles: &JointRoles) -> f64 {
     let (points, _) = motion.globals(motion.frames.len() / 2);
     (0..2)
@@ -33,8 +33,8 @@ pub(in crate::people) fn leg_of(motion: &Motion, roles: &JointRoles) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Metres in one source unit: the one that gives a human leg, the stated one first. `leg`: its
-/// length from hip to ankle, source units.
+/// Returns the metres in one source unit: the unit that gives human legs, the stated one first.
+/// `leg` is their length from hip to ankle, source units.
 pub(in crate::people) fn choose_unit(
     leg: f64,
     stated: Option<f64>,
@@ -57,7 +57,7 @@ pub(in crate::people) fn choose_unit(
     fitting.sort_by(|a, b| misfit(a.0).total_cmp(&misfit(b.0)));
     match fitting.as_slice() {
         [] => Err(format!(
-            "no known unit makes the legs ({leg:.3} units) human"
+            "no known unit gives legs of {leg:.3} units a human length"
         )),
         [(unit, _)] => Ok(*unit),
         [(unit, name), (_, other), ..] => {

@@ -159,7 +159,7 @@ fn served(
                 let outputs = if raised.is_none() {
                     let called = Python::attach(|py| {
                         py.check_signals()?;
-                        call(py, &functions[callable], (input, shape), views)
+                        call(py, &functions[callable], input, shape, views)
                     });
                     called.map_err(|error| {
                         raised = Some(error);
@@ -209,7 +209,7 @@ fn contract_of(json: &str) -> PyResult<Contract> {
 fn call(
     py: Python<'_>,
     (function, expected): &(Py<PyAny>, Option<usize>),
-    (input, shape): (Vec<f32>, Vec<usize>),
+    input: Vec<f32>, shape: Vec<usize>,
     views: Vec<f32>,
 ) -> PyResult<Outputs> {
     let batch = shape.first().copied().unwrap_or(0);
@@ -224,7 +224,7 @@ fn call(
         function.call1(py, (input, views.into_pyarray(py)))?
     };
     let (embedding, scores): (Py<PyAny>, Option<Py<PyAny>>) = answer.extract(py)?;
-    let (sides, embedding) = numbers(py, &embedding, ("embeddings", batch))?;
+    let (sides, embedding) = numbers(py, &embedding, "embeddings", batch)?;
     let (embedding_dims, embedding_parts) = match sides[..] {
         [dims] => (dims, 1),
         [dims, parts] => (dims * parts, parts),
@@ -242,7 +242,7 @@ fn call(
         ..Outputs::default()
     };
     if let Some(scores) = scores {
-        let (sides, scores) = numbers(py, &scores, ("scores", batch))?;
+        let (sides, scores) = numbers(py, &scores, "scores", batch)?;
         let [classes] = sides[..] else {
             return Err(PyValueError::new_err(format!(
                 "expected scores [{batch}, classes]"
@@ -264,7 +264,7 @@ fn call(
 fn numbers(
     py: Python<'_>,
     array: &Py<PyAny>,
-    (what, batch): (&str, usize),
+    what: &str, batch: usize,
 ) -> PyResult<(Vec<usize>, Vec<f32>)> {
     let array = array.bind(py).cast::<PyArrayDyn<f32>>()?;
     let shape = array.shape();

@@ -1,4 +1,4 @@
-//! What no contract can say.
+//! Checks of the values in a contract.
 
 use super::Contract;
 use crate::error::{Error, Result};
@@ -6,16 +6,16 @@ use crate::score::InputLayout;
 use crate::template::{Template, TemplateShape};
 use std::path::Path;
 
-/// Most rows, columns or frames of an input.
+/// The most rows, columns or frames of an input.
 const MAX_SIDE: usize = 4096;
-/// Most equal channels of an input.
+/// The most equal channels of an input.
 const MAX_CHANNELS: usize = 16;
 
 impl Contract {
-    /// Refuses what no recognizer can take; `path` is only for messages.
+    /// Checks all values; `path` is only for messages.
     ///
     /// # Errors
-    /// If a value cannot be, or does not go with another.
+    /// If a value is invalid, or does not fit another one.
     pub fn check(&self, path: &Path) -> Result<()> {
         for (key, side) in [("rows", self.rows), ("columns", self.columns)] {
             if !(1..=MAX_SIDE).contains(&side) {
@@ -33,7 +33,7 @@ impl Contract {
             return Err(Error::input(
                 path,
                 format!(
-                    "layout: template {:?} comes as {}, found {} ({} unless it is given)",
+                    "layout: template {:?} comes as {}, found {} (the default is {})",
                     self.template.name(),
                     names.join(", "),
                     self.layout.name(),
@@ -68,7 +68,7 @@ impl Contract {
         if let Some(twice) = first_repeated(&self.classes) {
             return Err(Error::input(
                 path,
-                format!("classes: {twice:?} is there twice"),
+                format!("classes: {twice:?} appears twice"),
             ));
         }
         Ok(())
@@ -76,7 +76,7 @@ impl Contract {
 }
 
 impl Contract {
-    /// Equal channels, and what is done to the numbers of each.
+    /// Checks the number of equal channels, and `mean` and `std` of each.
     pub(in crate::score) fn check_channels(&self) -> std::result::Result<(), String> {
         let channels = self.channels;
         if !(1..=MAX_CHANNELS).contains(&channels) {

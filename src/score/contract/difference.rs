@@ -1,11 +1,11 @@
-//! Where two contracts differ in what a model is fed or promises.
+//! The difference of two contracts in inputs and promises.
 
 use super::Contract;
 
 impl Contract {
-    /// The first setting in which a model with the other contract cannot be compared number by
-    /// number with one of this, and its values in both. Names, and what else training was on, do
-    /// not matter; viewpoints of training do, from which people are enrolled.
+    /// Returns the first setting that prevents comparing two models of these contracts number by
+    /// number, with both its values. Training viewpoints matter, since people are enrolled from
+    /// them; names and other training data do not.
     #[must_use]
     pub(crate) fn difference(&self, other: &Self) -> Option<(&'static str, [String; 2])> {
         type Value = fn(&Contract) -> String;

@@ -1,46 +1,46 @@
-//! A contract for people to edit: every key with what it means.
+//! A contract for people to edit, with every key explained.
 
 use std::fmt::Write as _;
 
 use super::Contract;
 use crate::error::{Result, ScoreError};
 
-/// A key, what it means, and its line where the contract leaves it out.
+/// A key, its explanation, and the line that is written if the contract leaves it out.
 type ContractKey = (&'static str, &'static str, &'static str);
 
 const KEYS: [ContractKey; 16] = [
     (
         "name",
-        "What to call the recognizer in results; empty: the name of the model's file.",
+        "Name of the recognizer in results. Empty: the name of the model's file.",
         "",
     ),
     (
         "template",
-        "What the input is made of: \"gei\", \"silhouettes\" (a sequence), \"mei\", \"mhi\", \"msi\", \"ghi\", \"geni\",\n\
+        "What one input is: \"gei\", \"silhouettes\" (a sequence), \"mei\", \"mhi\", \"msi\", \"ghi\", \"geni\",\n\
          \"frequency\" (three images), \"kfd\" or \"row-width\" (vectors).",
         "",
     ),
     (
         "layout",
         "Order of the input's axes: N inputs, T frames, C channels, H rows, W columns, D numbers. Images: \"NCHW\",\n\
-         \"NHWC\", \"NHW\", \"ND\" (row by row); silhouettes: \"NTHW\", \"NTCHW\", \"NCTHW\"; vectors: \"ND\".",
+         \"NHWC\", \"NHW\", \"ND\" (row by row). Silhouettes: \"NTHW\", \"NTCHW\", \"NCTHW\". Vectors: \"ND\".",
         "",
     ),
     (
         "rows",
-        "Rows and columns of a silhouette: 50x30, 64x44 and 64x64 can be drawn.",
+        "Rows and columns of a silhouette: 50x30, 64x44 or 64x64.",
         "",
     ),
     ("columns", "", ""),
     (
         "frames",
-        "Frames of one sequence of silhouettes, if they must be so many.",
+        "Frames of one sequence of silhouettes, if the model needs a fixed number.",
         "# frames = 30",
     ),
     (
         "framing",
-        "How figures were framed in training: \"height\" (each fills the rows), \"box\" (each is stretched to its\n\
-         bounding box), \"cycle\" (one scale for a gait cycle) or \"camera\" (as a sensor sees it). CHECK THIS.",
+        "How figures were framed in training: \"height\" (each fills the rows), \"box\" (each is stretched to\n\
+         fill rows and columns), \"cycle\" (one scale for a gait cycle) or \"camera\" (as a sensor sees it). CHECK THIS.",
         "",
     ),
     (
@@ -50,34 +50,35 @@ const KEYS: [ContractKey; 16] = [
     ),
     (
         "mean",
-        "Subtracted from each number in that range: one number, or one a channel.",
+        "Subtracted from each value in that range: one number, or one for each channel.",
         "# mean = 0.5",
     ),
     (
         "std",
-        "Each number is divided by it after that: one number, or one a channel.",
+        "The result is divided by this: one number, or one for each channel.",
         "# std = 0.5",
     ),
     (
         "channels",
-        "Equal channels in which an image is given, for networks that were made for colour.",
+        "Number of equal channels that repeat an image, for networks that take colour images.",
         "# channels = 3",
     ),
     (
         "view_input",
-        "Name of a second input, f32 [N, 2]: azimuth and elevation, in degrees, from which each input is seen.",
+        "Name of a second input, f32 [N, 2]: azimuth and elevation of each input's viewpoint, in degrees.",
         "# view_input = \"view\"",
     ),
     (
         "distance",
-        "How embeddings are compared: \"euclidean\" or \"cosine\"; in parts, the mean over these. \"votes\": each part\n\
-         votes for the nearest. \"view\": the part of the probe's viewpoint, in the order of training.viewpoints. CHECK THIS.",
+        "How embeddings are compared: \"euclidean\" or \"cosine\" (of embeddings in parts: the mean over the parts),\n\
+         \"votes\" (each part votes for the nearest person) or \"view\" (only the part of the probe's viewpoint counts;\n\
+         parts are in the order of training.viewpoints). CHECK THIS.",
         "distance = \"euclidean\"",
     ),
     (
         "classes",
-        "The people whom the class scores stand for, in the order of the scores; empty: people are enrolled, and\n\
-         the nearest embedding decides.",
+        "The people that the class scores stand for, in the order of the scores. Empty: people are enrolled, and the\n\
+         nearest embedding decides.",
         "",
     ),
     ("outputs", "", ""),
@@ -101,29 +102,29 @@ const TRAINING: [ContractKey; 8] = [
     ("description", "Data, recipe and seed, in words.", ""),
     (
         "viewpoints",
-        "Where people are enrolled, unless a protocol says otherwise: [azimuth, elevation] in degrees, 90 from the\n\
-         walker's left side, 0 level; empty: [90, 0].",
+        "Training viewpoints, [azimuth, elevation] in degrees: azimuth 90 is the walker's left side, elevation 0 level.\n\
+         People are enrolled from these, unless a protocol states others. Empty: from [90, 0].",
         "",
     ),
     (
         "subjects",
-        "Whom it was trained on, if these are not the classes: it is said which of them are looked for.",
+        "People in the training data, if they are not the classes. A warning states how many probes are among it.",
         "# subjects = [\"somebody\"]",
     ),
     (
         "walks",
-        "Which walks of a pack of EdgeGait's, which of their cycles, and which seeded variations.",
+        "Training walks of an EdgeGait pack, the numbers of their cycles, and the numbers of seeded variations.",
         "",
     ),
     ("cycles", "", ""),
     ("variations", "", ""),
     ("seed", "The seed of the variations.", ""),
-    ("seeds", "Seeds of others of them.", "# seeds = [2]"),
+    ("seeds", "Further seeds of variations.", "# seeds = [2]"),
 ];
 
 impl Contract {
-    /// The contract as TOML with a remark at each key, those that are left out too; `about` says what
-    /// it is of, in one line.
+    /// Returns the contract as TOML with a remark at each key, including keys that it leaves out.
+    /// `about` is the first line, which describes the model.
     ///
     /// # Errors
     /// If a number cannot be written as TOML.

@@ -179,7 +179,7 @@ fn a_sequence_model_states_its_layout_frames_and_distance() {
     let refusal = |text: &str| parse(text).expect_err("a mistake").to_string();
     assert_eq!(
         refusal("template = \"silhouettes\""),
-        "m.toml: layout: template \"silhouettes\" comes as NTHW, NTCHW, NCTHW, found NCHW (NCHW unless it is given)"
+        "m.toml: layout: template \"silhouettes\" comes as NTHW, NTCHW, NCTHW, found NCHW (the default is NCHW)"
     );
     assert!(refusal("layout = \"NTHW\"").contains("template \"gei\" comes as NCHW, NHWC, NHW"));
     assert_eq!(
@@ -210,7 +210,7 @@ fn a_template_has_the_shape_that_its_silhouettes_give_it() {
     let refusal = |text: &str| parse(text).expect_err("a mistake").to_string();
     assert_eq!(
         refusal("template = \"frequency\"\nlayout = \"NHWC\""),
-        "m.toml: layout: template \"frequency\" comes as NCHW, found NHWC (NCHW unless it is given)"
+        "m.toml: layout: template \"frequency\" comes as NCHW, found NHWC (the default is NCHW)"
     );
     assert!(refusal("template = \"kfd\"").contains("comes as ND, found NCHW"));
     assert_eq!(of("gei", "ND"), [2, 1500]);
@@ -290,7 +290,7 @@ fn mistakes_are_named_with_their_line() {
     );
     assert_eq!(
         refusal("classes = [\"a\", \"a\"]"),
-        "m.toml: classes: \"a\" is there twice"
+        "m.toml: classes: \"a\" appears twice"
     );
     assert!(refusal("training = { viewpoints = [[nan, 0.0]] }").contains("found NaN"));
     assert!(refusal("rows = ").starts_with("m.toml:1"));

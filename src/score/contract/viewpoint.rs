@@ -1,4 +1,4 @@
-//! Recognizers that take the viewpoint of each input besides its pictures.
+//! Contracts of recognizers that take the viewpoint of each input besides its images.
 
 use super::Contract;
 use crate::error::{Result, ScoreError};
@@ -7,15 +7,15 @@ use std::borrow::Cow;
 
 /// Azimuth and elevation of the side view, degrees.
 const SIDE_DEG: [f64; 2] = [90.0, 0.0];
-/// Viewpoints that are nearer than this in both angles are one, degrees.
+/// Viewpoints whose angles both differ by less than this are the same, degrees.
 pub(crate) const SAME_VIEW_DEG: f64 = 0.05;
 
 impl Contract {
-    /// Appends the viewpoint (azimuth and elevation, degrees) of an input that has been fed, if the
-    /// recognizer takes it.
+    /// Appends the viewpoint (azimuth and elevation, degrees) of the input that [`Self::feed`] wrote
+    /// before, if the recognizer takes viewpoints.
     ///
     /// # Errors
-    /// If it takes the viewpoint, and that is not known or none that it was trained on.
+    /// If the recognizer takes viewpoints, and this one is unknown or was not in its training.
     pub fn feed_view(&self, seen_from: Option<(f64, f64)>, into: &mut Vec<f32>) -> Result<()> {
         if self.view_input.is_none() {
             return Ok(());
@@ -38,8 +38,8 @@ impl Contract {
         Ok(())
     }
 
-    /// Viewpoints from which the recognizer can be shown something, azimuth and elevation in degrees: the
-    /// side view, or, if it takes viewpoints, those of its training, the nearest to the side first.
+    /// Returns the viewpoints to try the recognizer with, azimuth and elevation in degrees: the side
+    /// view or, if it takes viewpoints, those of its training, nearest to the side first.
     pub(crate) fn usual_views(&self) -> Vec<[f64; 2]> {
         if self.view_input.is_none() || self.training.viewpoints.is_empty() {
             return vec![SIDE_DEG];
@@ -50,7 +50,7 @@ impl Contract {
         views
     }
 
-    /// The number of a viewpoint among those of training.
+    /// Returns the number of a viewpoint among those of training.
     pub(crate) fn view_number(&self, seen_from: Option<(f64, f64)>) -> Option<usize> {
         let (azimuth, elevation) = seen_from?;
         let is_near = |known: &[f64; 2]| {
@@ -60,7 +60,7 @@ impl Contract {
         self.training.viewpoints.iter().position(is_near)
     }
 
-    /// Inputs that lie one after another without their viewpoints, and these.
+    /// Separates inputs that lie one after another from their viewpoints.
     #[must_use]
     pub fn apart<'a>(&self, input: &'a [f32], batch: usize) -> (Cow<'a, [f32]>, Vec<f32>) {
         if self.view_input.is_none() || batch == 0 {
@@ -76,7 +76,7 @@ impl Contract {
         (Cow::Owned(numbers), views)
     }
 
-    /// Numbers of the viewpoint in an input: 2, or 0 for a recognizer that is not given it.
+    /// Returns the numbers of the viewpoint in an input: 2, or 0 if the recognizer takes none.
     pub(crate) fn view_numbers(&self) -> usize {
         match self.view_input {
             Some(_) => 2,
@@ -84,7 +84,7 @@ impl Contract {
         }
     }
 
-    /// Refuses a distance in parts of viewpoints without these.
+    /// Checks that distance `view` has viewpoints, and that viewpoints of an input differ.
     pub(super) fn check_view_distance(&self) -> std::result::Result<(), String> {
         let has_both = self.view_input.is_some() && !self.training.viewpoints.is_empty();
         if self.distance == Distance::View && !has_both {
@@ -100,7 +100,7 @@ impl Contract {
         });
         match twice {
             Some((one, other)) if self.view_input.is_some() => Err(format!(
-                "viewpoints: expected those of a model that takes them to be {SAME_VIEW_DEG} degrees apart at least, found {one:?} and {other:?}"
+                "viewpoints: expected them at least {SAME_VIEW_DEG} degrees apart, as the model takes them, found {one:?} and {other:?}"
             )),
             _ => Ok(()),
         }
@@ -146,7 +146,7 @@ mod tests {
         let (numbers, views) = contract.apart(&input, 2);
         assert_eq!(*numbers, [0.0, 0.2, 1.0, 1.0, 0.0, 0.0]);
         assert_eq!(views, [75.0, 0.0, 90.0, 30.0]);
-        // Without that input nothing is added, and nothing taken apart.
+        // Without that input, nothing is added or separated.
         let plain = Contract {
             view_input: None,
             ..contract
@@ -165,7 +165,7 @@ mod tests {
         assert_eq!(contract.view_number(Some((75.000_01, -0.000_01))), Some(1));
         assert_eq!(contract.view_number(Some((75.1, 0.0))), None);
         assert_eq!(contract.view_number(None), None);
-        // A contract that lists none takes any.
+        // A contract without training viewpoints takes any.
         let mut any = contract.clone();
         any.training.viewpoints.clear();
         let mut input = Vec::new();

@@ -34,8 +34,7 @@ fn nothing_that_is_looked_for_or_next_to_it_is_trained_on() {
     let (real, synthetic) = (examples(true), examples(false));
     for experiment in Experiment::ALL {
         for (unit, seed) in [SplitUnit::Cycle, SplitUnit::Take].into_iter().zip(0..20) {
-            let RecognitionTrial { train, test } =
-                trial(experiment, (&real, &synthetic), (unit, seed));
+            let RecognitionTrial { train, test } = trial(experiment, &real, &synthetic, unit, seed);
             assert!(!test.is_empty() && of(&train).is_disjoint(&of(&test)));
             let tests_real = experiment != Experiment::RealSynthetic && !experiment.is_synthetic();
             assert!(
@@ -60,7 +59,7 @@ fn nothing_that_is_looked_for_or_next_to_it_is_trained_on() {
 fn each_experiment_trains_on_what_its_name_says() {
     let (real, synthetic) = (examples(true), examples(false));
     let parts = |experiment, unit| {
-        let RecognitionTrial { train, test } = trial(experiment, (&real, &synthetic), (unit, 3));
+        let RecognitionTrial { train, test } = trial(experiment, &real, &synthetic, unit, 3);
         let count = |part: &[&Example], is_real: bool| {
             part.iter()
                 .filter(|one| (one.gei[1_499] > 0) == is_real)

@@ -65,7 +65,7 @@ fn a_subspace_of_all_eigenvectors_is_plain_two_dimensional_discriminants() {
     let columns: Vec<Scatter<f64>> = (0..4)
         .map(|column| scatter(features.slice(s![.., .., column]), &labels, 4).expect("vectors"))
         .collect();
-    let plain = discriminants(together(columns.iter()), (40, 4), RIDGE, 3).expect("directions");
+    let plain = discriminants(together(columns.iter()), 40, 4, RIDGE, 3).expect("directions");
     let embeddings = embedded(&learnt, &features);
     for (a, b) in [(0, 1), (0, 4), (7, 22), (38, 39)] {
         let between = |at: usize| features.slice(s![at, .., ..]).mapv(f64::from);

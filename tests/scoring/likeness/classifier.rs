@@ -174,8 +174,8 @@ impl Classifier {
             .iter()
             .map(|&at| usize::from(cases[at].is_first))
             .collect();
-        let size = (Template::Gei, Size::S50x30);
-        let analysed = Analysed::<f64>::of(size, samples.view(), &labels, 2).expect("two groups");
+        let analysed = Analysed::<f64>::of(Template::Gei, Size::S50x30, samples.view(), &labels, 2)
+            .expect("two groups");
         let options = TrainOptions {
             components: Components::Count(COMPONENTS),
             // Its embedding is the principal components themselves.

@@ -1,4 +1,4 @@
-//! Takes by hand, damaged takes, and the tenth hour.
+//! Tests of uncut clips: written by hand, damaged, and ten hours long.
 
 extern crate std;
 
@@ -9,8 +9,7 @@ use crate::format::{
 };
 use std::vec::Vec;
 
-/// A codebook without references and bases, whose steps are those of the scale, and
-/// without groups.
+/// A codebook without references, bases and groups, whose steps are those of the scale.
 const CODEBOOK: [u8; CODEBOOK_BYTES + 45] = [0; CODEBOOK_BYTES + 45];
 /// Steps of 0.125 rad or m.
 const EIGHTH: u8 = 136;
@@ -37,8 +36,8 @@ impl Bits {
     }
 }
 
-/// A take in which channels of `moving` (channel, spacing, knots) move, whose knots are
-/// small, and channels of `still` have values.
+/// Returns an uncut clip in which the channels of `moving` (channel, spacing, small knots) move,
+/// and the channels of `still` have constant values.
 fn take(
     duration_us: u64,
     interval_us: u32,
@@ -92,8 +91,9 @@ fn take(
     bytes
 }
 
-/// 3 seconds: 1 m/s along Z, turning by 2 rad/s, a left elbow bent by 0.5 and a root at
-/// a height of 1 m. Knots of a straight line are its values, from an interval before.
+/// Returns a clip of 3 seconds: 1 m/s along Z, turning by 2 rad/s, a left elbow bent by 0.5 and a
+/// root at a height of 1 m. Knots of a straight line are its values, from one interval before the
+/// start.
 fn turning_walk() -> Vec<u8> {
     let ahead = [-8, 0, 8, 16, 24, 32];
     let turned = [-32, 0, 32, 64, 96];
@@ -150,7 +150,7 @@ fn any_time_is_taken() {
 
 #[test]
 fn four_knots_lie_in_two_blocks_for_every_spacing() {
-    // A straight line again: 40 intervals of 0.1 s and three knots more.
+    // A straight line again: 40 intervals of 0.1 s, and three more knots.
     for spacing in 0..SPACING_CONSTANT {
         let apart = 1 << spacing;
         let knots: Vec<i32> = (-1..40 / apart + 2).map(|k| k * apart).collect();
@@ -171,7 +171,7 @@ fn four_knots_lie_in_two_blocks_for_every_spacing() {
 
 #[test]
 fn the_tenth_hour_is_as_precise_as_the_first_second() {
-    // A pattern of seven knots, 0.7 s: 51,430 times are ten hours and a second.
+    // A pattern of seven knots, 0.7 s; 51,430 of them take ten hours and a second.
     let intervals = 7 * 51_430;
     let knots: Vec<i32> = (0..intervals + 3)
         .map(|k| [0, 3, 1, 9, 4, 0, 7][k % 7])
@@ -245,7 +245,7 @@ fn fields_that_cannot_be_are_refused() {
             "differences no wider than the channel's widest"
         )
     );
-    // Longer by 9 years: more blocks. By 63 microseconds: a knot more.
+    // Longer by 9 years: more blocks. By 63 microseconds: one more knot.
     assert!(refusal(8, 0x01).1.contains("blocks"));
     assert!(
         refusal(2, bytes[2] | 0x3f)
@@ -260,7 +260,7 @@ fn forged_takes_are_refused_or_finite() {
     wild[STEPS_AT..STEPS_AT + 60].fill(255);
     let plain = turning_walk();
     let mut taken = 0;
-    // From byte 1 on: the kind is not the take's to check.
+    // From byte 1 on: `UncutClip` does not check the kind.
     for bit in 8..plain.len() * 8 {
         let mut bytes = plain.clone();
         bytes[bit / 8] ^= 1 << (bit % 8);

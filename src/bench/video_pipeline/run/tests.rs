@@ -50,7 +50,7 @@ fn measured(plan: PathPlan) -> (MeasuredPath, usize) {
         ended: 0,
     };
     let mut laps = Laps::new(&mut clock);
-    let found = timed(&mut walk, &mut video, plan, (&mut laps, &mut watch)).expect("measured");
+    let found = timed(&mut walk, &mut video, plan, &mut laps, &mut watch).expect("measured");
     let windows: f64 = found.windows.iter().map(|window| window.seconds).sum();
     assert!((windows - laps.total().as_secs_f64()).abs() < 1e-9);
     assert_eq!(watch.begun, watch.ended);

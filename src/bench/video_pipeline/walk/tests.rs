@@ -237,7 +237,8 @@ fn every_cycle_is_answered_by_its_own_frames_at_any_pace_and_frame_rate() {
                 for (shown, frame) in pixels.zip(&frames[answer.frames.clone()]) {
                     let mask = segmenter.segment(frame).mask;
                     let framed = framed(
-                        (&mask.grey(), mask.columns()),
+                        &mask.grey(),
+                        mask.columns(),
                         Settings::default().size,
                         FramingMode::Height,
                     );

@@ -1,5 +1,5 @@
-//! Outfits of built-in people and of bodies as fits make them, against supports, ratios by hand
-//! and silhouettes.
+//! Outfits of built-in people and of a body as hull fits return it, checked by support functions,
+//! ratios computed by hand, and silhouettes.
 
 mod shape;
 mod worn;
@@ -82,8 +82,8 @@ impl Walker {
         Self::new(&Person::average(sex))
     }
 
-    /// A body as a fit to a mesh has it: 24 hulls and 512 points, some joints with two hulls,
-    /// points in no order, each up to 4 mm from where it was.
+    /// Returns a body as a fit to a mesh returns it: 24 hulls and 512 points, some joints with two
+    /// hulls, points in no order, each moved by up to 4 mm along each axis.
     fn fitted(seed: u64) -> Self {
         let mut walker = Self::average(Sex::Female);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -163,7 +163,7 @@ impl Walker {
     }
 }
 
-/// Where the points of each hull are in a pose.
+/// Returns the positions of each hull's points in a pose.
 fn posed(outfit: &Outfit, pose: &ModelPose) -> Vec<Vec<Vec3>> {
     let place = |&(joint, point): &(Joint, Vec3)| {
         pose.orientations[joint.index()] * point + pose.positions[joint.index()]
@@ -174,8 +174,8 @@ fn posed(outfit: &Outfit, pose: &ModelPose) -> Vec<Vec<Vec3>> {
         .collect()
 }
 
-/// How far points stand out of a convex hull, metres: by supports in 2,000 directions (a spiral
-/// by Vogel 1979), no matter what its facets are.
+/// Returns how far points stand out of a convex hull, metres, by its support function in 2,000
+/// directions (spiral of Vogel 1979), so that facets are not needed.
 fn stands_out(hull: &[Vec3], points: &[Vec3]) -> f32 {
     let most =
         |points: &[Vec3], way: Vec3| points.iter().map(|p| p.dot(way)).fold(f32::MIN, f32::max);
@@ -189,7 +189,7 @@ fn stands_out(hull: &[Vec3], points: &[Vec3]) -> f32 {
         .fold(f32::MIN, f32::max)
 }
 
-/// The silhouettes of all poses from nine places, in a picture that does not move.
+/// Renders all poses from nine viewpoints, in an image that does not follow the figure.
 fn silhouettes(outfit: &Outfit, poses: &[ModelPose]) -> Vec<Silhouette> {
     let body = outfit.body().expect("within the budget");
     let mut renderer = Renderer::new(Rasterizer::Rows, Size::S64x64);
@@ -216,7 +216,7 @@ fn silhouettes(outfit: &Outfit, poses: &[ModelPose]) -> Vec<Silhouette> {
     frames
 }
 
-/// How many pixels of `a` are not in `b`.
+/// Returns how many pixels of `a` are not in `b`.
 fn missing(a: &Silhouette, b: &Silhouette) -> u32 {
     let rows = a.rows().iter().zip(b.rows());
     rows.map(|(a, b)| (a & !b).count_ones()).sum()

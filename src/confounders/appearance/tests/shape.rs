@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Breadth and depth of what joints carry, within half a millimetre of a height above the pelvis.
+/// Returns breadth and depth of some joints' hulls within 0.5 mm of a height above the pelvis.
 fn spans(walker: &Walker, outfit: &Outfit, joints: &[Joint], height: f64) -> (f64, f64) {
     let standing = RestJoints::of(&walker.wearer.skeleton);
     let (min, max) = standing
@@ -22,7 +22,7 @@ fn a_man_of_30_percent_more_mass_is_as_much_broader_as_the_regressions_say() {
     // ANSUR II's mean man, 1.7562 m and 27.69 kg/m2, has a waist 326.47 mm broad and 237.79 mm
     // deep; each kg/m2 is 7.348 and 7.447 mm more. 30 % more mass is 8.307 kg/m2 more, and as
     // much less is 6.390.
-    // The navel's ring, by its points: a hull is not slenderer there than straight past it.
+    // Measures the points of the navel's ring, since the convex hull may be broader there.
     let navel = standing.at(Joint::Spine).y - 0.010;
     let of = |outfit: &Outfit| {
         let points = outfit.hulls.iter().flat_map(|hull| &hull.points);
@@ -53,7 +53,7 @@ fn a_body_of_another_mass_is_the_one_that_is_made_of_that_mass() {
         let stature_m = walker.wearer.stature_m;
         let person = Dimensions::expected(stature_m, mass_kg, Some(sex), &[0.0; DIMENSIONS]);
         let person = person.expect("a heavy person");
-        // On the skeleton of the lighter one, which keeps its joints.
+        // On the skeleton of the lighter person, since the change of mass keeps the joints.
         let offsets = walker.wearer.skeleton.offsets.map(Vec3::as_dvec3);
         let made = crate::people::cohort::body::body(&person, offsets);
         let made = Outfit {

@@ -1,4 +1,4 @@
-//! What is worn: around the body, off the floor, and as large as it is said to be.
+//! Clothes and loads: around the body, off the floor, and as large as documented.
 
 use super::*;
 use std::collections::BTreeSet;
@@ -39,7 +39,7 @@ fn more_strength_is_more_to_see() {
     }
 }
 
-/// Body points that cloth from the waist to a hem goes around, in a pose.
+/// Returns the body points in a pose that cloth from the waist to a hem must enclose.
 fn under_cloth(walker: &Walker, pose: &ModelPose, hem: f64) -> Vec<Vec3> {
     let standing = RestJoints::of(&walker.wearer.skeleton);
     let waist = standing.at(Joint::Spine).y;
@@ -75,8 +75,8 @@ fn skirts_and_coats_are_around_hips_and_legs_in_every_pose() {
                 let inside = under_cloth(&walker, pose, hem);
                 assert!(inside.len() > 40);
                 let out = stands_out(&cloth, &inside);
-                // A quarter of a pixel of a GEI: bodies in the poses of the built-in people stand
-                // out by up to 8.1 mm.
+                // A quarter of a pixel of a GEI: the built-in people's bodies stand out by up to
+                // 8.1 mm.
                 assert!(out < 0.009, "{name}: {out} m out");
             }
         }
@@ -117,7 +117,7 @@ fn a_coat_adds_40_mm_to_the_breadth_of_the_shoulders() {
     };
     for strength in [0.5, 1.0] {
         let more = breadth(&walker.dressed(coat, strength)) - breadth(&walker.outfit);
-        // Heavy outdoor clothing: 40 mm (Pheasant 1996). Corners of an octagon stand out more.
+        // Heavy outdoor clothing: 40 mm (Pheasant 1996). Corners of octagons stand out further.
         assert!((0.038..0.048).contains(&(more / strength)), "{more}");
     }
 }
@@ -192,7 +192,7 @@ fn dressed_people_put_on_whatever_a_condition_says() {
         for (_, dress) in SHAPES.iter().chain(&GARMENTS) {
             dress(&mut outfit, &wearer, 1.0);
         }
-        // Hair in the place of hair.
+        // Long hair replaces the hair that the body has.
         let hair = hangs(&outfit)
             .iter()
             .filter(|part| **part == BodyPart::Hair)

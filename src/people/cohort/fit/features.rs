@@ -22,20 +22,20 @@ const DELAYS: usize = 121;
 pub(super) struct AngleFeatures {
     /// Mean difference, degrees.
     pub offset_deg: f64,
-    /// Logarithm of the swing's size (root mean square) over the norm's. With swings alike it is
-    /// that of the regression's factor, which falls to nothing where they are not.
+    /// Logarithm of the swing's size (root mean square) over the norm's. For swings of the same
+    /// shape it equals the logarithm of the regression's factor, which falls to 0 for others.
     pub log_amplitude: f64,
     /// Delay, cycles.
     pub delay: f64,
     /// Correlation of the swing with the norm's at this delay.
     pub likeness: f64,
-    /// Half of what the left side's mean is above the right's, degrees.
+    /// Half of the left side's mean less the right's, degrees.
     pub asymmetry_deg: f64,
     /// Range of the mean of both sides, degrees.
     pub range_deg: f64,
 }
 
-/// What the steps of a cycle are like.
+/// The features of a cycle's steps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StepFeatures {
     pub speed_mps: f64,
@@ -43,16 +43,16 @@ pub(super) struct StepFeatures {
     pub stature_m: f64,
     /// Left ankle centre to the left of the right one while both feet stand, metres.
     pub step_width_m: f64,
-    /// The same from mid-stance to mid-stance.
+    /// Left ankle centre to the left of the right one, from mid-stance to mid-stance, metres.
     pub track_width_m: f64,
     pub step_length_m: f64,
-    /// Logarithm of the walk ratio over that of [`super::super::pose`]'s norm (mean of sexes).
+    /// Logarithm of the walk ratio over its norm (mean of both sexes).
     pub log_walk_ratio: f64,
     /// Feet outwards while they stand flat, degrees.
     pub toe_out_deg: f64,
     /// Peak to peak of the pelvis's height, metres.
     pub bob_m: f64,
-    /// Peak to peak of the pelvis's place to the side, metres.
+    /// Peak to peak of the pelvis's sideways position, metres.
     pub sway_m: f64,
     /// Least height of the toe tip in mid-swing over its height in mid-stance, metres.
     pub clearance_m: f64,
@@ -86,12 +86,12 @@ pub(super) struct Features {
     pub joints: [(DVec3, f64); JOINTS],
 }
 
-/// The stature that goes with these legs.
+/// Returns the stature that suits these legs.
 fn stature_m(offsets: &[DVec3; JOINTS]) -> f64 {
     leg_length_m(offsets) / LEG_SHARE
 }
 
-/// Features of a cycle on its walker's own skeleton.
+/// Returns the features of a cycle on its walker's own skeleton.
 pub(super) fn features(cycle: &Cycle, offsets: &[DVec3; JOINTS]) -> Features {
     let stature_m = stature_m(offsets);
     let population = PopulationNorms::of(Sex::Male);
@@ -109,7 +109,7 @@ pub(super) fn features(cycle: &Cycle, offsets: &[DVec3; JOINTS]) -> Features {
     }
 }
 
-/// An angle of one side at a frame of that side's own cycle, degrees.
+/// Returns an angle of one side at a frame of that side's own cycle, degrees.
 fn own(frames: &[[SideAngles; 2]], angle: Angle, side: usize, frame: usize) -> f64 {
     let count = frames.len();
     let at = &frames[(frame + side * count / 2) % count][side];
@@ -168,7 +168,7 @@ fn against_norm(frames: &[[SideAngles; 2]], norm: &AngleNorm, angle: Angle) -> A
     }
 }
 
-/// Phase of the first harmonic's maximum, cycles.
+/// Returns the phase of the first harmonic's maximum, cycles.
 fn peak(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     let count = values.len() as f64;
     let (mut cosine, mut sine) = (0.0, 0.0);
@@ -180,7 +180,7 @@ fn peak(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     libm::atan2(sine, cosine) / std::f64::consts::TAU
 }
 
-/// A difference of phases as -0.5 to 0.5.
+/// Wraps a difference of phases to -0.5 to 0.5.
 fn wrapped(phase: f64) -> f64 {
     phase - phase.round()
 }

@@ -25,13 +25,14 @@ pub(super) const ANGLES: [Angle; 15] = [
     Angle::ElbowFlexion,
 ];
 
-/// What the pose says of one side, degrees.
+/// The angles of one side of a pose, degrees.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SideAngles {
     /// In the order of [`Angle`].
     pub angles: [f64; 15],
-    /// Direction of the foot over the floor, internal: what laboratories call foot progression,
-    /// where the one among `angles` is that by which [`super::super::pose`] turns the ankle.
+    /// Direction of the foot over the floor, internal. Laboratories call this foot progression;
+    /// the foot progression in `angles` is the angle by which [`super::super::pose`] turns the
+    /// ankle.
     pub foot_direction: f64,
     /// How far the plane in which the elbow bends is turned inwards about the upper arm.
     pub upper_arm_turn: f64,
@@ -39,7 +40,7 @@ pub(super) struct SideAngles {
     pub pronation: f64,
 }
 
-/// The angles of a pose on the left and the right side.
+/// Returns the angles of a pose on the left and the right side.
 pub(super) fn sides(pose: &[DQuat; JOINTS]) -> [SideAngles; 2] {
     let (_, globals) = forward_kinematics(&[DVec3::ZERO; JOINTS], DVec3::ZERO, pose);
     [1.0, -1.0].map(|sign| {
@@ -114,7 +115,7 @@ mod tests {
                 for (side, found) in [Side::Left, Side::Right].into_iter().zip(found) {
                     for (angle, found) in ANGLES.into_iter().zip(found.angles) {
                         let mut expected = angle_of(&style, &norm, angle, side, phase);
-                        // Pelvis and thorax are made of the left side's angles.
+                        // Pelvis and thorax follow the left side's angles.
                         let trunk = [
                             Angle::PelvicTilt,
                             Angle::PelvicObliquity,
@@ -129,7 +130,7 @@ mod tests {
                                 expected = -expected;
                             }
                         }
-                        // The foot makes up for the turn of the pelvis's own right side.
+                        // The foot compensates for the turn of the pelvis's own right side.
                         if side == Side::Right && angle == Angle::FootProgression {
                             let of =
                                 |side| angle_of(&style, &norm, Angle::PelvicRotation, side, phase);

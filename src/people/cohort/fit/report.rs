@@ -1,4 +1,4 @@
-//! What recorded walkers are like, in words and columns.
+//! The printed report of recorded walkers.
 
 use super::features::Features;
 use super::invert::ANGLES;
@@ -60,7 +60,7 @@ fn clip_mean(clip: &ManifestTake, of: &dyn Fn(&Features) -> f64) -> f64 {
     clip.cycles.iter().map(of).sum::<f64>() / clip.cycles.len() as f64
 }
 
-/// Of each person the mean of their takes; by data set.
+/// Returns the mean of each person's takes, by data set.
 fn by_dataset(clips: &[ManifestTake], of: &dyn Fn(&Features) -> f64) -> BTreeMap<String, Vec<f64>> {
     let mut people: BTreeMap<(&str, &str), Vec<f64>> = BTreeMap::new();
     for clip in clips {

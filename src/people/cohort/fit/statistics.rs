@@ -1,9 +1,9 @@
-//! Correlations of many features over few people, shrunk, and as a few factors.
+//! Correlations of many features over few people, shrunk and reduced to a few factors.
 
 /// A matrix as rows.
 pub(super) type Matrix = Vec<Vec<f64>>;
 
-/// Mean and standard deviation (of n - 1).
+/// Returns mean and standard deviation (with n - 1).
 pub(super) fn mean_and_sd(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -21,10 +21,10 @@ pub(super) struct Shrunk {
     pub shrunk: Matrix,
 }
 
-/// The correlations of columns over rows, shrunk by the intensity of Schaefer & Strimmer
-/// (2005, Stat. Appl. Genet. Mol. Biol. 4:32, table 1, target D with unit variances), the
-/// estimate that minimizes the expected squared error of Ledoit & Wolf (2003, J. Empirical
-/// Finance 10:603-621).
+/// Returns the correlations of columns over rows, shrunk by the intensity of Schaefer & Strimmer
+/// (2005, Stat. Appl. Genet. Mol. Biol. 4:32, table 1, target D with unit variances). It estimates
+/// the minimum of the expected squared error (Ledoit & Wolf 2003, J. Empirical Finance
+/// 10:603-621).
 pub(super) fn shrunk_correlations(rows: &[Vec<f64>]) -> Shrunk {
     let (n, p) = (rows.len() as f64, rows[0].len());
     let scaled: Vec<Vec<f64>> = (0..p)
@@ -68,9 +68,10 @@ pub(super) fn shrunk_correlations(rows: &[Vec<f64>]) -> Shrunk {
     }
 }
 
-/// Loadings of `factors` factors, a row a feature: the iterated principal factors of a
-/// correlation matrix (Harman 1976, Modern Factor Analysis, chapter 8). A row's squares sum to
-/// what the feature shares with others, at most `MOST_SHARED`; the rest of 1 is its own.
+/// Returns the loadings of `factors` factors, one row per feature: the iterated principal factors
+/// of a correlation matrix (Harman 1976, Modern Factor Analysis, chapter 8). A row's squares sum to
+/// the variance that the feature shares with others, at most `MOST_SHARED`; the rest of 1 is its
+/// own.
 pub(super) fn principal_factors(correlations: &Matrix, factors: usize) -> Matrix {
     const MOST_SHARED: f64 = 0.95;
     const ROUNDS: usize = 100;
@@ -91,7 +92,7 @@ pub(super) fn principal_factors(correlations: &Matrix, factors: usize) -> Matrix
             reduced[feature][feature] = shared.min(MOST_SHARED);
         }
     }
-    // Of the two signs of a factor the one with the greater sum.
+    // Of a factor's two signs, takes the one with the greater sum of loadings.
     for factor in 0..factors {
         if loadings.iter().map(|row| row[factor]).sum::<f64>() < 0.0 {
             loadings.iter_mut().for_each(|row| row[factor] *= -1.0);
@@ -100,7 +101,7 @@ pub(super) fn principal_factors(correlations: &Matrix, factors: usize) -> Matrix
     loadings
 }
 
-/// Eigenvalues, largest first, and their unit eigenvectors, by Jacobi's rotations.
+/// Returns the eigenvalues, largest first, and their unit eigenvectors, by Jacobi's rotations.
 pub(super) fn eigen(symmetric: &Matrix) -> (Vec<f64>, Matrix) {
     const SWEEPS: usize = 60;
     let p = symmetric.len();
@@ -133,14 +134,14 @@ pub(super) fn eigen(symmetric: &Matrix) -> (Vec<f64>, Matrix) {
     (values, sorted)
 }
 
-/// The identity matrix.
+/// Returns the identity matrix.
 fn identity(p: usize) -> Matrix {
     (0..p)
         .map(|i| (0..p).map(|j| f64::from(u8::from(i == j))).collect())
         .collect()
 }
 
-/// The correlation of two series.
+/// Returns the correlation of two series.
 pub(super) fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let ((mean_a, sd_a), (mean_b, sd_b)) = (mean_and_sd(a), mean_and_sd(b));
     let products = a.iter().zip(b).map(|(a, b)| (a - mean_a) * (b - mean_b));

@@ -1,25 +1,25 @@
-//! The recorded walkers: which clips count, and the features of their cycles.
+//! The recorded walkers: the clips that are used, and the features of their cycles.
 
 use super::features::{Features, features};
 use crate::people::recorded::{ReadOptions, Recording};
 use std::path::{Path, PathBuf};
 
-/// Clips that are left out of the fit and of the check: kept unseen by whoever made the data, for
+/// Clips that are left out of the fit and of the check: the data's authors reserve them for
 /// evaluation.
 const KEPT_UNSEEN: [&str; 3] = ["07_09", "08_09", "35_01"];
 
-/// A subject on whom final figures are stated, and who is therefore not fitted to.
+/// The subject of the final results, who is therefore left out of the fit.
 const JUDGED_BY: &str = "s39";
 
-/// Subjects that are no such walkers: one walks over uneven ground, another kicks and turns
-/// between single steps, one is the running trial of a skeleton without arms, and one moves too
-/// slowly for the cadence (half of the frames are missing).
+/// Subjects that are not suitable: one walks over uneven ground, another kicks and turns between
+/// single steps, one is the running trial of a skeleton without arms, and one moves too slowly for
+/// the cadence (half of the frames are missing).
 const NO_WALKERS: [&str; 4] = ["s03", "s131", "rajagopal_run", "pyCGM"];
 
-/// Cycles of a take at other speeds than this share around its median do not count.
+/// Largest share by which a cycle's speed may differ from its take's median; others are left out.
 const STEADY: f64 = 0.15;
 
-/// One take.
+/// One recorded take.
 #[derive(Clone, Debug)]
 pub(super) struct ManifestTake {
     pub dataset: String,
@@ -64,10 +64,10 @@ fn rows(folder: &Path) -> Vec<ManifestRow> {
     rows.collect()
 }
 
-/// Every take of a healthy adult that may count; the data sets of CMU under the name `cmu`.
+/// Returns every usable take of a healthy adult; the data sets of CMU have the name `cmu`.
 ///
-/// Not GPL's (`shum_gait`, most of it patients, and `gaittoolbox`), whose statistics do not go
-/// into this repository; not CMU's clips on another avatar's bones.
+/// Leaves out GPL data (`shum_gait`, most of it patients, and `gaittoolbox`), whose statistics do
+/// not go into this repository, and CMU's clips on another avatar's bones.
 pub(super) fn clips(data: &Path) -> Vec<ManifestTake> {
     let mut clips = Vec::new();
     for row in rows(&data.join("mocap"))
@@ -86,7 +86,7 @@ pub(super) fn clips(data: &Path) -> Vec<ManifestTake> {
         {
             continue;
         }
-        // The tables were fitted to feet as files have them.
+        // The tables were fitted to unmended feet.
         let options = ReadOptions {
             mend: false,
             ..ReadOptions::default()
