@@ -339,7 +339,7 @@ def refuse_existing(path: Path, overwrite: bool) -> None:
     if path.is_dir():
         raise Refused(f"{path}: expected a file's name, found a folder")
     if path.exists() and not overwrite:
-        raise Refused(f"{path}: is there already (--overwrite replaces it)")
+        raise Refused(f"{path}: already exists (--overwrite replaces it)")
 
 
 def read_model(path: Path) -> ModelProto:

@@ -1,9 +1,9 @@
-//! Entries of different lengths behind a table of their ends.
+//! Tables of entries of different lengths, which begin with the entries' ends.
 
 use crate::budget::MAX_ENTRIES;
 use crate::format::{END_BYTES, FormatError, u32_at};
 
-/// Entries of different lengths behind a table of their ends.
+/// Entries of different lengths, after a table of their ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EntryTable<'a> {
     ends: &'a [u8],
@@ -11,14 +11,14 @@ pub(crate) struct EntryTable<'a> {
 }
 
 impl<'a> EntryTable<'a> {
-    /// No entries.
+    /// A table without entries.
     pub(crate) const EMPTY: Self = Self {
         ends: &[],
         body: &[],
     };
 
-    /// Number of entries `u32`, then an end for each, counted from the first
-    /// entry's start; then the entries.
+    /// Reads the number of entries `u32`, then an end for each, counted from the first entry's
+    /// start; then the entries.
     pub(crate) fn parse(section: &'a [u8]) -> Result<Self, FormatError> {
         let count = u32_at(section, 0) as usize;
         if section.len() < END_BYTES || count > MAX_ENTRIES {
@@ -46,7 +46,7 @@ impl<'a> EntryTable<'a> {
         if before != body.len() {
             return Err(FormatError::new(
                 ends_end + before,
-                "the end of the section behind its last entry",
+                "the end of the section after its last entry",
             ));
         }
         Ok(Self { ends, body })
@@ -56,7 +56,7 @@ impl<'a> EntryTable<'a> {
         self.ends.len() / END_BYTES
     }
 
-    /// An entry and where it begins in the section.
+    /// Returns where an entry begins in the section, and the entry.
     pub(crate) fn entry(&self, index: usize) -> Option<(usize, &'a [u8])> {
         let end_at = |index: usize| -> Option<usize> {
             let at = index.checked_mul(END_BYTES)?;

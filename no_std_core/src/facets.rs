@@ -1,8 +1,8 @@
-//! The facets and edges of a convex hull: which of its lines can be its outline.
+//! The facets and edges of a convex hull, from which its outline follows.
 //!
-//! Points that a joint carries keep their facets in every pose, so that these are found
-//! once for a body and never again for a frame. Seen from anywhere, the outline of the hull
-//! is the edges between a facet that is seen and one that is not.
+//! Points that one joint carries keep their facets in every pose, so that facets are found once for
+//! a body. From any viewpoint, the outline of the hull consists of the edges between a visible
+//! facet and one that is not.
 
 #[cfg(test)]
 mod tests;
@@ -13,28 +13,28 @@ use glam::Vec3;
 /// A triangle of a hull's surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Facet {
-    /// Numbers of its corners among the hull's points.
+    /// The numbers of its corners among the hull's points.
     pub corners: [u8; 3],
-    /// Numbers of its sides among the hull's edges.
+    /// The numbers of its sides among the hull's edges.
     pub edges: [u8; 3],
 }
 
 /// The surface of one convex hull.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Facets {
-    /// Triangles; none of a hull that is flat.
+    /// The triangles; a flat hull has none.
     pub facets: heapless::Vec<Facet, MAX_HULL_FACETS>,
-    /// The triangles' sides as pairs of points, the smaller number first; of a flat hull its
-    /// border, which is its outline from everywhere. None of a hull that is a line or a point.
+    /// The triangles' sides as pairs of points, the smaller number first. For a flat hull they are
+    /// its border, which is its outline from everywhere. A line or a point has none.
     pub edges: heapless::Vec<[u8; 2], MAX_HULL_EDGES>,
 }
 
 /// A point on a grid of [`GRID`] cells along each axis.
 type GridCell = [i32; 3];
 
-/// Cells along the box of a hull: 2^20, so that halves and quarters of it are not rounded. Six
-/// times a tetrahedron's volume then stays below 2^63, so that every decision about the
-/// rounded points is exact.
+/// Cells along the bounding box of a hull: 2^20, so that its halves and quarters are not rounded.
+/// Six times a tetrahedron's volume then stays below 2^63, so that every decision about the rounded
+/// points is exact.
 const GRID: f64 = 1_048_576.0;
 
 /// A triangle whose corners turn counterclockwise for a viewer outside.
@@ -42,9 +42,9 @@ type Triangle = [u8; 3];
 type Triangles = heapless::Vec<Triangle, MAX_HULL_FACETS>;
 
 impl Facets {
-    /// The surface of the convex hull of at most the first 32 `points`, which are rounded to
-    /// a 1,048,576th of the hull's size along each axis: a point that stands out by less may
-    /// be left out. Points that are not finite have no surface.
+    /// Computes the surface of the convex hull of at most the first 32 `points`, which are rounded
+    /// to a 1,048,576th of the hull's size along each axis: a point that stands out by less may be
+    /// left out. Points that are not finite have no surface.
     ///
     /// Incremental construction (Preparata & Hong 1977; de Berg et al. 2008, chapter 11) in
     /// integers: at most 32 x 60 determinants.
@@ -64,13 +64,13 @@ impl Facets {
         for corners in triangles {
             let [a, b, c] = corners;
             let edges = [[a, b], [b, c], [c, a]].map(|side| facets.edge(side, &mut numbers));
-            // As many as triangles, which the capacity allows.
+            // As many as there are triangles, which the capacity allows.
             let _ = facets.facets.push(Facet { corners, edges });
         }
         facets
     }
 
-    /// The number of an edge, which is added if it is new.
+    /// Returns the number of an edge, and adds it if it is new.
     fn edge(
         &mut self,
         [a, b]: [u8; 2],
@@ -81,15 +81,16 @@ impl Facets {
         let number = &mut row[usize::from(to) % MAX_HULL_POINTS];
         if *number == u8::MAX {
             *number = u8::try_from(self.edges.len()).unwrap_or(u8::MAX);
-            // Three for two triangles, which the capacity allows.
+            // Three edges for two triangles, which the capacity allows.
             let _ = self.edges.push([from, to]);
         }
         *number
     }
 }
 
-/// Gives `take` the triangles of the surface of [`Facets::of`], or the sides of a flat one as
-/// triangles whose last two corners are one; none of a line or a point. In half of the memory.
+/// Calls `take` with the triangles of the surface of [`Facets::of`], or with the sides of a flat
+/// one as triangles whose last two corners are equal; not at all for a line or a point. Takes half
+/// of the memory.
 pub(crate) fn each_triangle<E>(
     points: &[Vec3],
     mut take: impl FnMut([u8; 3]) -> Result<(), E>,
@@ -103,11 +104,11 @@ pub(crate) fn each_triangle<E>(
     }
 }
 
-/// What points span.
+/// The surface of the convex hull of points.
 enum HullSurface {
-    /// These triangles; none if all points are on one line.
+    /// Triangles; none if all points are on one line.
     Closed(Triangles),
-    /// A part of the plane of this triangle.
+    /// A flat hull, in the plane of this triangle.
     Flat(Triangle),
 }
 
@@ -131,7 +132,7 @@ fn surface(cells: &[GridCell]) -> HullSurface {
     HullSurface::Closed(surface)
 }
 
-/// The points on their grid; none if one is not finite.
+/// Rounds the points to their grid; empty if one is not finite.
 fn cells(points: &[Vec3]) -> heapless::Vec<GridCell, MAX_HULL_POINTS> {
     let points = points.get(..MAX_HULL_POINTS).unwrap_or(points);
     let mut cells = heapless::Vec::new();
@@ -157,7 +158,7 @@ fn cells(points: &[Vec3]) -> heapless::Vec<GridCell, MAX_HULL_POINTS> {
     cells
 }
 
-/// The first three points that are not on one line.
+/// Returns the first three points that are not on one line.
 fn first_triangle(cells: &[GridCell]) -> Option<Triangle> {
     let first = cells.first()?;
     let (b, second) = (0..).zip(cells).find(|(_, cell)| *cell != first)?;
@@ -168,8 +169,8 @@ fn first_triangle(cells: &[GridCell]) -> Option<Triangle> {
     Some([0, b, c])
 }
 
-/// Adds a point to the surface: triangles that it sees go, and it is joined to the border of
-/// what is left. A triangle in whose plane the point lies stays.
+/// Adds a point to the surface: the triangles that it sees are removed, and it is joined to the
+/// border of the rest. A triangle in whose plane the point lies stays.
 fn grow(cells: &[GridCell], surface: &mut Triangles, (point, cell): (u8, GridCell)) {
     let mut seen = Triangles::new();
     surface.retain(|&triangle| {
@@ -197,8 +198,8 @@ fn grow(cells: &[GridCell], surface: &mut Triangles, (point, cell): (u8, GridCel
     }
 }
 
-/// The border of points in one plane, of which `triangle` is a part: their convex hull seen
-/// along the axis that is nearest to the plane's normal (Andrew 1979).
+/// Returns the border of points in the plane of the triangle `[a, b, c]`: their convex hull seen
+/// along the axis nearest to the plane's normal (Andrew 1979).
 fn border(cells: &[GridCell], [a, b, c]: Triangle) -> heapless::Vec<[u8; 2], MAX_HULL_EDGES> {
     let [a, b, c] = [a, b, c].map(|corner| cell_of(cells, corner));
     let normal = cross(difference(b, a), difference(c, a)).map(i64::abs);
@@ -236,7 +237,8 @@ fn border(cells: &[GridCell], [a, b, c]: Triangle) -> heapless::Vec<[u8; 2], MAX
     sides.map(|(&p, &q)| [p.min(q), p.max(q)]).collect()
 }
 
-/// Six times the volume of the tetrahedron on a triangle; positive if `apex` sees it.
+/// Returns six times the volume of the tetrahedron on a triangle; positive if `apex` sees the
+/// triangle.
 fn volume(cells: &[GridCell], [a, b, c]: Triangle, apex: GridCell) -> i64 {
     let [a, b, c] = [a, b, c].map(|corner| cell_of(cells, corner));
     let [x, y, z] = cross(difference(b, a), difference(c, a));

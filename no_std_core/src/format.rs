@@ -1,4 +1,4 @@
-//! Byte layout of packs and recognizers: what the readers here and the host's writers share.
+//! The byte layout of packs and recognizers, shared by the readers here and the host's writers.
 //!
 //! `FORMAT.md` beside this crate has the tables. All integers are little-endian.
 
@@ -13,15 +13,15 @@ pub const VERSION: u16 = 1;
 
 /// Bytes before the section table: magic, version, section count, length, CRC-32.
 pub const HEADER_BYTES: usize = 16;
-/// Where the version stands.
+/// Offset of the version.
 pub const VERSION_AT: usize = 4;
-/// Where the number of sections stands.
+/// Offset of the number of sections.
 pub const SECTIONS_AT: usize = 6;
-/// Where the length of the whole pack stands.
+/// Offset of the length of the whole pack.
 pub const LENGTH_AT: usize = 8;
-/// Where the CRC-32 of everything behind the header stands.
+/// Offset of the CRC-32 of everything after the header.
 pub const CRC_AT: usize = 12;
-/// One entry of the section table: identifier, offset, length.
+/// Bytes of one entry of the section table: identifier, offset, length.
 pub const SECTION_ENTRY_BYTES: usize = 12;
 
 /// Section of UTF-8 names, one after the other without separators.
@@ -30,13 +30,13 @@ pub const NAMES: [u8; 4] = *b"NAME";
 pub const SUBJECTS: [u8; 4] = *b"SUBJ";
 /// Section of walk records.
 pub const WALKS: [u8; 4] = *b"WALK";
-/// Section of avatars behind a table of their ends.
+/// Section of avatars, after a table of their ends.
 pub const AVATARS: [u8; 4] = *b"AVAT";
-/// Section of what all clips share ([`crate::codebook`]).
+/// Section of the codebook that all clips share ([`crate::codebook`]).
 pub const CODEBOOK: [u8; 4] = *b"CODE";
-/// Section of templates behind a table of their ends.
+/// Section of templates, after a table of their ends.
 pub const TEMPLATES: [u8; 4] = *b"TMPL";
-/// Section of clips behind a table of their ends.
+/// Section of clips, after a table of their ends.
 pub const CLIPS: [u8; 4] = *b"CLIP";
 /// The sections of version 1, in file order.
 pub const SECTION_ORDER: [[u8; 4]; 7] =
@@ -45,9 +45,9 @@ pub const SECTION_ORDER: [[u8; 4]; 7] =
 /// Bytes of a subject record: name offset `u32`, name length `u8`, sex `u8`,
 /// stature in mm `u16`, mass in 0.1 kg `u16`, avatar `u16`.
 pub const SUBJECT_BYTES: usize = 12;
-/// The bits of a subject's byte 5 that are the sex; the others are the age.
+/// Bits of a subject's byte 5 that hold the sex; the others hold the age.
 pub const SEX_BITS: u8 = 0b11;
-/// What a subject's age is counted from, years: 6 bits reach from 18 to 80.
+/// The base from which a subject's age is counted, years: 6 bits hold 18 to 80.
 pub const UNDER_AGE_YEARS: u8 = 17;
 /// Bytes of a walk record: name offset `u32`, name length `u8`, gait `u8`,
 /// subject `u16`, cycle `u16`, speed in mm/s `u16`, clip `u16`, avatar + 1 `u16` or 0.
@@ -65,7 +65,7 @@ pub const SYMMETRIC_SKELETON: u8 = 0x40;
 /// Flag of an avatar: its hulls were fitted to a mesh, and the header is longer by
 /// [`FITTED_BYTES`]: the Jaccard index that they reach, `u16`, in 1/10,000.
 pub const FITTED: u8 = 0x80;
-/// Bytes of a Jaccard index behind an avatar's header.
+/// Bytes of the Jaccard index after an avatar's header.
 pub const FITTED_BYTES: usize = 2;
 /// Unit of joint offsets: 0.1 mm.
 pub const OFFSET_STEP_M: f32 = 1e-4;
@@ -77,11 +77,11 @@ pub const OFFSET_WIDTH_BITS: u32 = 5;
 pub const MAX_OFFSET_WIDTH: u32 = 16;
 /// Bits of a hull's joint.
 pub const JOINT_BITS: u32 = 5;
-/// What stands in the place of a joint before the first part of a draped hull.
+/// The value in the place of a joint that precedes the first part of a draped hull.
 pub const DRAPED: u32 = 31;
-/// What stands in the place of the first hull's joint before what an avatar wears.
+/// The value in the place of the first hull's joint that precedes an avatar's clothes.
 pub const DRESSED: u32 = 30;
-/// Bits of what it wears.
+/// Bits of an avatar's clothes.
 pub const CLOTHES_BITS: u32 = 8;
 /// Bits of a draped hull's number of stored parts less 1.
 pub const PARTS_BITS: u32 = 3;
@@ -102,9 +102,9 @@ pub const ROW_MIDDLE_BITS: u32 = 2;
 pub const CODEBOOK_BYTES: usize = JOINT_ERRORS_AT + 4 * JOINTS;
 /// Bytes of one joint's reference and basis.
 pub const FRAME_BYTES: usize = 12;
-/// Where a codebook's step offsets stand.
+/// Offset of a codebook's step offsets.
 pub const STEPS_AT: usize = FRAME_BYTES * JOINTS;
-/// Where a codebook's errors stand.
+/// Offset of a codebook's errors.
 pub const JOINT_ERRORS_AT: usize = STEPS_AT + CHANNELS;
 /// Unit of references and bases, which are vectors of [`crate::rotation`]: all rotations by
 /// up to half a turn have components of at most 4.
@@ -122,7 +122,7 @@ pub const GROUPS_RICE_BITS: u32 = 2;
 pub const RICE_BITS: u32 = 4;
 /// Greatest Rice parameter.
 pub const MAX_RICE: u32 = (1 << RICE_BITS) - 1;
-/// So many ones escape from a Rice code.
+/// The number of ones that escape from a Rice code.
 pub const RICE_ESCAPE: u32 = 16;
 /// Bits of an escaped number.
 pub const ESCAPE_BITS: u32 = 24;
@@ -137,30 +137,30 @@ pub const LOOP_HEADER_BYTES: usize = 19;
 /// Kind of a clip that is one closed gait cycle.
 pub const CLIP_LOOP: u8 = 1;
 
-/// Bytes of a take's header: kind `u8`, scale `u8`, duration in microseconds `u64`, knot
-/// interval in microseconds `u32`, greatest and mean encoding error in 0.01 mm `u16` each,
-/// frames encoded `u32`.
+/// Bytes of an uncut clip's header: kind `u8`, scale `u8`, duration in microseconds `u64`, knot
+/// interval in microseconds `u32`, greatest and mean encoding error in 0.01 mm `u16` each, frames
+/// encoded `u32`.
 pub const TAKE_HEADER_BYTES: usize = 22;
-/// Kind of a clip that is a motion which does not repeat.
+/// Kind of an uncut clip: a motion that does not repeat.
 pub const CLIP_TAKE: u8 = 2;
-/// Channels of a take: those of a loop, and the heading.
+/// Channels of an uncut clip: those of a loop, and the heading.
 pub const TAKE_CHANNELS: usize = CHANNELS + 1;
-/// Where the heading stands among a take's channels.
+/// The heading's number among an uncut clip's channels.
 pub const HEADING: usize = CHANNELS;
 /// Bits of a channel's spacing: its knots are 2^spacing intervals apart.
 pub const SPACING_BITS: u32 = 2;
-/// The spacing of a channel without knots, whose value is stated once.
+/// The spacing of a channel without knots, whose value is stored once.
 pub const SPACING_CONSTANT: u32 = (1 << SPACING_BITS) - 1;
-/// Intervals that a block of a take spans: so many knots of a channel of spacing 0.
+/// Intervals in a block of an uncut clip: that many knots of a channel of spacing 0.
 ///
-/// Measured with the encoder on nine whole takes (CMU 02_01, 03_01, 07_01, 08_05, 09_01,
-/// 35_01 and 131_01, a figure of eight, 25 s of a laboratory): 8 (without spacing 2, whose
-/// four taps would lie in three blocks) takes 32,358 B at 5 mm and 68,321 B at 1 mm, 16 takes
-/// 32,128 B and 65,384 B, 32 takes 32,335 B and 67,073 B.
+/// Measured with the encoder on nine uncut motions (CMU 02_01, 03_01, 07_01, 08_05, 09_01,
+/// 35_01 and 131_01, a figure of eight, 25 s of a laboratory): 8 intervals (without spacing 2, whose
+/// four taps would lie in three blocks) take 32,358 B at 5 mm and 68,321 B at 1 mm, 16 take
+/// 32,128 B and 65,384 B, 32 take 32,335 B and 67,073 B.
 pub const BLOCK_INTERVALS: u64 = 16;
-/// Bits of the width of an integer of a take.
+/// Bits of the width of an integer of an uncut clip.
 pub const INTEGER_WIDTH_BITS: u32 = 5;
-/// Widest integer of a take: three of them add up within 27 bits.
+/// Most bits of an integer of an uncut clip: three of them add up within 27 bits.
 pub const MAX_INTEGER_WIDTH: u32 = 25;
 
 /// The first four bytes of every recognizer.
@@ -170,30 +170,30 @@ pub const RECOGNIZER_VERSION: u16 = 1;
 /// Bytes before a recognizer's classes: magic, CRC-32, version, rows `u8`, columns `u8`,
 /// framing `u8`, number of classes `u8`.
 pub const RECOGNIZER_HEADER_BYTES: usize = 14;
-/// Where the CRC-32 of everything behind it stands.
+/// Offset of the CRC-32 of all bytes after it.
 pub const RECOGNIZER_CRC_AT: usize = 4;
-/// Where the version stands, and what the CRC-32 covers begins.
+/// Offset of the version, from which the CRC-32 covers the file.
 pub const RECOGNIZER_VERSION_AT: usize = 8;
-/// Where the number of rows stands, and behind it that of columns.
+/// Offset of the number of rows, which the number of columns follows.
 pub const RECOGNIZER_SIZE_AT: usize = 10;
-/// Where the framing stands.
+/// Offset of the framing.
 pub const RECOGNIZER_FRAMING_AT: usize = 12;
 /// Framing of figures that fill all rows.
 pub const FRAMING_HEIGHT: u8 = 0;
 /// Framing of figures that are stretched to their bounding boxes.
 pub const FRAMING_BOX: u8 = 1;
-/// Where the number of classes stands.
+/// Offset of the number of classes.
 pub const RECOGNIZER_CLASSES_AT: usize = 13;
-/// Bytes of a class before the weights of all: scale `f32`, bias `f32`.
+/// Bytes of a class before the weights of all classes: scale `f32`, bias `f32`.
 pub const CLASS_BYTES: usize = 8;
 
-/// Bits of the width of a block's differences where none is wider than `widest`.
+/// Returns the bits of the width of a block's differences if none is wider than `widest`.
 #[must_use]
 pub const fn width_bits(widest: u32) -> u32 {
     u32::BITS - widest.leading_zeros()
 }
 
-/// The step of scale index `index`, radians or metres: 2^(index / 8 - 20).
+/// Returns the step of scale index `index`, radians or metres: 2^(index / 8 - 20).
 #[must_use]
 pub fn step_size(index: u8) -> f32 {
     // Exact powers of two times one of eight constants: the same on every target.
@@ -212,7 +212,7 @@ pub fn step_size(index: u8) -> f32 {
     eighth * f32::from_bits(octave << 23)
 }
 
-/// The CRC-32 (ISO-HDLC, as in PNG and zip) of `bytes`. Byte by byte, with a table of 1 kB:
+/// Returns the CRC-32 (ISO-HDLC, as in PNG and zip) of `bytes`. Byte by byte, with a table of 1 kB:
 /// about 2 ns a byte on a host.
 #[must_use]
 pub fn crc32(bytes: &[u8]) -> u32 {
@@ -221,23 +221,23 @@ pub fn crc32(bytes: &[u8]) -> u32 {
     CRC.checksum(bytes)
 }
 
-/// Why bytes are not a pack, or not a recognizer.
+/// The error that bytes are not a pack, or not a recognizer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FormatError {
     /// Offset of the first byte that is wrong, from the start of the file.
     pub byte: usize,
-    /// What was expected there.
+    /// The value or field that was expected there.
     pub expected: &'static str,
 }
 
 impl FormatError {
-    /// At `byte`, `expected` was not found.
+    /// Makes the error that `expected` was not found at `byte`.
     #[must_use]
     pub const fn new(byte: usize, expected: &'static str) -> Self {
         Self { byte, expected }
     }
 
-    /// The same error counted from `base` bytes further left.
+    /// Moves the error's offset by `base` bytes, from a part to the whole that contains it.
     #[must_use]
     pub const fn behind(self, base: usize) -> Self {
         Self {
@@ -255,7 +255,7 @@ impl fmt::Display for FormatError {
 
 impl core::error::Error for FormatError {}
 
-/// The `u16` at `at`, or zero past the end.
+/// Returns the `u16` at `at`, or zero past the end.
 pub(crate) fn u16_at(bytes: &[u8], at: usize) -> u16 {
     let mut word = [0; 2];
     if let Some(found) = bytes.get(at..at + 2) {
@@ -264,17 +264,17 @@ pub(crate) fn u16_at(bytes: &[u8], at: usize) -> u16 {
     u16::from_le_bytes(word)
 }
 
-/// The `i16` at `at`, or zero past the end.
+/// Returns the `i16` at `at`, or zero past the end.
 pub(crate) fn i16_at(bytes: &[u8], at: usize) -> i16 {
     u16_at(bytes, at).cast_signed()
 }
 
-/// The `f32` at `at`, or zero past the end.
+/// Returns the `f32` at `at`, or zero past the end.
 pub(crate) fn f32_at(bytes: &[u8], at: usize) -> f32 {
     f32::from_bits(u32_at(bytes, at))
 }
 
-/// The `u32` at `at`, or zero past the end.
+/// Returns the `u32` at `at`, or zero past the end.
 pub(crate) fn u32_at(bytes: &[u8], at: usize) -> u32 {
     let mut word = [0; 4];
     if let Some(found) = bytes.get(at..at + 4) {

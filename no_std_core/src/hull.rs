@@ -1,7 +1,7 @@
-//! One convex hull in an avatar's bit stream: rows of points that share a coordinate.
+//! A convex hull in an avatar's bit stream: rows of points that share a coordinate.
 //!
-//! Made bodies are rings, and quantised points meet on planes: a row states once what its
-//! points have in common. What is symmetric is stored by its half.
+//! Generated bodies consist of rings, and quantised points lie on common planes, so a row stores a
+//! shared coordinate once. Symmetric hulls are stored by half.
 
 use crate::bits::BitReader;
 use crate::budget::MAX_HULL_POINTS;
@@ -12,15 +12,15 @@ use crate::format::{
 use crate::skeleton::Joint;
 use glam::Vec3;
 
-/// One convex hull of an avatar, or a part of a draped one, rigid with a joint. It is given by
-/// points alone: the silhouette of a convex hull is the convex hull of its projected points.
+/// A convex hull of an avatar, or a part of a draped one, rigid with a joint. It is given by points
+/// alone: the silhouette of a convex hull is the convex hull of its projected points.
 #[derive(Clone, Copy, Debug)]
 pub struct Hull<'a> {
     joint: Joint,
     is_mirrored: bool,
-    /// Counted from 1, the draped hull that it is a part of; 0 for none.
+    /// The draped hull that it is a part of, counted from 1; 0 for none.
     drape: u8,
-    /// How many stored parts a draped hull has that begins here; 0 if none does.
+    /// The number of stored parts of a draped hull that begins here; 0 if none does.
     parts: u8,
     len: u8,
     rows: u8,
@@ -32,20 +32,20 @@ pub struct Hull<'a> {
 /// The points of one hull.
 pub(crate) type HullPoints = heapless::Vec<Vec3, MAX_HULL_POINTS>;
 
-/// How the points of a hull's rows are packed.
+/// The packing of the points of a hull's rows.
 #[derive(Clone, Copy, Debug)]
 struct PointLayout {
     is_symmetric: bool,
     /// The axis on which the points of a row are the same: 1 x, 2 y, 3 z.
     shared_axis: u8,
-    /// Bits of that coordinate, which a row states once.
+    /// Bits of that coordinate, which a row stores once.
     shared: u8,
-    /// Bits of the x, y and z that each point states: 0 for what its row does.
+    /// Bits of the x, y and z that each point stores: 0 for the shared coordinate.
     own: [u8; 3],
 }
 
-/// Points that follow each other in the stream: first those that stand alone, then, in a
-/// symmetric hull, those that stand for two.
+/// A row of points in the stream: first single points, then, in a symmetric hull, points that stand
+/// for two.
 #[derive(Clone, Copy, Debug)]
 struct PointRow {
     alone: u8,
@@ -54,13 +54,13 @@ struct PointRow {
 }
 
 impl<'a> Hull<'a> {
-    /// Reads a hull's header, passes over its points, and checks both. Past the end of
-    /// the stream it reads zeros: the caller looks for an overrun.
+    /// Reads a hull's header, skips its points, and checks both. Past the end of the stream it
+    /// reads zeros: the caller checks for an overrun.
     pub(crate) fn read(bits: &mut BitReader<'a>, step_um: u16) -> Result<Self, FormatError> {
         let mut hull = Self::read_header(bits, step_um)?;
         for _ in 0..hull.rows {
             let error = |expected| FormatError::new(bits.position() / 8, expected);
-            let middle = error("no more middle points in a row than points");
+            let middle = error("no more middle points in a row than it has points");
             let budget = error("a hull of at most 32 points");
             let row = hull.layout.read_row(bits).ok_or(middle)?;
             hull.layout.skip_points(bits, row);
@@ -123,17 +123,18 @@ impl<'a> Hull<'a> {
         })
     }
 
-    /// How many stored parts a draped hull has that begins with this one; 0 if none does.
+    /// Returns the number of stored parts of a draped hull that begins with this one; 0 if none
+    /// does.
     pub(crate) const fn parts(&self) -> u8 {
         self.parts
     }
 
-    /// The same as a part of the draped hull of this number, counted from 1.
+    /// Returns the hull as a part of the draped hull with this number, counted from 1.
     pub(crate) const fn of_drape(self, drape: u8) -> Self {
         Self { drape, ..self }
     }
 
-    /// Its image on the other side, if it is stored for both.
+    /// Returns its mirror image, if it is stored for both sides.
     pub(crate) fn image(&self) -> Option<Self> {
         self.is_mirrored.then(|| Self {
             joint: self.joint.mirrored(),
@@ -143,54 +144,55 @@ impl<'a> Hull<'a> {
         })
     }
 
-    /// The joint that carries the hull.
+    /// Returns the joint that carries the hull.
     #[must_use]
     pub const fn joint(&self) -> Joint {
         self.joint
     }
 
-    /// The number of the draped hull that it is a part of: what all parts of that number span
-    /// together is drawn in their place, as cloth that is taut between them. `None` for a hull
-    /// of its own.
+    /// Returns the number of the draped hull that it is a part of. The convex hull of all parts
+    /// with that number is drawn in their place, as cloth that is taut between them. `None` for a
+    /// separate hull.
     #[must_use]
     pub fn drape(&self) -> Option<usize> {
         usize::from(self.drape).checked_sub(1)
     }
 
-    /// How many points it has, 1 to 32.
+    /// Returns the number of its points, 1 to 32.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.len as usize
     }
 
-    /// Whether it has no points: never for a hull of a parsed avatar.
+    /// Returns whether it has no points, which is never so for a hull of a parsed avatar.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Its points in the joint's frame, metres. Reads all of them at once, 392 bytes.
+    /// Returns its points in the joint's frame, metres. Reads all of them at once, into 392 bytes.
     pub fn points(&self) -> impl Iterator<Item = Vec3> + use<> {
         self.read_all().into_iter()
     }
 
-    /// The same in their buffer.
+    /// Returns its points in a buffer, in the joint's frame, metres.
     pub(crate) fn read_all(&self) -> HullPoints {
         let mut bits = self.bits;
         self.read_points(&mut bits)
     }
 
-    /// The same in steps: whole numbers.
+    /// Returns its points in steps, whole numbers.
     pub(crate) fn read_steps(&self) -> HullPoints {
         self.steps_behind(&mut self.bits.clone())
     }
 
-    /// How long the steps are, metres: of an image, that along x is negative.
+    /// Returns the length of a step along each axis, metres; of a mirror image, the one along x is
+    /// negative.
     pub(crate) const fn step(&self) -> Vec3 {
         self.step
     }
 
-    /// Its points in the joint's frame, metres, which are the next that `bits` reads.
+    /// Reads its points from `bits`, in the joint's frame, metres.
     pub(crate) fn read_points(&self, bits: &mut BitReader<'a>) -> HullPoints {
         let mut points = self.steps_behind(bits);
         for point in &mut points {
@@ -199,7 +201,7 @@ impl<'a> Hull<'a> {
         points
     }
 
-    /// The next points that `bits` reads, in steps.
+    /// Reads its points from `bits`, in steps.
     fn steps_behind(&self, bits: &mut BitReader<'a>) -> HullPoints {
         let mut points = HullPoints::new();
         for _ in 0..self.rows {
@@ -214,8 +216,7 @@ impl<'a> Hull<'a> {
 }
 
 impl PointLayout {
-    /// Reads what a row's points share; `None` if more of them are said to be in the middle
-    /// than there are.
+    /// Reads the head of a row; `None` if it states more middle points than points.
     fn read_row(self, bits: &mut BitReader<'_>) -> Option<PointRow> {
         let middle_bits = if self.is_symmetric {
             ROW_MIDDLE_BITS
@@ -245,14 +246,14 @@ impl PointLayout {
         })
     }
 
-    /// Passes over a row's points.
+    /// Skips a row's points.
     fn skip_points(self, bits: &mut BitReader<'_>, row: PointRow) {
         let bits_of = |widths: [u8; 3]| widths.map(usize::from).iter().sum::<usize>();
         bits.skip(usize::from(row.alone) * bits_of(self.alone()));
         bits.skip(usize::from(row.pairs) * bits_of(self.own));
     }
 
-    /// Appends a row's points, in steps; `None` where they do not fit.
+    /// Appends a row's points, in steps; `None` if they do not fit.
     fn read_points(
         self,
         bits: &mut BitReader<'_>,
@@ -275,17 +276,16 @@ impl PointLayout {
         Some(())
     }
 
-    /// Bits of the x, y and z that a point which stands alone states: in a symmetric hull,
-    /// its x is 0.
+    /// Returns the bits of the x, y and z of a single point: in a symmetric hull, its x is 0.
     const fn alone(self) -> [u8; 3] {
         let [x, y, z] = self.own;
         [if self.is_symmetric { 0 } else { x }, y, z]
     }
 
-    /// The next three numbers of steps. The x of a symmetric hull has no sign.
+    /// Reads the next three coordinates, in steps. The x of a symmetric hull has no sign.
     fn read_counts(self, bits: &mut BitReader<'_>, widths: [u8; 3]) -> Vec3 {
         let [x, y, z] = widths.map(u32::from);
-        // All of them in one go, where that is possible.
+        // All three in one read, if possible.
         let [first, second, third] = if x + y + z <= 25 {
             let word = bits.unsigned(x + y + z);
             [word, word >> x, word >> (x + y)]
@@ -295,7 +295,7 @@ impl PointLayout {
         Vec3::new(self.x(first, x), signed(second, y), signed(third, z))
     }
 
-    /// The `width` low bits of `word` as an x: in a symmetric hull it has no sign.
+    /// Returns the `width` low bits of `word` as an x: in a symmetric hull it has no sign.
     fn x(self, word: u32, width: u32) -> f32 {
         if !self.is_symmetric {
             return signed(word, width);
@@ -306,21 +306,21 @@ impl PointLayout {
     }
 }
 
-/// The mirror image on the walker's other side.
+/// Mirrors a point to the walker's other side.
 pub(crate) const fn mirrored(point: Vec3) -> Vec3 {
     Vec3::new(-point.x, point.y, point.z)
 }
 
-/// The `width` low bits of `word`, at most 15, as a two's complement integer.
+/// Returns the `width` low bits of `word`, at most 15, as a two's complement integer.
 fn signed(word: u32, width: u32) -> f32 {
-    // Two shifts, since one by 32 for a width of 0 would not be defined.
+    // Two shifts, because one by 32 for a width of 0 would not be defined.
     let top = (word << (31 - width) << 1).cast_signed();
     #[expect(clippy::cast_precision_loss, reason = "at most 15 bits")]
     let value = (top >> (31 - width) >> 1) as f32;
     value
 }
 
-/// A field of at most 5 bits.
+/// Returns a field of at most 5 bits as a byte.
 fn byte(field: u32) -> u8 {
     let [low, ..] = field.to_le_bytes();
     low
@@ -331,7 +331,7 @@ mod tests {
     use super::*;
     use crate::bits::packed;
 
-    /// Fields of a header: joint, symmetric, mirrored, shared axis, rows, and widths.
+    /// Returns the fields of a header: joint, symmetric, mirrored, shared axis, rows, and widths.
     fn header(flags: [i32; 4], rows: i32, widths: [i32; 3]) -> [(i32, usize); 8] {
         let [joint, symmetric, mirrored, shared] = flags;
         let [x, y, z] = widths;
@@ -347,7 +347,7 @@ mod tests {
         ]
     }
 
-    /// The points of a hull in steps of 1 m, if it is one.
+    /// Returns the points of a hull in steps, if the fields are one.
     fn points(fields: &[(i32, usize)]) -> Result<HullPoints, FormatError> {
         let bytes = packed(fields);
         let mut bits = BitReader::new(&bytes);
@@ -404,7 +404,7 @@ mod tests {
     #[test]
     fn points_in_the_plane_of_a_symmetric_hull_are_not_doubled() {
         let head = header([0, 1, 0, 3], 1, [2, 3, 4]);
-        // Three points, one of them in the plane; x is 1 less than it is.
+        // Three points, one of them in the plane; the x of the others is stored less 1.
         let row = [
             (2, 3),
             (1, 2),
@@ -449,7 +449,7 @@ mod tests {
         let four = [head(0, 4).as_slice(), &[(7, 3); 4]].concat();
         assert_eq!(points(&four).expect("32 points").len(), 32);
         let five = [head(0, 5).as_slice(), &[(7, 3); 4], &[(0, 3)]].concat();
-        // Behind 26 bits of header and four rows of 3.
+        // After 26 bits of header and four rows of 3.
         assert_eq!(points(&five).expect_err("33 points").byte, 38 / 8);
         // Seventeen pairs are 34, in rows of 5 bits.
         let pairs = [(7, 3), (0, 2), (7, 3), (0, 2), (0, 3), (0, 2)];

@@ -1,16 +1,15 @@
 //! Human gait silhouettes in bounded memory, with the same bytes on every target.
 //!
-//! A [`pack::Pack`] holds people: for each a body of convex hulls and gait cycles
-//! of a few hundred bytes. From there to a Gait Energy Image the data flows one
-//! way, each module using only those before it:
+//! A [`pack::Pack`] holds people: for each a body of convex hulls and gait cycles of a few hundred
+//! bytes. The data flows one way to a Gait Energy Image, and each module uses only those before it:
 //!
 //! ```text
 //! pack bytes -> pack -> clip (decode) -> pose -> body (hulls in a pose) -> camera
-//!            -> raster -> silhouette -> template -> linear (whose it is)
+//!            -> raster -> silhouette -> template -> linear (the walker)
 //! ```
 //!
 //! ```
-//! use edgegait_core::body::{Body, Figure};
+//! use edgegait_core::body::{Figure, UnpackedBody};
 //! use edgegait_core::camera::{Camera, Framing, Viewpoint};
 //! use edgegait_core::glam::Vec2;
 //! use edgegait_core::pack::Pack;
@@ -25,7 +24,7 @@
 //!     let walk = pack.walks().next()?;
 //!     let avatar = pack.avatar(walk.avatar)?;
 //!     let cycle = pack.clip(walk.clip)?.as_loop()?;
-//!     let (body, skeleton) = (Body::new(&avatar), avatar.skeleton());
+//!     let (body, skeleton) = (UnpackedBody::new(&avatar), avatar.skeleton());
 //!     let mut figure = Figure::at_rest(&body);
 //!     let camera = Camera::orthographic(Viewpoint::from_degrees(90.0, 0.0).ok()?);
 //!     let mut renderer = Renderer::new(Rasterizer::Rows, Size::S50x30);
@@ -41,11 +40,11 @@
 //! assert_eq!(side_view(b"not a pack"), None);
 //! ```
 //!
-//! Beside it [`cycle`] finds gait cycles in silhouettes, those of a camera too.
+//! [`cycle`] finds gait cycles in silhouettes, including those of a camera.
 //!
-//! That takes 170 kB, as a host has them. A microcontroller draws the same bytes in 10 kB: its
-//! body is a [`lean::LeanBody`], what it draws into a [`lean::LeanRows`] (`Renderer::of`), and its GEI
-//! lies in bytes of its own ([`template::GeiInPlace`]). All else is the same.
+//! The example takes 170 kB, which suits a host. A microcontroller draws the same bytes in 10 kB:
+//! its body is a [`lean::LeanBody`], it draws into a [`lean::LeanRows`] (`Renderer::of`), and the
+//! GEI lies in a buffer of the caller ([`template::GeiInPlace`]). Everything else is the same.
 //!
 //! # Conventions
 //!
@@ -56,10 +55,11 @@
 //!
 //! # Guarantees
 //!
-//! No panic on any bytes and any floats, no allocation of its own (tiny-skia allocates: at
-//! most [`budget::SKIA_HEAP_BYTES`]), and the same bytes on every target and with registers
-//! of any width: without fused multiply-add, and functions come from `libm`. `unsafe` is
-//! what calls instructions that a processor was asked for, in `simd` alone.
+//! - No panic, whatever the bytes and floats.
+//! - No allocation of its own. tiny-skia allocates at most [`budget::SKIA_HEAP_BYTES`].
+//! - The same bytes on every target and with registers of any width: no fused multiply-add, and
+//!   functions come from `libm`.
+//! - `unsafe` only calls instructions that the processor was found to have, in `simd` alone.
 #![no_std]
 #![deny(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::panic))]

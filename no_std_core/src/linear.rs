@@ -1,9 +1,9 @@
-//! A linear recognizer of 8-bit weights, read in place: whose GEI it is.
+//! A linear recognizer with 8-bit weights, read in place, which identifies the walker of a GEI.
 //!
-//! PCA and LDA, or a linear support vector machine on principal components, are one affine
-//! function from pixels to class scores. Its weights in 8 bits lie in flash, 1,500 bytes a
-//! class, and a score is a sum of integers. `edgegait quantize` makes the file of an ONNX model;
-//! `FORMAT.md` has its layout.
+//! PCA and LDA, or a linear support vector machine on principal components, are one affine function
+//! from pixels to class scores. Its weights in 8 bits lie in flash, 1,500 bytes a class, and a
+//! score is a sum of integers. `edgegait quantize` makes the file from an ONNX model; `FORMAT.md`
+//! has its layout.
 
 use crate::budget::{MAX_CLASSES, MAX_PIXELS};
 use crate::camera::Framing;
@@ -21,18 +21,18 @@ pub struct LinearRecognizer<'a> {
     framing: Framing,
     /// A scale and a bias for each class.
     classes: &'a [u8],
-    /// Class after class, rows from the top.
+    /// The weights, class after class, rows from the top.
     weights: &'a [u8],
     names: PackedNames<'a>,
 }
 
 impl<'a> LinearRecognizer<'a> {
-    /// Checks `bytes` from the first to the last, once; reading cannot fail afterwards. Most of
-    /// its time is the checksum's, bit by bit ([`crc32`]).
+    /// Checks all of `bytes` once; reading cannot fail afterwards. Most of the time goes into the
+    /// checksum ([`crc32`]).
     ///
     /// # Errors
-    /// Where the bytes are not a recognizer of this version: which byte, and what was expected
-    /// there.
+    /// If the bytes are not a recognizer of this version. The error states the byte, and what was
+    /// expected there.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, FormatError> {
         if bytes.get(..RECOGNIZER_MAGIC.len()) != Some(&RECOGNIZER_MAGIC) {
             return Err(FormatError::new(
@@ -101,13 +101,13 @@ impl<'a> LinearRecognizer<'a> {
         })
     }
 
-    /// How many classes there are, 1..=255.
+    /// Returns the number of classes, 1..=255.
     #[must_use]
     pub const fn classes(&self) -> usize {
         self.classes.len() / CLASS_BYTES
     }
 
-    /// Whom a class stands for.
+    /// Returns the name of a class, such as a person's.
     #[must_use]
     pub fn name(&self, class: usize) -> Option<&'a str> {
         let mut names = self.names;
@@ -115,23 +115,23 @@ impl<'a> LinearRecognizer<'a> {
         names.next()
     }
 
-    /// Rows and columns of the GEIs that it knows.
+    /// Returns the size of the GEIs that it accepts.
     #[must_use]
     pub const fn size(&self) -> Size {
         self.size
     }
 
-    /// How figures have to be framed: [`Framing::Height`] or [`Framing::Box`].
+    /// Returns how figures have to be framed: [`Framing::Height`] or [`Framing::Box`].
     #[must_use]
     pub const fn framing(&self) -> Framing {
         self.framing
     }
 
-    /// The score of a class for a GEI's pixels, rows from the top; `None` if there is no such
-    /// class, or for pixels of another size.
+    /// Returns the score of a class for a GEI's pixels, rows from the top; `None` if there is no
+    /// such class, or for pixels of another size.
     ///
-    /// `scale * sum(weight * pixel) + bias`: the sum of integers is exact, and rounded to 24
-    /// bits; so are the product and the sum of the two. Never NaN.
+    /// The score is `scale * sum(weight * pixel) + bias`. The sum of integers is exact, then
+    /// rounded to 24 bits; the product and the final sum are rounded likewise. Never NaN.
     #[must_use]
     pub fn score(&self, class: usize, pixels: &[u8]) -> Option<f32> {
         if pixels.len() != self.size.pixels() {
@@ -142,8 +142,8 @@ impl<'a> LinearRecognizer<'a> {
         Some(affine(numbers, weights, pixels))
     }
 
-    /// The class with the greatest score, and that score; of equal ones the first. `None` for
-    /// pixels of another size.
+    /// Returns the class with the greatest score, and that score. Ties go to the first class.
+    /// `None` for pixels of another size.
     #[must_use]
     pub fn classify(&self, pixels: &[u8]) -> Option<(usize, f32)> {
         if pixels.len() != self.size.pixels() {
@@ -164,10 +164,10 @@ impl<'a> LinearRecognizer<'a> {
 
 /// No sum of products overflows: 4,096 x 128 x 255 = 133,693,440.
 const _: () = assert!(MAX_PIXELS * 128 * 255 <= i32::MAX as usize);
-/// A class fits its number into a byte.
+/// The number of classes fits into a byte.
 const _: () = assert!(MAX_CLASSES == u8::MAX as usize);
 
-/// The score of one class: `numbers` are its scale and bias.
+/// Returns the score of one class; `numbers` are its scale and bias.
 fn affine(numbers: &[u8], weights: &[u8], pixels: &[u8]) -> f32 {
     let products = weights.iter().zip(pixels);
     let sum: i32 = products
@@ -200,14 +200,14 @@ fn check_classes(classes: &[u8]) -> Result<(), FormatError> {
     Ok(())
 }
 
-/// Names one after another, each behind a byte with its length.
+/// Names one after another, each preceded by a byte with its length.
 #[derive(Clone, Copy, Debug)]
 struct PackedNames<'a> {
     rest: &'a [u8],
 }
 
 impl PackedNames<'_> {
-    /// Refuses more or fewer than `count` names, and what is no UTF-8.
+    /// Checks that there are exactly `count` names, in UTF-8.
     fn check(mut self, count: usize) -> Result<(), FormatError> {
         let all = self.rest.len();
         for _ in 0..count {
@@ -215,14 +215,14 @@ impl PackedNames<'_> {
             if self.next().is_none() {
                 return Err(FormatError::new(
                     at,
-                    "the length of a name, and so many bytes of UTF-8",
+                    "the length of a name, and that many bytes of UTF-8",
                 ));
             }
         }
         if !self.rest.is_empty() {
             return Err(FormatError::new(
                 all - self.rest.len(),
-                "the end of the recognizer behind its last name",
+                "the end of the recognizer after its last name",
             ));
         }
         Ok(())

@@ -1,9 +1,8 @@
 //! How large the batches are that are measured.
 
 use super::memory;
-use super::task::Task;
-use super::time_budget::{TimeShare, batch_within, largest};
-use super::timed_model::First;
+use super::time_budget::{batch_within, largest};
+use super::timed_model::{First, TimedWork};
 use crate::error::Result;
 use crate::score::Recognizer;
 
@@ -35,11 +34,18 @@ const MEMORY: &str = "others would take more memory than there is";
 /// How large batches can be in the time and the memory that there are: a batch of two says how much
 /// memory one more takes, before one of many ends the process.
 pub(super) fn batch(
-    (recognizer, draw): (&dyn Recognizer, &dyn Fn(usize) -> Result<Vec<f32>>),
-    (asked, task, share): (usize, &Task<'_>, &TimeShare),
-    (first, call_s): (&First, f64),
+    recognizer: &dyn Recognizer,
+    draw: &dyn Fn(usize) -> Result<Vec<f32>>,
+    first: &First,
+    work: &TimedWork<'_>,
 ) -> Result<Sized> {
-    let all_s = task.plan.takes_s(asked as f64 * call_s, asked);
+    let &TimedWork {
+        plan,
+        share,
+        call_s,
+        batch: asked,
+    } = work;
+    let all_s = plan.takes_s(asked as f64 * call_s, asked);
     let size = if all_s <= share.most_s {
         Some(asked)
     } else {

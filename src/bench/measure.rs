@@ -13,7 +13,7 @@ use super::memory;
 use super::results::{AnswerParts, BareLoops, Energy, LeftOut, ModelResult, Offline, millijoules};
 use super::task::Task;
 use super::time_budget::{Cap, WorkKind};
-use super::timed_model::{First, LoadedModel, Watched, beside, seconds_of, timed};
+use super::timed_model::{First, LoadedModel, TimedWork, Watched, beside, seconds_of, timed};
 use super::windows::TimingPlan;
 use crate::error::Result;
 use crate::evaluate::contest::Entrant;
@@ -117,15 +117,26 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
             [&mut ours, &mut || plain().map(drop), &mut || {
                 reusing().map(drop)
             }];
-        let [ours, plain, reusing] = timed((plan, &share), (first.call_s, 1), works, &mut watched)?;
+        let [ours, plain, reusing] = timed(
+            &TimedWork {
+                plan,
+                share: &share,
+                call_s: first.call_s,
+                batch: 1,
+            },
+            works,
+            &mut watched,
+        )?;
         let compared = BareLoops::of(&ours.windows, &plain.windows, &reusing.windows);
         (ours, compared)
     } else {
-        let call = (&single[..], first.call_s, 1);
-        (
-            beside(recognizer, call, (plan, &share), &mut watched)?,
-            None,
-        )
+        let call = &TimedWork {
+            plan,
+            share: &share,
+            call_s: first.call_s,
+            batch: 1,
+        };
+        (beside(recognizer, &single, call, &mut watched)?, None)
     };
     let call_s = one.timing.times.p50_us * 1e-6;
     watched.cap.expect(&expected(call_s));
@@ -136,15 +147,30 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
         let share = watched.cap.begin(full_s);
         let size = {
             let draw = |count| alone.install(|| scene.inputs(&contract, count));
-            batch((recognizer, &draw), (asked, task, &share), (&first, call_s))?
+            batch(
+                recognizer,
+                &draw,
+                &first,
+                &TimedWork {
+                    plan,
+                    share: &share,
+                    call_s,
+                    batch: asked,
+                },
+            )?
         };
         cut.extend(size.less_than(asked));
         if let Sized::Of(size, _) = size {
             memory::forget_peak();
             let input = alone.install(|| scene.inputs(&contract, size))?;
             let call_s = seconds_of(&mut || recognizer.run(&input, size).map(drop))?;
-            let call = (&input[..], call_s, size);
-            let measured = beside(recognizer, call, (plan, &share), &mut watched)?;
+            let call = &TimedWork {
+                plan,
+                share: &share,
+                call_s,
+                batch: size,
+            };
+            let measured = beside(recognizer, &input, call, &mut watched)?;
             batches.push((asked, size, measured, memory::peak_rss_bytes()));
         }
     }
@@ -350,7 +376,16 @@ fn parts(
     };
     let draw_s = seconds_of(&mut draw)?;
     let share = watch.cap.begin(plan.takes_s(draw_s, 1));
-    let [preprocessing] = timed((plan, &share), (draw_s, 1), [&mut draw], watch)?;
+    let [preprocessing] = timed(
+        &TimedWork {
+            plan,
+            share: &share,
+            call_s: draw_s,
+            batch: 1,
+        },
+        [&mut draw],
+        watch,
+    )?;
     let mut both = || {
         input.clear();
         at += 1;
@@ -359,7 +394,16 @@ fn parts(
     };
     let both_s = draw_s + call_s;
     let share = watch.cap.begin(plan.takes_s(both_s, 1));
-    let [end_to_end] = timed((plan, &share), (both_s, 1), [&mut both], watch)?;
+    let [end_to_end] = timed(
+        &TimedWork {
+            plan,
+            share: &share,
+            call_s: both_s,
+            batch: 1,
+        },
+        [&mut both],
+        watch,
+    )?;
     Ok(AnswerParts {
         preprocessing: preprocessing.timing,
         end_to_end: end_to_end.timing,

@@ -6,7 +6,7 @@ use super::memory;
 use super::results::{LeftOut, Length};
 use super::task::Task;
 use super::time_budget::{Cap, WorkKind};
-use super::timed_model::{First, LoadedModel, Watched, beside};
+use super::timed_model::{First, LoadedModel, TimedWork, Watched, beside};
 use crate::error::{Error, Result};
 use crate::score::Model;
 use crate::template::Template;
@@ -75,8 +75,13 @@ pub(crate) fn measure_lengths(
         let expected: Vec<f64> = lengths[at..].iter().map(full_s).collect();
         watched.cap.expect(&expected);
         let share = watched.cap.begin(expected[0]);
-        let call = (&input[..], first.call_s, 1);
-        let measured = beside(recognizer, call, (plan, &share), &mut watched)?;
+        let call = &TimedWork {
+            plan,
+            share: &share,
+            call_s: first.call_s,
+            batch: 1,
+        };
+        let measured = beside(recognizer, &input, call, &mut watched)?;
         let (input, macs) = shape_and_macs(&model, contract, frames);
         if let Some(less) = measured.timing.cut() {
             cut.push(format!("length {frames}: {less}"));

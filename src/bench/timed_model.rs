@@ -88,6 +88,17 @@ impl First {
     }
 }
 
+/// How long a kind of work is timed: the plan, the time that it may take, and what one call does.
+#[derive(Clone, Copy)]
+pub(super) struct TimedWork<'a> {
+    pub plan: &'a TimingPlan,
+    pub share: &'a TimeShare,
+    /// How long one call takes, seconds.
+    pub call_s: f64,
+    /// Inferences of one call.
+    pub batch: usize,
+}
+
 /// Windows, and what they come to.
 pub(super) struct MeasuredWindows {
     pub windows: Vec<MeasuredWindow>,
@@ -97,11 +108,16 @@ pub(super) struct MeasuredWindows {
 /// Measures as much of a plan as its share of the time has room for; `call_s` is how long a call of
 /// `batch` inferences takes.
 pub(super) fn timed<const N: usize>(
-    (plan, share): (&TimingPlan, &TimeShare),
-    (call_s, batch): (f64, usize),
+    call: &TimedWork<'_>,
     works: [TimedCall<'_>; N],
     watch: &mut Watched<'_>,
 ) -> Result<[MeasuredWindows; N]> {
+    let &TimedWork {
+        plan,
+        share,
+        call_s,
+        batch,
+    } = call;
     let made = plan.within(share.left_s() / N as f64, call_s, batch);
     let all = measure_windows(&made, share.until, batch, works, watch)?;
     let mut found = Vec::with_capacity(N);
@@ -119,14 +135,14 @@ pub(super) fn timed<const N: usize>(
 /// Inferences, called from where they cost least.
 pub(super) fn beside(
     recognizer: &dyn Recognizer,
-    (input, call_s, batch): (&[f32], f64, usize),
-    within: (&TimingPlan, &TimeShare),
+    input: &[f32],
+    call: &TimedWork<'_>,
     watch: &mut Watched<'_>,
 ) -> Result<MeasuredWindows> {
     let mut found = None;
     recognizer.beside(&mut || {
-        let mut ours = || recognizer.run(input, batch).map(drop);
-        found = Some(timed(within, (call_s, batch), [&mut ours], watch));
+        let mut ours = || recognizer.run(input, call.batch).map(drop);
+        found = Some(timed(call, [&mut ours], watch));
     });
     let [measured] = found.ok_or_else(|| Error::Missing("a measurement"))??;
     Ok(measured)

@@ -113,7 +113,7 @@ impl FromStr for PeopleChoice {
         people
             .filter(|people| !people.numbers().is_empty())
             .ok_or_else(|| {
-                "expected a number of people, such as 26, or a slice, such as 100..200".into()
+                "expected a number of people, such as 26, or a slice of at least one, such as 100..200".into()
             })
     }
 }

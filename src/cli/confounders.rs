@@ -1,4 +1,4 @@
-//! `edgegait confounders`: what each confounder does to recognizers.
+//! `edgegait confounders`: the effect of each confounder on recognizers.
 
 use super::args::{Common, FileArgs, ViewArgs};
 use super::cache::CacheArgs;
@@ -20,39 +20,39 @@ use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Cycles of each walk that are looked for, unless a user says otherwise.
+/// Default number of probe cycles of each walk.
 const CYCLES: u32 = 4;
-/// How often each cost is measured: the least counts.
+/// Number of measurements of each cost; the least counts.
 const ROUNDS: usize = 3;
-/// Azimuths, degrees, from which costs are measured: what is done once a walk is shared by so many.
+/// Azimuths at which costs are measured, degrees; they share the work that is done once a walk.
 const COST_AZIMUTHS_DEG: [f32; 10] = [
     0.0, 20.0, 40.0, 60.0, 80.0, 100.0, 120.0, 140.0, 160.0, 180.0,
 ];
-/// Elevation of the camera, degrees: from there shadows are seen.
+/// Elevation of the camera, degrees; shadows are visible from it.
 const ELEVATION_DEG: f32 = 10.0;
 
-/// Measure what each confounder does to recognizers, by its strength, and what it costs
+/// Measure the effect of each confounder on recognizers, by strength, and its cost
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  edgegait confounders                                 # the shipped models, 26 people, azimuth 90, elevation 10, all confounders\n  edgegait confounders pixels cohort.egp --only coat,backpack --views models/spread.csv --json -"
 )]
 pub(super) struct ConfoundersArgs {
-    /// ONNX models or "pixels" (the template itself), and a pack [default: the shipped models, the
+    /// ONNX models or "pixels" (the pixel baseline), and a pack [default: the shipped models, the
     /// built-in cohort]
     #[arg(value_name = "MODEL|PACK")]
     inputs: Vec<PathBuf>,
     /// Only these confounders [default: all; `edgegait sweep --list-conditions` lists them]
     #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',', value_parser = confounder)]
     only: Vec<&'static Confounder>,
-    /// Strengths above 0; confounders with an opposite are measured at their negatives too
+    /// Strengths above 0; signed confounders are also measured at the negative strengths
     #[arg(long, value_name = "S[,S..]", value_delimiter = ',', default_value = "0.25,0.5,0.75,1", value_parser = strength)]
     strengths: Vec<f64>,
     #[command(flatten)]
     selection: SelectionArgs,
-    /// Cycles of each walk to probe with, where these are seeded variations [default: 4]
+    /// Probe cycles of each walk, if they are seeded variations [default: 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: Option<u32>,
-    /// Chart of rank-1 against strength to write
+    /// Where to write the chart of rank-1 against strength
     #[arg(long, value_name = "SVG", default_value = "edgegait-confounders.svg")]
     out: PathBuf,
     #[command(flatten)]
@@ -67,7 +67,7 @@ pub(super) struct ConfoundersArgs {
     pub common: Common,
 }
 
-/// A confounder by its name.
+/// Returns the confounder of this name.
 fn confounder(name: &str) -> std::result::Result<&'static Confounder, String> {
     named(name).ok_or_else(|| {
         let names: Vec<&str> = CATALOGUE.iter().map(|known| known.name).collect();
@@ -75,7 +75,7 @@ fn confounder(name: &str) -> std::result::Result<&'static Confounder, String> {
     })
 }
 
-/// The first of a list that stands before itself.
+/// Returns the first item that appears again later in the list.
 fn repeated<T: PartialEq>(list: &[T]) -> Option<&T> {
     let twice = (1..list.len()).find(|&at| list[..at].contains(&list[at]));
     twice.map(|at| &list[at])
@@ -89,7 +89,7 @@ fn strength(text: &str) -> std::result::Result<f64, String> {
 }
 
 impl ConfoundersArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         let inputs = with_contracts(&self.inputs).into_iter();
         FileArgs {
@@ -99,14 +99,14 @@ impl ConfoundersArgs {
     }
 }
 
-/// The results.
+/// The results of the command.
 #[derive(Serialize)]
 struct ConfoundersResults {
     #[serde(flatten)]
     header: ResultHeader,
-    /// People among whom each recognizer chooses.
+    /// Number of people among whom each recognizer chooses.
     classes: usize,
-    /// Probes of each recognizer at each strength.
+    /// Number of probes of each recognizer at each strength.
     probes: u64,
     confounders: Vec<ConfounderResult>,
 }
@@ -133,7 +133,7 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
     let (models, data) = sort_inputs(&args.inputs)?;
     if let Some(folder) = data.as_ref().filter(|path| path.is_dir()) {
         return Err(Error::Usage(format!(
-            "{}: expected a pack: what is in a folder cannot be drawn otherwise",
+            "{}: expected a pack, found a folder, whose images cannot be drawn under other conditions",
             folder.display()
         )));
     }
@@ -206,7 +206,7 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
     header.warnings.extend(outcome.warnings);
     if outcome.shown.empty > 0 {
         header.warnings.push(format!(
-            "in {} frames nothing was left of the figure: templates are of the others",
+            "{} frames in which nothing is left of the figure were left out of templates",
             outcome.shown.empty
         ));
     }

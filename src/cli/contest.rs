@@ -1,4 +1,4 @@
-//! Who is looked for among whom: the flags of it, and what they come to.
+//! The flags that choose gallery and probes, and the contest that they describe.
 
 use super::args::{ViewArgs, file_with};
 use super::conditions::ConditionArgs;
@@ -21,25 +21,25 @@ use crate::template::Template;
 use edgegait_core::pack::Pack;
 use std::path::{Path, PathBuf};
 
-/// Who is looked for among whom, and how they are seen.
+/// The flags that choose gallery, probes and viewpoints.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct ContestArgs {
     #[command(flatten)]
     selection: SelectionArgs,
-    /// Who is looked for among whom: closed-set, first-take, leave-one-take-out, cross-view,
-    /// verification, casia-b, ou-mvlp, partition, or a .toml file of the same keys [default: closed-set
-    /// where every model has classes for all people, else first-take; partition if --partition says
-    /// who is looked for among whom]
+    /// Protocol: closed-set, first-take, leave-one-take-out, cross-view, verification, casia-b,
+    /// ou-mvlp, partition, or a .toml file with the same keys [default: closed-set if every model
+    /// has classes for all people, else first-take; partition if --partition names probes or
+    /// gallery]
     #[arg(long, value_name = "NAME|FILE")]
     protocol: Option<String>,
-    /// Cycles of each walk to probe with, where these are seeded variations [default: 1]
+    /// Probe cycles of each walk, if they are seeded variations [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: Option<u32>,
-    /// Only people whom a partition tests, of a tree, as OpenGait has them: a JSON file with TRAIN_SET
-    /// and TEST_SET; if it has a PROBE_SET or GALLERY_SET too, these say who is looked for among whom
+    /// Only the test people of a tree's partition, in OpenGait's format: a JSON file with TRAIN_SET
+    /// and TEST_SET; an optional PROBE_SET or GALLERY_SET chooses probes and gallery
     #[arg(long, value_name = "FILE.json")]
     partition: Option<PathBuf>,
-    /// Take a tree's pictures as they are: they have been framed already, as OpenGait does
+    /// Use a tree's images as they are: already framed, as OpenGait does
     #[arg(long)]
     as_stored: bool,
     #[command(flatten)]
@@ -54,27 +54,27 @@ pub(super) struct ContestArgs {
     views: ViewArgs,
     #[command(flatten)]
     draw: DrawArgs,
-    /// A pack of the program that runs the command in its own process.
+    /// A pack held by the program that runs the command in its own process.
     #[arg(skip)]
     pub held: Option<PackSource>,
 }
 
-/// How recognizers are shown people: as flags say, drawn with a seed, or as templates are stored.
+/// How inputs of recognizers are made: the drawing flags, a seed, and stored templates, if any.
 pub(super) type Setup<'a> = (&'a DrawArgs, u64, Option<StoredTemplates>);
 
-/// Who takes part.
+/// The recognizers that take part.
 pub(super) struct Participants<'a> {
-    /// Loads the recognizers, and states in the header what they were read from.
+    /// Loads the recognizers, and states their files in the header.
     pub load: &'a dyn Fn(Setup<'_>, &mut ResultHeader) -> Result<Vec<Entrant>>,
-    /// Whether the baselines do too.
+    /// Whether the baselines take part as well.
     pub with_baselines: bool,
-    /// From where probes are seen, if neither flags nor the protocol say so; if this does not
-    /// either, from the paper's viewpoints.
+    /// The viewpoints of probes if neither flags nor the protocol state them; without these, the
+    /// viewpoints of the paper.
     pub views: Option<Views>,
 }
 
 impl ContestArgs {
-    /// The files that flags name, if they are files.
+    /// Returns the files that the flags name.
     pub(super) fn inputs(&self) -> impl Iterator<Item = PathBuf> {
         let protocol = file_with("toml", self.protocol.as_ref());
         let files = [
@@ -86,11 +86,11 @@ impl ContestArgs {
         files.into_iter().flatten()
     }
 
-    /// Loads the recognizers, opens the pack or folder (or makes the built-in cohort), and gives them
-    /// to `work` with a header that states all of it.
+    /// Loads the recognizers, opens the pack or folder (or makes the built-in cohort), and passes
+    /// them to `work` with a header that states all of it.
     ///
     /// # Errors
-    /// When something cannot be used, and what `work` returns.
+    /// If something cannot be used, and the errors of `work`.
     pub(super) fn run<R>(
         &self,
         field: &Participants<'_>,
@@ -120,7 +120,7 @@ impl ContestArgs {
             let setup = (&self.draw, seed, stored);
             let mut entrants = (field.load)(setup, &mut header)?;
             let hinted = |error, is_tree| match error {
-                // Of a picture, not of what is written.
+                // About an image that is read, not about a file that is written.
                 Error::Input { ref path, .. } | Error::Io { ref path, .. }
                     if is_tree && path.starts_with(folder) =>
                 {
@@ -195,7 +195,7 @@ impl ContestArgs {
         work(&contest, &entrants, header)
     }
 
-    /// What is asked of a contest about walks.
+    /// Returns the options of a contest of walks.
     ///
     /// # Errors
     /// If there is no such protocol or viewpoint.
@@ -216,8 +216,8 @@ impl ContestArgs {
         })
     }
 
-    /// The sequences of a tree that flags choose: people, takes (`--walks`), viewpoints, and whom a
-    /// partition tests.
+    /// Returns the sequences of a tree that the flags choose: by people, takes (`--walks`),
+    /// viewpoints, and the test people of a partition.
     fn chosen(
         &self,
         source: SequenceSource<'static>,
@@ -248,7 +248,7 @@ impl ContestArgs {
         views.transpose()
     }
 
-    /// Refuses flags that say how a tree is read, where there is none.
+    /// Rejects flags about reading a tree where there is none.
     fn refuse_without_tree(&self) -> Result<()> {
         let flags = [
             ("--as-stored", self.as_stored),
@@ -259,8 +259,8 @@ impl ContestArgs {
         refuse_without_tree(flags.chain(self.cutting.given()).chain(self.layout.given()))
     }
 
-    /// The same less the sequences of a tree that cannot be shown to all of these, if that was asked
-    /// for: which are left out depends on them alone, not on who is looked for.
+    /// Returns the source; with `--keep-going`, without the sequences of a tree that cannot be
+    /// shown to all entrants. The choice depends on the sequences alone, not on the protocol.
     fn readable(
         &self,
         source: SequenceSource<'static>,
@@ -299,7 +299,7 @@ impl ContestArgs {
         Ok(SequenceSource::Tree(Box::new(recordings)))
     }
 
-    /// The recordings of a tree by gait cycles, where every recognizer takes a template of one.
+    /// Cuts the recordings of a tree into gait cycles, if every recognizer takes templates.
     fn cut(
         &self,
         source: SequenceSource<'static>,
@@ -317,7 +317,7 @@ impl ContestArgs {
         }
     }
 
-    /// What a folder holds, and how its pictures are if they cannot be drawn otherwise.
+    /// Opens a folder; of a dataset, also returns the form of its stored templates.
     fn folder(
         &self,
         path: &Path,
@@ -346,7 +346,7 @@ impl ContestArgs {
             let found = StoredTemplates::of(geis.dataset(), path)?;
             if found.framing.is_none() {
                 header.warnings.push(format!(
-                    "{} does not say how its figures are framed: whether that is as the models expect is unknown",
+                    "{} does not state how its figures are framed: it may not be as the models expect",
                     path.display()
                 ));
             }
@@ -356,12 +356,12 @@ impl ContestArgs {
         if let SequenceSource::Tree(recordings) = &source {
             let skipped = recordings.skipped().iter();
             let skipped =
-                skipped.map(|name| format!("{name}: no views named by an angle: left out"));
+                skipped.map(|name| format!("{name}: left out: no view is named by an angle"));
             header.warnings.extend(skipped);
             let partition = path.join(TREE_PARTITION);
             if self.partition.is_none() && partition.is_file() {
                 header.warnings.push(format!(
-                    "{} says who trains and who is tested: all are judged without --partition {0}",
+                    "{} splits people into training and test: without --partition {0}, all are scored",
                     partition.display()
                 ));
             }
@@ -376,7 +376,7 @@ impl ContestArgs {
 /// Adds the baselines.
 ///
 /// # Errors
-/// As [`Contest::baselines`].
+/// The same as [`Contest::baselines`].
 fn add_baselines(
     contest: &Contest<'_>,
     entrants: &mut Vec<Entrant>,
@@ -389,12 +389,12 @@ fn add_baselines(
     Ok(())
 }
 
-/// Whether a partition says which sequences of a tree are looked for among which.
+/// Returns whether a partition of a tree chooses gallery and probes.
 fn has_roles(source: &SequenceSource<'_>) -> bool {
     matches!(source, SequenceSource::Tree(recordings) if recordings.has_roles())
 }
 
-/// The walks' names, each once, at most a dozen.
+/// Returns the names of walks, without duplicates; only their number if there are more than 12.
 fn walk_names(walks: &[usize], all: &[edgegait_core::pack::WalkEntry<'_>]) -> String {
     let mut names: Vec<&str> = walks.iter().map(|&walk| all[walk].name).collect();
     names.sort_unstable();

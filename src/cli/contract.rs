@@ -1,4 +1,4 @@
-//! `edgegait contract`: what a model takes and gives, written down to be checked.
+//! `edgegait contract`: writes the contract of a model, for the user to check.
 
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 /// Write the contract (.toml) of a model of your own, every key explained
 ///
-/// What the model's file tells is filled in; what it cannot tell is marked "CHECK THIS".
+/// Keys that follow from the model's file are filled in; the others are marked "CHECK THIS".
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  edgegait contract mine.onnx                  # writes mine.toml\n  edgegait contract mine.onnx --out -          # to standard output"
@@ -20,7 +20,8 @@ pub(super) struct ContractArgs {
     /// An ONNX model
     #[arg(value_name = "MODEL")]
     model: PathBuf,
-    /// Where to write it; - is standard output [default: beside the model, where it is looked for]
+    /// Where to write it; "-" is standard output [default: beside the model, where commands expect
+    /// it]
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -58,7 +59,7 @@ pub(super) fn run(args: &ContractArgs) -> Result<()> {
     })
 }
 
-/// The results.
+/// The results of the command.
 #[derive(Serialize)]
 struct ContractResults<'a> {
     #[serde(flatten)]
@@ -72,7 +73,7 @@ impl ContractArgs {
         self.out.clone().unwrap_or_else(beside)
     }
 
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         let out = self.out();
         let output =

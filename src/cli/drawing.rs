@@ -1,4 +1,4 @@
-//! Flags that say how silhouettes are drawn, and how results state them.
+//! Flags that choose how silhouettes are drawn, and how results state them.
 
 use super::args::ViewArgs;
 use super::walks::SelectionArgs;
@@ -11,21 +11,21 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use edgegait_core::silhouette::Size;
 use glam::Vec3;
 
-/// How silhouettes are drawn.
+/// The flags that choose how silhouettes are drawn.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct DrawArgs {
-    /// What is made of each cycle's silhouettes; several names are for `render` and `sweep` [default:
-    /// gei, or what a model's contract says; of `render` and of trees the silhouettes]
+    /// Template of each cycle's silhouettes; `render` and `sweep` take several [default: gei, or
+    /// the template of a model's contract; silhouettes for `render` and for trees]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub template: Vec<Template>,
-    /// Rasteriser: tiny-skia, or bit rows; anti-aliased, or 3x3 samples a pixel; or all elevations
-    /// at once, for --framing cycle and camera [default: skia]
+    /// Rasteriser: tiny-skia, plain or anti-aliased; bit rows, with 1 or 3x3 samples a pixel; or
+    /// columns, all elevations in one pass, for --framing cycle and camera [default: skia]
     #[arg(long, value_name = "NAME", value_parser = raster())]
     raster: Option<Raster>,
     /// How figures are fitted into the image [default: height]
     #[arg(long, value_name = "NAME")]
     framing: Option<FramingMode>,
-    /// How rays run [default: ortho]
+    /// Projection [default: ortho]
     #[arg(long, value_name = "NAME")]
     lens: Option<Lens>,
     /// Metres from the aim to the camera's eye [default: 4]
@@ -37,13 +37,13 @@ pub(super) struct DrawArgs {
     /// Whether the camera follows the pelvis or stands still [default: follow]
     #[arg(long, value_name = "NAME")]
     camera: Option<CameraArg>,
-    /// Where a camera that stands still aims at [default: the pelvis' mean over the frames]
+    /// Aim of a static camera in metres [default: the pelvis' mean over the frames]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     aim_m: Option<Vec3>,
     /// Rows and columns: 50x30, 64x44 or 64x64 [default: 50x30]
     #[arg(long, value_name = "ROWSxCOLUMNS", value_parser = size)]
     size: Option<Size>,
-    /// Where in its pixels each frame is sampled [default: none]
+    /// Offset of each frame's samples within the pixels [default: none]
     #[arg(long, value_name = "NAME")]
     jitter: Option<Jitter>,
     /// Silhouettes in each gait cycle [default: 32]
@@ -52,11 +52,11 @@ pub(super) struct DrawArgs {
 }
 
 impl DrawArgs {
-    /// The settings in which a recognizer is shown people: of the size, framing and number of
-    /// frames that its contract states, unless flags say otherwise.
+    /// Returns the settings of a recognizer's inputs: the size, framing and number of frames of its
+    /// contract, unless flags choose others.
     ///
     /// # Errors
-    /// As [`Self::settings`], and for flags that the contract contradicts.
+    /// The same as [`Self::settings`], and for flags that contradict the contract.
     pub(super) fn settings_for(&self, contract: &Contract, seed: u64) -> Result<Settings> {
         let frames = match (contract.frames, self.frames_per_cycle) {
             (Some(frames), Some(given)) if u32::try_from(frames) != Ok(given) => {
@@ -82,10 +82,10 @@ impl DrawArgs {
         Ok(settings)
     }
 
-    /// The template asked for, if any is.
+    /// Returns the requested template, if any.
     ///
     /// # Errors
-    /// If several are.
+    /// If several are requested.
     pub(super) fn only_template(&self) -> Result<Option<Template>> {
         match *self.template.as_slice() {
             [] => Ok(None),
@@ -96,12 +96,12 @@ impl DrawArgs {
         }
     }
 
-    /// Whether a size was given.
+    /// Returns whether a size was given.
     pub(super) const fn has_size(&self) -> bool {
         self.size.is_some()
     }
 
-    /// The flags without the template, where silhouettes are drawn and made into templates later.
+    /// Returns the flags without the template, for silhouettes that become templates later.
     #[must_use]
     pub(super) fn without_template(&self) -> Self {
         Self {
@@ -110,7 +110,8 @@ impl DrawArgs {
         }
     }
 
-    /// The flags without template, size and framing, which a tree of silhouettes is given as they are asked for.
+    /// Returns the flags without template, size and framing, which apply to a tree of silhouettes
+    /// too.
     #[must_use]
     pub(super) fn without_size(&self) -> Self {
         Self {
@@ -120,10 +121,10 @@ impl DrawArgs {
         }
     }
 
-    /// The settings of a sweep.
+    /// Returns the settings of a sweep.
     ///
     /// # Errors
-    /// For flags that do not apply to the others, and numbers out of range.
+    /// For flags that have no effect with the others, and numbers out of range.
     pub(super) fn settings(&self, seed: u64) -> Result<Settings> {
         let default = Settings::default();
         let sensor = Sensor::default();
@@ -151,7 +152,7 @@ impl DrawArgs {
         Ok(settings)
     }
 
-    /// Refuses flags that would change nothing.
+    /// Rejects flags that have no effect.
     fn refuse_idle(&self, settings: &Settings) -> Result<()> {
         let refuse = |flag: &str, why: String| Err(Error::Usage(format!("{flag}: {why}")));
         let framing = settings.framing.name();
@@ -166,7 +167,7 @@ impl DrawArgs {
             return refuse(
                 flag,
                 format!(
-                    "with --lens ortho and --framing {framing} it does not matter where a camera stands (use --lens persp or --framing camera)"
+                    "with --lens ortho and --framing {framing}, the camera's position has no effect (use --lens persp or --framing camera)"
                 ),
             );
         }
@@ -174,43 +175,43 @@ impl DrawArgs {
             return refuse(
                 "--fov-deg",
                 format!(
-                    "--framing {framing} fits figures into the image whatever the field of view is (use --framing camera)"
+                    "--framing {framing} fits figures into the image, so that the field of view has no effect (use --framing camera)"
                 ),
             );
         }
         if self.aim_m.is_some() && self.camera != Some(CameraArg::Static) {
             return refuse(
                 "--aim-m",
-                "a camera that follows aims at the pelvis (use --camera static)".into(),
+                "a camera that follows the walker aims at the pelvis (use --camera static)".into(),
             );
         }
         Ok(())
     }
 
-    /// Refuses flags that say how silhouettes are drawn, of a tree that has them.
+    /// Rejects flags that choose how silhouettes are drawn, for a tree, which contains them.
     ///
     /// # Errors
-    /// Naming the first such flag that was given.
+    /// For the first such flag that was given.
     pub(super) fn refuse_for_trees(&self) -> Result<()> {
         let none = SelectionArgs::default();
         let draw = self.without_size();
         draw.refuse_for_folders(&none, None, &ViewArgs::default())
     }
 
-    /// Refuses flags that say how walks are drawn, of a video that is segmented.
+    /// Rejects flags that choose how walks are drawn, for a video, which is segmented.
     ///
     /// # Errors
-    /// Naming the first such flag that was given.
+    /// For the first such flag that was given.
     pub(super) fn refuse_for_video(&self) -> Result<()> {
         match self.given().iter().find(|(_, is_given)| *is_given) {
             Some((flag, _)) => Err(Error::Usage(format!(
-                "{flag}: silhouettes of a video are made as each model's contract asks"
+                "{flag}: the silhouettes of a video follow each model's contract"
             ))),
             None => Ok(()),
         }
     }
 
-    /// The flags, and whether each was given.
+    /// Returns the flags, and whether each was given.
     fn given(&self) -> [(&'static str, bool); 11] {
         [
             ("--template", !self.template.is_empty()),
@@ -227,11 +228,11 @@ impl DrawArgs {
         ]
     }
 
-    /// Refuses flags that choose walks and say how they are drawn, where what is in a folder is used
-    /// as it is.
+    /// Rejects flags that choose walks and how they are drawn, for a folder, whose images are used
+    /// as they are.
     ///
     /// # Errors
-    /// Naming the first such flag that was given.
+    /// For the first such flag that was given.
     pub(super) fn refuse_for_folders(
         &self,
         selection: &SelectionArgs,
@@ -253,7 +254,7 @@ impl DrawArgs {
     }
 }
 
-/// A rasteriser by its name.
+/// Parses the name of a rasteriser.
 fn raster() -> impl TypedValueParser<Value = Raster> {
     let names = Raster::all().map(Raster::name);
     PossibleValuesParser::new(names).try_map(|name| {
@@ -262,22 +263,22 @@ fn raster() -> impl TypedValueParser<Value = Raster> {
     })
 }
 
-/// Whether a camera moves.
+/// The movement of the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum CameraArg {
-    /// It keeps its distance to the pelvis, which stays in the middle
+    /// The camera keeps its distance to the pelvis, which stays in the middle
     Follow,
-    /// It stands still
+    /// The camera stands still
     Static,
 }
 
-/// A size by its name.
+/// Parses the name of a size.
 fn size(name: &str) -> std::result::Result<Size, String> {
     let known = Size::ALL.into_iter().find(|size| size.name() == name);
     known.ok_or_else(|| "expected 50x30, 64x44 or 64x64".to_owned())
 }
 
-/// A point from `X,Y,Z`.
+/// Parses a point `X,Y,Z`.
 fn point(text: &str) -> std::result::Result<Vec3, String> {
     let numbers: std::result::Result<Vec<f32>, _> = text
         .split(',')
@@ -285,6 +286,6 @@ fn point(text: &str) -> std::result::Result<Vec3, String> {
         .collect();
     match numbers.as_deref() {
         Ok(&[x, y, z]) => Ok(Vec3::new(x, y, z)),
-        _ => Err("expected three numbers of metres, as in 0,0.9,0".to_owned()),
+        _ => Err("expected three numbers in metres, as in 0,0.9,0".to_owned()),
     }
 }

@@ -1,7 +1,7 @@
-//! The command's work in the process of another program, such as a Python interpreter.
+//! Runs the command in the process of another program, such as a Python interpreter.
 //!
-//! Words are those of the command line, without the name of the program. Nothing is printed: results
-//! come as the JSON that `--json` writes.
+//! Words are the arguments of the command line, without the program's name. Nothing is printed:
+//! results are returned as the JSON that `--json` writes.
 
 use super::hints::WithFlags;
 pub use super::progress::Stop;
@@ -14,36 +14,36 @@ use clap::FromArgMatches as _;
 use std::ffi::OsString;
 use std::sync::Arc;
 
-/// What a program holds of which a command makes use, as if it were in files.
+/// Objects in the memory of a program that a command uses as if they were files.
 #[derive(Default)]
 pub struct EmbeddedInputs {
-    /// Recognizers that `score` scores beside those that are named.
+    /// Recognizers that `score` scores besides the named ones.
     pub recognizers: Vec<Arc<dyn Recognizer>>,
-    /// The pack of `score` and of what is swept.
+    /// The pack for `score` and `sweep`.
     pub pack: Option<PackSource>,
-    /// How the command is started in a process of its own, as `bench` does for each model: a program
-    /// and its first words.
+    /// The program and first words that start the command in a process of its own, as `bench` does
+    /// for each model.
     pub program: Vec<OsString>,
-    /// What ends the command, by unwinding.
+    /// The handle that ends the command, by unwinding.
     pub stop: Stop,
 }
 
-/// An error as the command shows it, with the flags that help.
+/// Formats an error as the command does, with the flags that help.
 #[must_use]
 pub fn text_of(error: &Error) -> String {
     WithFlags(error).to_string()
 }
 
-/// Runs a subcommand, and gives its results as JSON: empty where it has none.
+/// Runs a subcommand, and returns its results as JSON, or an empty string if it has none.
 ///
 /// # Errors
-/// As the command; for words that it does not know, [`Error::Usage`].
+/// The errors of the command; for unknown words, [`Error::Usage`].
 pub fn results(words: &[OsString], held: EmbeddedInputs) -> Result<String> {
     let failed = |error| Error::io("a temporary folder", error);
     let folder = tempfile::tempdir().map_err(failed)?;
     let json = folder.path().join("results.json");
     let mut words = words.to_vec();
-    // Behind the subcommand: what follows `--` is no flag.
+    // After the subcommand, as words after `--` are not flags.
     let flags = ["--quiet".into(), "--json".into(), json.clone().into()];
     words.splice(words.len().min(1)..words.len().min(1), flags);
     let former = Stop::of_thread();
@@ -52,7 +52,7 @@ pub fn results(words: &[OsString], held: EmbeddedInputs) -> Result<String> {
     match parsed(&words)? {
         Command::Bench(mut args) => {
             if held.program.is_empty() {
-                return Err(Error::Usage("bench: measures each model in a process of its own, and this program says of none how it is started: run it in a shell".into()));
+                return Err(Error::Usage("bench: measures each model in a process of its own, which this program does not know how to start: run it in a shell".into()));
             }
             args.program = held.program;
             args.words = words.split_off(1);
@@ -74,10 +74,10 @@ pub fn results(words: &[OsString], held: EmbeddedInputs) -> Result<String> {
     }
 }
 
-/// The items of what `sweep` with these words would store.
+/// Returns the items that `sweep` with these words would store.
 ///
 /// # Errors
-/// As the command; for words that it does not know, [`Error::Usage`].
+/// The errors of the command; for unknown words, [`Error::Usage`].
 pub fn swept(words: &[OsString], pack: Option<PackSource>) -> Result<Items> {
     let words: Vec<OsString> = ["sweep".into(), "--quiet".into()]
         .into_iter()
@@ -93,7 +93,7 @@ pub fn swept(words: &[OsString], pack: Option<PackSource>) -> Result<Items> {
     }
 }
 
-/// What this thread obeyed before it ran a command, and does again afterwards.
+/// Restores, when dropped, the [`Stop`] that this thread obeyed before it ran a command.
 struct Obeying(Stop);
 
 impl Drop for Obeying {
@@ -102,7 +102,7 @@ impl Drop for Obeying {
     }
 }
 
-/// The subcommand of these words.
+/// Parses these words as a subcommand.
 fn parsed(words: &[OsString]) -> Result<Command> {
     let words = std::iter::once("edgegait".into()).chain(words.iter().cloned());
     let matches = command().try_get_matches_from(words);

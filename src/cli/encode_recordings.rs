@@ -1,4 +1,4 @@
-//! Recordings as people in a pack, less the walks that cannot be encoded.
+//! Encodes recordings as people in a pack, without the walks that cannot be encoded.
 
 use super::encoding::EncodingArgs;
 use super::keep_going::KeepGoing;
@@ -8,12 +8,11 @@ use crate::people::Subject;
 use crate::people::encodable::without;
 use crate::people::recorded::{BodyOptions, Recording, subjects};
 
-/// The people of these recordings, encoded. Walks that cannot be are taken out of the recordings
-/// if that was asked for, and what is left is encoded as if they had never been there; one warning
-/// for each is added.
+/// Encodes the people of these recordings. With `--keep-going`, walks that cannot be encoded are
+/// removed from the recordings, with a warning for each, and have no effect on the rest.
 ///
 /// # Errors
-/// As [`subjects`] and [`EncodingArgs::encode`], and if no walk is left.
+/// The same as [`subjects`] and [`EncodingArgs::encode`], and if no walk is left.
 pub(super) fn encoded_people(
     recordings: &mut Vec<Recording>,
     body: &BodyOptions,

@@ -1,4 +1,4 @@
-//! How closely walks are encoded, or in how many bytes.
+//! Flags that choose the error or size of encoded walks.
 
 use super::args::{Common, gei_rmse, stated_choice};
 use super::progress::Progress;
@@ -10,30 +10,33 @@ use crate::people::Subject;
 use crate::people::fewer_points::thinned;
 use std::ops::Range;
 
-/// The flags.
+/// The flags that choose the encoding.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(super) struct EncodingArgs {
-    /// Greatest encoding error of a walk in mm; a body has two fifths of it, up to 4 mm [default: 5;
-    /// 1 with a body that is fitted to a mesh]
+    /// Greatest encoding error of a walk in mm; the limit of a body is two fifths of it, at most 4
+    /// mm
+    /// [default: 5; 1 with a body that is fitted to a mesh]
     #[arg(long, value_name = "E")]
     max_error_mm: Option<f64>,
-    /// Most bytes of the pack: the smallest error that fits is found, from 0.1 mm on
+    /// Most bytes of the pack; the smallest error that fits is searched for, from 0.1 mm on
     #[arg(long, value_name = "N", conflicts_with = "max_error_mm")]
     budget_bytes: Option<usize>,
-    /// Most points of all hulls of a body together, 64 to 768: those are kept that reach farthest; a body that is fitted to a mesh is fitted with so many, 96 to 512 [default: all; 384]
+    /// Most points of all hulls of a body, 64 to 768: the farthest points are kept. A body that is
+    /// fitted to a mesh is fitted with this many, 96 to 512 [default: all; 384]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(64..=768))]
     pub hull_points: Option<u16>,
-    /// Choose the error and the hull points of fewest bytes whose GEIs are this close to those of the
-    /// finest encoding, root mean square of 255, on a sample of these walks over 20 viewpoints
+    /// Choose the error and hull points with the fewest bytes whose GEIs differ by at most this
+    /// root mean square (of 255) from the finest encoding, on a sample of these walks at 20
+    /// viewpoints
     #[arg(long, value_name = "X", value_parser = gei_rmse, conflicts_with_all = ["max_error_mm", "budget_bytes", "hull_points"])]
     max_gei_rmse: Option<f64>,
 }
 
 impl EncodingArgs {
-    /// Refuses errors that make no sense, before any work is done.
+    /// Checks the error limit, before any work is done.
     ///
     /// # Errors
-    /// For a negative one, and one that is not a number.
+    /// If it is out of range or not a number.
     pub(super) fn check(&self) -> Result<()> {
         match self.max_error_mm {
             Some(error) if !(0.0..=1e6).contains(&error) => Err(Error::Usage(format!(
@@ -52,7 +55,7 @@ impl EncodingArgs {
         }
     }
 
-    /// Whether walks are encoded as they are by default.
+    /// Returns whether all encoding flags have their defaults.
     #[must_use]
     pub(super) fn is_usual(&self) -> bool {
         (self.goal(), self.hull_points) == (EncodingGoal::Usual, None)
@@ -61,7 +64,7 @@ impl EncodingArgs {
     /// Encodes people with a progress bar.
     ///
     /// # Errors
-    /// As [`encoded`].
+    /// The same as [`encoded`].
     pub(super) fn encode(&self, people: &[Subject]) -> Result<EncodedPack> {
         let tries = self.budget_bytes.map_or(1, |_| BUDGET_TRIES);
         let walks: usize = people.iter().map(|subject| subject.walks.len()).sum();
@@ -70,11 +73,11 @@ impl EncodingArgs {
         encoded(people, goal, &|| progress.step())
     }
 
-    /// Encodes the people of these numbers, each for itself, with a progress bar called `what` of
-    /// so many walks.
+    /// Encodes the people of these numbers separately, with a progress bar named `what` that counts
+    /// `walks`.
     ///
     /// # Errors
-    /// As [`encode_population`], and for flags that compare packs.
+    /// The same as [`encode_population`], and for flags that compare packs.
     pub(super) fn encode_population(
         &self,
         (what, walks): (&'static str, usize),
@@ -83,7 +86,7 @@ impl EncodingArgs {
     ) -> Result<EncodedPack> {
         if self.budget_bytes.is_some() || self.max_gei_rmse.is_some() {
             return Err(Error::Usage(
-                "--budget-bytes and --max-gei-rmse try several encodings of one pack: expected --max-error-mm for a population (a slice A..B, or more than 999 people)".into(),
+                "--budget-bytes and --max-gei-rmse try several encodings of a pack, which a population (a slice A..B, or more than 999 people) does not allow (use --max-error-mm)".into(),
             ));
         }
         let max_error_mm = self.max_error_mm.unwrap_or(MAX_ERROR_MM);
@@ -107,7 +110,7 @@ impl EncodingArgs {
         })
     }
 
-    /// A result's header with how people were encoded, by the names of the flags.
+    /// Adds to a result's header how people were encoded, under the names of the flags.
     #[must_use]
     pub(super) fn stated(&self, header: ResultHeader, encoded: &EncodedPack) -> ResultHeader {
         let header = header

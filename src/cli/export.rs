@@ -1,4 +1,4 @@
-//! How datasets are written: flags of the commands that make them.
+//! Flags that choose how datasets are written.
 
 use super::outputs::{Output, OutputKind};
 use crate::dataset::{
@@ -12,18 +12,17 @@ use edgegait_core::silhouette::Size;
 use std::ops::Range;
 use std::path::Path;
 
-/// The flags.
+/// The flags that choose how datasets are written.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct ExportArgs {
-    /// How it is written: a folder of arrays (.npy) and tables (.csv), the same in one .npz, or
-    /// silhouettes in folders of people, recordings and viewpoints: pickles as OpenGait reads them, or
-    /// PNG frames as CASIA-B has them
+    /// Format: a folder of arrays (.npy) and tables (.csv), the same in one .npz file, or a tree of
+    /// silhouettes (<person>/<take>/<view>/): pickles for OpenGait, or PNG frames like CASIA-B
     #[arg(long, value_name = "FORMAT", default_value = "folder")]
     pub format: FormatArg,
-    /// Make part I of N of the index; `merge` puts all of them together to the bytes of one run
+    /// Make part I of N; `merge` joins the parts into the same bytes as one run
     #[arg(long, value_name = "I/N", value_parser = shard)]
     pub shard: Option<Shard>,
-    /// Go on with a run that was ended before it was done
+    /// Resume a run that was interrupted
     #[arg(long)]
     pub resume: bool,
 }
@@ -47,7 +46,7 @@ impl From<FormatArg> for DatasetFormat {
     }
 }
 
-/// A part from `I/N`.
+/// Parses a part `I/N`.
 fn shard(text: &str) -> std::result::Result<Shard, String> {
     let numbers = text.split_once('/');
     let numbers = numbers.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
@@ -55,17 +54,17 @@ fn shard(text: &str) -> std::result::Result<Shard, String> {
         Some((number, of)) if (1..=of).contains(&number) && of <= 65_535 => {
             Ok(Shard { number, of })
         }
-        _ => Err("expected a part of so many, from 1/N to N/N, as in 1/3".to_owned()),
+        _ => Err("expected a part from 1/N to N/N, as in 1/3".to_owned()),
     }
 }
 
 impl ExportArgs {
-    /// The format.
+    /// Returns the format.
     pub(super) fn format(&self) -> DatasetFormat {
         self.format.into()
     }
 
-    /// What will be written.
+    /// Returns the output.
     pub(super) fn output(&self, path: &Path) -> Output {
         let kind = if self.resume {
             OutputKind::Resumed
@@ -75,7 +74,7 @@ impl ExportArgs {
         Output::new("--out", path, kind)
     }
 
-    /// Refuses, before any work, a format that does not go with what it shall hold.
+    /// Checks, before any work, that the format can hold these contents.
     pub(super) fn check(&self, templates: &[Template], size: Size, joints: bool) -> Result<()> {
         let format = self.format();
         let refuse = |problem: String| {
@@ -86,28 +85,27 @@ impl ExportArgs {
         };
         if format == DatasetFormat::Npz && self.shard.is_some() {
             return refuse(
-                "a shard is a folder (`merge --format npz` puts folders together into one file)"
-                    .into(),
+                "a shard is a folder (`merge --format npz` joins folders into one file)".into(),
             );
         }
         if !format.is_tree() {
             return Ok(());
         }
         if templates != [Template::Silhouettes] {
-            return refuse("it holds silhouettes and no other template".into());
+            return refuse("it holds silhouettes only, no other template".into());
         }
         if joints {
-            return refuse("it has no place for joints (use folder or npz)".into());
+            return refuse("it does not store joints (use folder or npz)".into());
         }
         if format == DatasetFormat::Opengait && size != Size::S64x64 {
             return refuse(format!(
-                "OpenGait reads 64x64 and cuts what it needs, found --size {size}"
+                "OpenGait reads 64x64 and crops it, found --size {size}"
             ));
         }
         Ok(())
     }
 
-    /// Begins or goes on with a run; none if it is already complete and was asked to go on.
+    /// Begins or resumes a run; returns none if the run to resume is already complete.
     pub(super) fn begin(
         &self,
         out: &Path,
@@ -131,27 +129,27 @@ impl ExportArgs {
         DatasetWriter::begin(out, run, existing, self.resume).map(Some)
     }
 
-    /// The units of the whole that are to be done here.
+    /// Returns the units of work of this shard.
     pub(super) fn units(&self, all: usize) -> Result<Range<usize>> {
         let Some(shard) = self.shard else {
             return Ok(0..all);
         };
         if shard.of > all {
             return Err(Error::Usage(format!(
-                "--shard {}/{}: there are only {all} pieces of work to share",
+                "--shard {}/{}: there are only {all} pieces of work to divide",
                 shard.number, shard.of
             )));
         }
         Ok(shard.of_units(all))
     }
 
-    /// Refuses unfinished work beside `out`, unless it is to be gone on with.
+    /// Checks that there is no unfinished work beside `out`, unless it is to be resumed.
     pub(super) fn check_unfinished(&self, out: &Path) -> Result<()> {
         check_unfinished(out, self.resume)
     }
 }
 
-/// What a tree calls the take of a walk, under a condition if any acts.
+/// Returns the name of a take in a tree, from a walk, its condition, if any, and a number.
 pub(super) fn take_name(walk: &str, condition: &str, number: Option<u32>) -> String {
     let mut name = walk.to_owned();
     if condition != crate::confounders::NORMAL {
@@ -163,8 +161,7 @@ pub(super) fn take_name(walk: &str, condition: &str, number: Option<u32>) -> Str
     }
 }
 
-/// The settings' template and those that were asked for besides: silhouettes in a tree unless others
-/// were asked for.
+/// Returns the requested templates, without duplicates; by default GEIs, or silhouettes in a tree.
 pub(super) fn templates_of(asked: &[Template], format: DatasetFormat) -> Vec<Template> {
     let mut templates: Vec<Template> = Vec::new();
     for &template in asked {
@@ -182,7 +179,7 @@ pub(super) fn templates_of(asked: &[Template], format: DatasetFormat) -> Vec<Tem
     templates
 }
 
-/// The settings with the size that a format asks for, where none was given.
+/// Returns the settings with the size that a format needs, if none was given.
 pub(super) fn sized(settings: Settings, given: bool, format: DatasetFormat) -> Settings {
     if format == DatasetFormat::Opengait && !given {
         return Settings {

@@ -1,4 +1,4 @@
-//! `edgegait frontier`: speed against error.
+//! `edgegait frontier`: measures speed against error.
 
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
@@ -16,16 +16,16 @@ use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Measure speed, bytes and error of every configuration, and mark those that no other beats
+/// Measure speed, bytes and error of every configuration, and mark the Pareto set
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait frontier                       # people of the built-in cohort, encoded in every way\n  edgegait frontier cmu.egp --json -      # a pack's walks as they are stored\n\nErrors are against exact coverage (16x16 samples a pixel, f64) of the finest motion: of the\nbuilt-in people their finest encoding in 128 frames a cycle, of a pack its own. Rank-1 is that\nof the shipped models on the built-in cohort. Times differ between runs, and with them\nthe set of those that no other beats; all else is the same on every run."
+    after_help = "Examples:\n  edgegait frontier                       # people of the built-in cohort, encoded in every way\n  edgegait frontier cmu.egp --json -      # a pack's walks as they are stored\n\nThe reference of errors is exact coverage (16x16 samples a pixel, f64) of the finest motion: for the\nbuilt-in people, their finest encoding with 128 frames a cycle; for a pack, its own motion. Rank-1 is\nthat of the shipped models on the built-in cohort. Times differ between runs, and with them the\nPareto set; all other results are the same on every run."
 )]
 pub(super) struct FrontierArgs {
     /// A pack [default: people of the built-in cohort]
     #[arg(value_name = "PACK")]
     pack: Option<PathBuf>,
-    /// Folder to write (frontier.json, .csv and .svg)
+    /// Folder to write (frontier.json, frontier.csv and frontier.svg)
     #[arg(long, value_name = "PATH", default_value = "edgegait-frontier")]
     out: PathBuf,
     /// Measure roughly: two people, four viewpoints, one round
@@ -36,7 +36,7 @@ pub(super) struct FrontierArgs {
 }
 
 impl FrontierArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         FileArgs {
             inputs: self.pack.iter().cloned().collect(),
@@ -45,7 +45,7 @@ impl FrontierArgs {
     }
 }
 
-/// The results.
+/// The results of the command.
 #[derive(Serialize)]
 struct FrontierResults {
     #[serde(flatten)]
@@ -81,13 +81,13 @@ pub(super) fn run(args: &FrontierArgs) -> Result<()> {
         .with("framing", "height")
         .with("size", "50x30");
     header.warnings.push(
-        "times differ between runs, and with them the Pareto set; everything else does not".into(),
+        "times differ between runs, and with them the Pareto set; all other results do not".into(),
     );
     header = match &source {
         Some((source, walks)) => {
             header.inputs.clone_from(&source.inputs);
             header.warnings.push(
-                "a pack has no finer model than itself: its own motion is the reference, its track error and hull points are as stored, and Rank-1 is that of the built-in cohort".into(),
+                "the reference of a pack is its own motion, its track error and hull points are as stored, and rank-1 is that of the built-in cohort".into(),
             );
             header
                 .with("pack", source.name.as_str())
@@ -118,7 +118,7 @@ pub(super) fn run(args: &FrontierArgs) -> Result<()> {
     args.common.write_json(&results)
 }
 
-/// A pack and the numbers of its walks, which have to be cycles.
+/// Reads a pack, and returns it with the numbers of its walks, which have to be cycles.
 fn read(path: &Path) -> Result<(PackSource, Vec<usize>)> {
     let source = PackSource::read(path)?;
     let pack = Pack::parse(&source.bytes)?;
@@ -127,7 +127,7 @@ fn read(path: &Path) -> Result<(PackSource, Vec<usize>)> {
     Ok((source, walks))
 }
 
-/// One row a point.
+/// Formats points as CSV, one row each.
 fn csv(points: &[FrontierPoint]) -> Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record([
@@ -175,7 +175,7 @@ fn csv(points: &[FrontierPoint]) -> Result<Vec<u8>> {
         .map_err(|error| csv::Error::from(error.into_error()))?)
 }
 
-/// The same for a terminal; `*` marks the Pareto set.
+/// Formats points as a table for a terminal; `*` marks the Pareto set.
 fn table(points: &[FrontierPoint]) -> String {
     let mut table = Table::new(&[Left(0), Right(8)]);
     table.row("|ns|us/GEI|x default|Jaccard|GEI RMSE|rank-1 %|pack B|heap B".split('|'));
@@ -194,6 +194,6 @@ fn table(points: &[FrontierPoint]) -> String {
         ]);
     }
     format!(
-        "{table}(*: no other is better in time of a GEI, bytes or error, and not worse in the others)"
+        "{table}(*: no other is better in time of a GEI, bytes or error without being worse in another)"
     )
 }

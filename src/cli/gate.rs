@@ -1,4 +1,4 @@
-//! `edgegait gate`: whether results keep to limits.
+//! `edgegait gate`: checks whether results are within limits.
 
 use super::Ending;
 use super::args::{Common, FileArgs};
@@ -12,34 +12,34 @@ use crate::gate::{
 };
 use std::path::{Path, PathBuf};
 
-/// Judge results by limits, alone or beside a baseline, so that a build can fail
+/// Check results against limits, alone or relative to a baseline, so that a build can fail
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait gate --init bench.json > limits.toml       # limits to begin with\n  edgegait gate limits.toml bench.json main.json\n  edgegait gate limits.toml 1.json main-1.json --run 2.json,3.json --baseline-run main-2.json\n  edgegait gate limits.toml score.json main.json --markdown comment.md --junit gate.xml\n\nA limit names a figure by the keys of the JSON results, as in models[mine].p50_us or\nrecognizers[mine].probe_sets[BG].rank1; [*] is all of them. Times are known as well as their\nwindows and runs agree, and a limit within that interval cannot be told; nor can a miss while\nothers kept the machine busy. Rank-1 is compared with a baseline's on the same probes, by an\ninterval over people. The exit code is 0 if all limits hold, 4 if one is missed, 3 if one cannot\nbe told and none is missed, 1 or 2 after an error."
+    after_help = "Examples:\n  edgegait gate --init bench.json > limits.toml       # limits to begin with\n  edgegait gate limits.toml bench.json main.json\n  edgegait gate limits.toml 1.json main-1.json --run 2.json,3.json --baseline-run main-2.json\n  edgegait gate limits.toml score.json main.json --markdown comment.md --junit gate.xml\n\nA limit names a value by the keys of the JSON results, as in models[mine].p50_us or\nrecognizers[mine].probe_sets[BG].rank1; [*] stands for all of them. Times have an interval, from their\nwindows and runs. A limit within that interval cannot be decided, nor can a miss while other\nprocesses kept the machine busy. Rank-1 is compared with a baseline's on the same probes, with an\ninterval over people. The exit code is 0 if all limits hold, 4 if one is missed, 3 if one cannot be\ndecided and none is missed, 1 or 2 after an error."
 )]
 pub(super) struct GateArgs {
-    /// The limits (TOML), the results that are judged, and results that they are set against
+    /// The limits (TOML), the results to check, and the results of a baseline
     #[arg(value_name = "FILE", num_args = 2..=3, required_unless_present = "init")]
     files: Vec<PathBuf>,
-    /// More runs of what is judged: medians of all of them are
+    /// Further runs of the results to check; the medians of all runs count
     #[arg(long, value_name = "FILE[,FILE..]", value_delimiter = ',')]
     run: Vec<PathBuf>,
-    /// More runs of the baseline
+    /// Further runs of the baseline
     #[arg(long, value_name = "FILE[,FILE..]", value_delimiter = ',')]
     baseline_run: Vec<PathBuf>,
-    /// Leave out limits beside a baseline, of which there is none yet
+    /// Leave out limits relative to a baseline, if there is none yet
     #[arg(long, conflicts_with_all = ["baseline_run", "init"])]
     without_baseline: bool,
-    /// Print limits to begin with, from these results, and judge nothing
+    /// Print limits to begin with, from these results, and check nothing
     #[arg(long, value_name = "RESULT", conflicts_with_all = ["files", "run", "baseline_run", "markdown", "junit", "bencher", "json"])]
     init: Option<PathBuf>,
     /// Write a table for a pull request
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
-    /// Write JUnit XML: a missed limit is a failure, one that cannot be told an error
+    /// Write JUnit XML: a missed limit is a failure, an undecided one an error
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Write the figures in Bencher's metric format (JSON)
+    /// Write the values in Bencher's metric format (JSON)
     #[arg(long, value_name = "FILE")]
     bencher: Option<PathBuf>,
     #[command(flatten)]
@@ -47,7 +47,7 @@ pub(super) struct GateArgs {
 }
 
 impl GateArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         let named = |flag, path: &Option<PathBuf>, kind| {
             path.as_ref().map(|path| Output::new(flag, path, kind))
@@ -80,7 +80,7 @@ pub(super) fn run(args: &GateArgs) -> Result<Ending> {
     };
     if baseline.is_empty() && !args.baseline_run.is_empty() {
         return Err(Error::Usage(
-            "--baseline-run: expected a baseline of which these are more runs, found none".into(),
+            "--baseline-run: expected a baseline as the third file, found none".into(),
         ));
     }
     if args.without_baseline && !baseline.is_empty() {
@@ -131,7 +131,7 @@ pub(super) fn run(args: &GateArgs) -> Result<Ending> {
     })
 }
 
-/// Writes the forms that were asked for.
+/// Writes the requested reports.
 fn written(args: &GateArgs, report: &GateReport) -> Result<()> {
     let write = |path: &Option<PathBuf>, text: &dyn Fn() -> Result<String>| {
         let path: Option<&Path> = path.as_deref();

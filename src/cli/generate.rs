@@ -1,4 +1,4 @@
-//! `edgegait generate`: whole training sets from a design, as datasets.
+//! `edgegait generate`: makes whole training sets from a design, as datasets.
 
 use super::args::{Common, FileArgs};
 use super::export::{ExportArgs, sized, take_name};
@@ -26,16 +26,16 @@ use std::time::Instant;
 /// file of about twenty lines
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Designs that are built in: casia-b-like (124 people, 11 viewpoints, NM, BG and CL), domain-random\n(1,000 dressed people of 18 to 80 years, everything varied at once). One of your own:\n\n  seed = 7\n  conditions = \"casia-b\"                # or [[conditions]], as `sweep --conditions` reads them\n  [population]\n  people = \"0..1000\"                    # or [splits]\n  age_years = [18, 80]\n  dressed = \"per-take\"                  # or \"for-good\" or \"never\"\n  [walks]\n  speeds_kmh = { uniform = [3, 7], walks = 2 }   # or [4, 5, 6]\n  takes = 2\n  cycles = 1                            # of each take\n  [views]\n  azimuth_deg = { uniform = [0, 360] }  # or [0, 45, 90]\n  elevation_deg = [0]\n  count = 8                             # drawn for each cycle\n  [images]\n  template = \"gei\"\n  size = \"64x44\"\n  raster = \"rows\"\n\nExamples:\n  edgegait generate casia-b-like --out casia --people 4\n  edgegait generate design.toml --out sets"
+    after_help = "Built-in designs: casia-b-like (124 people, 11 viewpoints, NM, BG and CL), domain-random\n(1,000 dressed people of 18 to 80 years, everything varied at once). A design of your own:\n\n  seed = 7\n  conditions = \"casia-b\"                # or [[conditions]], as `sweep --conditions` reads them\n  [population]\n  people = \"0..1000\"                    # or [splits]\n  age_years = [18, 80]\n  dressed = \"per-take\"                  # or \"for-good\" or \"never\"\n  [walks]\n  speeds_kmh = { uniform = [3, 7], walks = 2 }   # or [4, 5, 6]\n  takes = 2\n  cycles = 1                            # of each take\n  [views]\n  azimuth_deg = { uniform = [0, 360] }  # or [0, 45, 90]\n  elevation_deg = [0]\n  count = 8                             # drawn for each cycle\n  [images]\n  template = \"gei\"\n  size = \"64x44\"\n  raster = \"rows\"\n\nExamples:\n  edgegait generate casia-b-like --out casia --people 4\n  edgegait generate design.toml --out sets"
 )]
 pub(super) struct GenerateArgs {
-    /// The name of a design that is built in, or a .toml file
+    /// The name of a built-in design, or a .toml file
     #[arg(value_name = "NAME|FILE")]
     design: String,
-    /// Folder to write: a dataset, or one for each split, in a folder of its name
+    /// Folder to write: a dataset, or a subfolder with a dataset for each split
     #[arg(long, value_name = "PATH", default_value = "generated")]
     out: PathBuf,
-    /// At most so many people of each split, to try a design
+    /// Most people of each split, to try a design
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     people: Option<u32>,
     #[command(flatten)]
@@ -44,10 +44,10 @@ pub(super) struct GenerateArgs {
     pub common: Common,
 }
 
-/// People who are made at once: enough for all cores, and a few megabytes.
+/// Number of people that are made at the same time: enough for all cores, in a few megabytes.
 const PEOPLE_AT_ONCE: usize = 64;
 
-/// The results.
+/// The results of the command.
 #[derive(Serialize)]
 struct GenerateResults {
     #[serde(flatten)]
@@ -62,7 +62,7 @@ struct GenerateResults {
 }
 
 impl GenerateArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         let is_file = Path::new(&self.design).extension().is_some();
         let folders = match Design::named(&self.design) {
@@ -70,7 +70,7 @@ impl GenerateArgs {
                 let parts = self.parts(&design).into_iter();
                 parts.map(|part| part.folder).collect()
             }
-            // What is wrong is said when it is read again.
+            // Errors are reported when it is read again.
             Err(_) => Vec::new(),
         };
         FileArgs {
@@ -86,14 +86,14 @@ impl GenerateArgs {
     }
 }
 
-/// People who go into one dataset, and its folder.
+/// The people of one dataset, and its folder.
 struct SplitPart<'d> {
     folder: PathBuf,
     splits: Vec<&'d Split>,
 }
 
 impl SplitPart<'_> {
-    /// The number of each person, and the name of the split.
+    /// Returns the number of each person, and the name of the split.
     fn people(&self) -> impl Iterator<Item = (usize, &str)> {
         self.splits.iter().flat_map(|split| {
             let name = split.name.as_deref().unwrap_or("train");
@@ -103,7 +103,7 @@ impl SplitPart<'_> {
 }
 
 impl GenerateArgs {
-    /// What is written: a dataset for each split, or one tree of them all.
+    /// Returns the parts to write: a dataset for each split, or one tree with all splits.
     fn parts<'d>(&self, design: &'d Design) -> Vec<SplitPart<'d>> {
         if self.export.format().is_tree() {
             return vec![SplitPart {
@@ -122,12 +122,12 @@ impl GenerateArgs {
         design.splits.iter().map(part).collect()
     }
 
-    /// The design, with as many people as are asked for, and how it is drawn.
+    /// Reads the design, and applies the number of people and the format to it.
     fn design(&self) -> Result<Design> {
         let mut design = Design::named(&self.design)?;
         if self.common.seed != DEFAULT_SEED && self.common.seed != design.settings.seed {
             return Err(Error::Usage(
-                "--seed: a design states its own (change `seed` in a copy of it)".into(),
+                "--seed: a design states its own seed (change `seed` in a copy of it)".into(),
             ));
         }
         if let Some(most) = self.people {
@@ -140,7 +140,7 @@ impl GenerateArgs {
         if format.is_tree() {
             design.images.wanted.templates = vec![Template::Silhouettes];
         }
-        // What OpenGait cuts to 64x44 is 64x64 in its files.
+        // OpenGait crops its 64x64 files to 64x44.
         let is_other = design.images.has_size && design.settings.size != Size::S64x44;
         design.settings = sized(design.settings, is_other, format);
         design.settings.template = design.images.wanted.templates[0];
@@ -154,7 +154,7 @@ impl GenerateArgs {
         let other = names.find(|name| !["train", "test"].contains(name));
         if let (DatasetFormat::Opengait, Some(other)) = (format, other) {
             return Err(Error::Usage(format!(
-                "--format opengait: OpenGait knows those who train and those who are tested, found split {other:?} (call splits train and test)"
+                "--format opengait: expected the splits train and test, as OpenGait has, found {other:?} (rename the splits)"
             )));
         }
         Ok(design)
@@ -260,7 +260,7 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
     args.common.write_json(&results)
 }
 
-/// Makes people, encodes them quickly, draws them and forgets them.
+/// Makes people, encodes them quickly, draws them, and drops them.
 fn draw(
     design: &Design,
     people: &[(usize, &str)],
@@ -327,7 +327,7 @@ fn draw(
     )
 }
 
-/// Says who walks in each walk of a person, or in each take if takes have names.
+/// Writes the walker of each walk of a person, or of each take if takes have names.
 fn describe(
     design: &Design,
     pack: &Pack<'_>,
@@ -344,7 +344,7 @@ fn describe(
             Sex::Male => "male",
         });
         let clothes = avatar.clothes();
-        // As the index calls them.
+        // The names in the index.
         let takes = design.takes.iter();
         let mut names: Vec<&str> = takes.filter_map(|take| take.name.as_deref()).collect();
         if names.is_empty() {

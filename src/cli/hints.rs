@@ -1,5 +1,5 @@
-//! What the command adds to the library's errors, which know causes and no flags: the flag that
-//! an error is about goes before it, and the flags that help after it.
+//! Adds flags to the library's errors, which name causes but no flags: the flag that an error is
+//! about goes before the message, and flags that help go after it.
 
 use crate::error::{
     ChoiceError, Error, EvaluateError, Remedy, ScoreError, SweepError, TemplateOrigin,
@@ -18,8 +18,8 @@ impl fmt::Display for WithFlags<'_> {
     }
 }
 
-/// The flag that an error is about, and its value; only the dashes where the message begins with
-/// the flag's name.
+/// Returns the flag that an error is about, and its value; only the dashes if the message begins
+/// with the flag's name.
 fn flag(error: &Error) -> String {
     use ChoiceError as C;
     match error {
@@ -48,10 +48,10 @@ fn flag(error: &Error) -> String {
     }
 }
 
-/// What to do about a model that the embedded runtime does not run.
+/// The advice for a model that the embedded runtime does not run.
 const OTHER_RUNTIME: &str = "use --runtime ort --ort-lib PATH";
 
-/// What to do, in flags.
+/// Returns advice in terms of flags.
 fn way_out(error: &Error) -> Option<String> {
     use ChoiceError as C;
     let words = match error {
@@ -62,16 +62,16 @@ fn way_out(error: &Error) -> Option<String> {
             Remedy::OnnxRuntime => OTHER_RUNTIME,
             Remedy::NameAnimation => "use --clip",
             Remedy::FolderIsSubject => {
-                "--subject-from folder takes the folder's name as the subject's"
+                "--subject-from folder uses the folder's name for the subject"
             }
-            Remedy::FrameAnew => "--size says what they are, or do without --as-stored",
-            Remedy::NamedViews => "--named-views takes all of them for names",
-            Remedy::OneModality => "--modality names one of them",
+            Remedy::FrameAnew => "state their size with --size, or omit --as-stored",
+            Remedy::NamedViews => "--named-views treats all of them as names",
+            Remedy::OneModality => "choose one with --modality",
             Remedy::OtherTemplate => {
                 "make another dataset with --template gei, or a tree with --format opengait"
             }
             Remedy::GiveBackground => {
-                "--background names a picture of the empty scene, or a folder of several"
+                "give a picture of the empty scene, or a folder of several, with --background"
             }
         },
         Error::Score(error) => return asked(error),
@@ -79,12 +79,12 @@ fn way_out(error: &Error) -> Option<String> {
             C::CycleNeedsParallelRays => "use --lens ortho, or --framing camera",
             C::ColumnsShareScale { setting, value, .. } => {
                 return Some(format!(
-                    "use --raster rows, or another than --{setting} {value}"
+                    "use --raster rows, or something other than --{setting} {value}"
                 ));
             }
             C::SourcesDiffer { setting, .. } => {
                 return Some(format!(
-                    "--{setting} says of packs and trees what they give; a dataset is as it is"
+                    "--{setting} applies to packs and trees; a dataset is used as it is"
                 ));
             }
             C::ColumnsSumFrames(_) => "use --raster rows",
@@ -93,25 +93,25 @@ fn way_out(error: &Error) -> Option<String> {
             C::NotMeasured { .. } => {
                 "use --framing height and --lens ortho, or choose --raster, --jitter and --frames-per-cycle yourself"
             }
-            C::TakeHasNoGei { .. } => "leave out --track clip, or use --max-error-mm",
+            C::TakeHasNoGei { .. } => "omit --track clip, or use --max-error-mm",
             C::NoCondition { .. } => "--conditions",
-            C::NoLibrary { .. } => "--ort-lib names it",
+            C::NoLibrary { .. } => "give its path with --ort-lib",
             C::EmbeddedProvider(_) | C::BareEmbedded => "use --runtime ort",
             C::ForeignDataset(_) => "name another folder, or use --overwrite",
             C::IsThere(_) | C::OtherRun { .. } => "name another, or use --overwrite",
-            C::Unfinished { .. } => "go on with --resume, or remove the folder",
+            C::Unfinished { .. } => "continue with --resume, or remove the folder",
             _ => return None,
         },
         Error::Sweep(error) => match error {
             SweepError::TakeHasNoCycle(_) => {
                 "import it without --track clip, or choose others with --walks"
             }
-            SweepError::TakeHasNoVariations(_) => "leave out --cycle",
+            SweepError::TakeHasNoVariations(_) => "omit --cycle",
             _ => return None,
         },
         Error::Evaluate(error) => match error {
             EvaluateError::NoTake { .. } => {
-                "rename takes, choose one walk of each person so that takes are made of it, or another --protocol"
+                "rename takes, choose one walk of each person so that takes are made from it, or use another --protocol"
             }
             EvaluateError::NoClass { .. } => "use --protocol first-take",
             EvaluateError::TooManyViews { .. } => "choose fewer with --views",
@@ -122,7 +122,7 @@ fn way_out(error: &Error) -> Option<String> {
     Some(words.to_owned())
 }
 
-/// What a recognizer asks for, in flags.
+/// Returns the flags that a recognizer needs.
 fn asked(error: &ScoreError) -> Option<String> {
     match error {
         ScoreError::Contract { setting, asked, .. }
@@ -175,7 +175,7 @@ mod tests {
             refused(columns),
             "--raster columns: it draws all elevations of an azimuth at once, for which they have \
              to share one scale and parallel rays, but framing height has a scale for each frame \
-             (use --raster rows, or another than --framing height)"
+             (use --raster rows, or something other than --framing height)"
         );
         let motion = Settings {
             template: Template::Mhi,

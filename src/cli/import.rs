@@ -1,4 +1,4 @@
-//! `edgegait import`: recorded walks as a pack.
+//! `edgegait import`: imports recorded walks as a pack.
 
 use super::args::{Common, FileArgs};
 use super::body::BodyArgs;
@@ -30,25 +30,25 @@ use std::path::{Path, PathBuf};
 /// whole, encode as a pack
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait import clips/cmu_amc/s07/*.amc --out s07.egp\n  edgegait import turn.bvh --track clip --out turn.egp\n  edgegait import walk.bvh --subject anna --stature-m 1.68 --mass-kg 61 --sex female --out anna.egp\n  edgegait import walks --bodies people.csv --out walks.egp\n  edgegait import anna.glb --clip walk --track clip --out anna.egp\n  edgegait import walks --body anna.glb --hull-points 256 --out as-anna.egp\n\nA take is named after its file, and its subject after what stands before the last \"_\" of\nthat name (07_01.amc is take 07_01 of subject 07). An .amc file is read with the .asf file\nbeside it. A .glb or .gltf file is a body: its subject has the file's name, its take the clip's,\nand kept as it is (--track clip) it stays where the file places it."
+    after_help = "Examples:\n  edgegait import clips/cmu_amc/s07/*.amc --out s07.egp\n  edgegait import turn.bvh --track clip --out turn.egp\n  edgegait import walk.bvh --subject anna --stature-m 1.68 --mass-kg 61 --sex female --out anna.egp\n  edgegait import walks --bodies people.csv --out walks.egp\n  edgegait import anna.glb --clip walk --track clip --out anna.egp\n  edgegait import walks --body anna.glb --hull-points 256 --out as-anna.egp\n\nA take is named after its file, and its subject after the part of that name before the last\n\"_\" (07_01.amc is take 07_01 of subject 07). An .amc file is read with the .asf file beside it.\nA .glb or .gltf file is a body: its subject has the file's name, and its take the clip's name. With\n--track clip it stays where the file places it."
 )]
 pub(super) struct ImportArgs {
-    /// Files, or folders of them
+    /// Files, or folders of files
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
     /// Where to write the pack
     #[arg(long, value_name = "PATH", default_value = "import.egp")]
     out: PathBuf,
-    /// What to store of each file: its gait cycles, each closed, or the take as it is
+    /// What to store of each file: its closed gait cycles, or the uncut motion
     #[arg(long, value_name = "TRACK", default_value = "loop")]
     track: StoredTrack,
     /// Which gait cycles to store of each file: all, their mean, or the first
     #[arg(long, value_name = "WHICH", default_value = "all")]
     cycles: CycleSelection,
-    /// Name of the subject of all files
+    /// Subject name for all files
     #[arg(long, value_name = "NAME", conflicts_with = "subject_from")]
     subject: Option<String>,
-    /// What the subjects are named after: their files, up to the last "_", or their folders
+    /// Source of subject names: files, up to the last "_", or folders
     #[arg(long, value_name = "WHAT", default_value = "file")]
     subject_from: SubjectFrom,
     /// Skeleton of the .amc files [default: the .asf file beside each]
@@ -59,11 +59,11 @@ pub(super) struct ImportArgs {
     clip: Option<String>,
     #[command(flatten)]
     body: BodyArgs,
-    /// Cut-off of the zero-lag low-pass in Hz; 0 leaves the motion as recorded
+    /// Cut-off of the zero-lag low-pass filter in Hz; 0 leaves the motion as recorded
     /// [default: 10 for captured motion, none for glTF]
     #[arg(long, value_name = "HZ")]
     low_pass_hz: Option<f64>,
-    /// Frames a second of the files, where they do not say (AMC) or say it wrongly
+    /// Frames a second of the files, if they do not state it (AMC) or state it wrongly
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
     #[command(flatten)]
@@ -74,19 +74,19 @@ pub(super) struct ImportArgs {
     pub common: Common,
 }
 
-/// What subjects are named after.
+/// The source of subject names.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum SubjectFrom {
     File,
     Folder,
 }
 
-/// What is stored of a file.
+/// The form in which a file's motion is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum StoredTrack {
     /// Closed gait cycles
     Loop,
-    /// The take as it is: starts, turns, standing
+    /// The uncut motion: starts, turns, standing
     Clip,
 }
 
@@ -99,30 +99,30 @@ impl StoredTrack {
     }
 }
 
-/// Which cycles of a file are stored.
+/// The cycles of a file that are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum CycleSelection {
-    /// Each for itself
+    /// All cycles, separately
     All,
-    /// One with the mean pose at each phase
+    /// One cycle with the mean pose at each phase
     Mean,
-    /// The first
+    /// The first cycle
     First,
 }
 
-/// What was imported.
+/// The results of the command.
 #[derive(Serialize)]
 struct ImportResults {
     #[serde(flatten)]
     header: ResultHeader,
     bytes: usize,
     subjects: usize,
-    /// Of bodies that were fitted to a mesh.
+    /// The bodies that were fitted to a mesh.
     fits: Vec<FitResult>,
     clips: Vec<ClipResult>,
 }
 
-/// How well a body's hulls match its mesh.
+/// The match between a body's hulls and its mesh.
 #[derive(Serialize)]
 struct FitResult {
     subject: String,
@@ -133,31 +133,32 @@ struct FitResult {
     frontier: Vec<(usize, f64)>,
 }
 
-/// What became of one file.
+/// The result of importing one file.
 #[derive(Serialize)]
 struct ClipResult {
     file: String,
     format: String,
     fps: f64,
     frames: usize,
-    /// Cut-off of the low-pass that the motion went through.
+    /// Cut-off of the low-pass filter that was applied to the motion.
     low_pass_hz: Option<f64>,
     cycles: usize,
-    /// Of cycles, as are stride, duty factor and closure; a take has none of them.
+    /// Cadence of cycles; an uncut motion has no cadence, stride, duty factor and closure.
     cadence_spm: Option<f64>,
     speed_mps: f64,
     stride_m: Option<f64>,
     duty_factor: Option<f64>,
-    /// How far the trunk leans ahead on average.
+    /// Mean forward lean of the trunk.
     lean_deg: f64,
     /// Distance between the source's joints and the canonical ones, root mean square.
     residual_mm: f64,
-    /// How far closing moved a joint of any cycle at most.
+    /// Greatest distance that closing moved a joint of any cycle.
     closure_mm: Option<f64>,
-    /// How far a standing foot slides on the body that walks: mean over the stances, and most.
+    /// Distance that a standing foot slides on the walking body: mean over the stances, and
+    /// maximum.
     skate_mm: Option<f64>,
     skate_max_mm: Option<f64>,
-    /// The same if its legs moved as the recorded ones: what the recording does itself.
+    /// Mean distance that a foot slides if the legs move as recorded: the recording's own sliding.
     own_skate_mm: Option<f64>,
     bytes: usize,
     max_error_mm: f64,
@@ -166,10 +167,10 @@ struct ClipResult {
 }
 
 impl ImportArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         let files = expand(&self.files).unwrap_or_default();
-        // An .amc is read with an .asf beside it, whatever that is called.
+        // An .amc is read with an .asf beside it, of any name.
         let mut folders: Vec<&Path> = files.iter().filter_map(|file| file.parent()).collect();
         folders.dedup();
         let beside = folders.into_iter().flat_map(|folder| {
@@ -207,7 +208,7 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
             (StoredTrack::Clip, CycleSelection::All) => Keep::Take,
             (StoredTrack::Clip, _) => {
                 return Err(Error::Usage(
-                    "--cycles chooses among gait cycles: --track clip stores none".into(),
+                    "--cycles chooses among gait cycles, but --track clip stores none".into(),
                 ));
             }
         },
@@ -280,7 +281,7 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
     args.common.write_json(&results)
 }
 
-/// The bodies that were fitted to a mesh.
+/// Returns the bodies that were fitted to a mesh.
 fn fits(people: &[Subject]) -> Vec<FitResult> {
     let fitted = people.iter().filter_map(|subject| {
         let fit = subject.body.fit.as_ref()?;
@@ -310,8 +311,8 @@ impl fmt::Display for FitResult {
     }
 }
 
-/// The files to import: folders stand for the files of known formats in them and in the folders
-/// below, by name. Links to folders are not followed.
+/// Lists the files to import. A folder stands for all files of known formats in it and its
+/// subfolders, in order of names. Links to folders are not followed.
 fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in paths {
@@ -344,7 +345,7 @@ fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
             return Err(Error::input(
                 path,
                 format!(
-                    "no .{} file in this folder or below",
+                    "no .{} file in this folder or its subfolders",
                     EXTENSIONS.join(", .")
                 ),
             ));
@@ -354,8 +355,8 @@ fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// Reads every file, on all cores, and collects those that cannot be used; both in the files'
-/// order.
+/// Reads every file, on all cores, and collects the recordings and the errors, both in the order of
+/// files.
 fn read_all(files: &[PathBuf], options: &ReadOptions) -> (Vec<Recording>, Vec<Error>) {
     let progress = Progress::new("files", files.len());
     let read: Vec<Result<Recording>> = files
@@ -376,7 +377,7 @@ fn read_all(files: &[PathBuf], options: &ReadOptions) -> (Vec<Recording>, Vec<Er
     (recordings, refused)
 }
 
-/// One row a file, with the bytes and errors of its cycles.
+/// Returns one row for each file, with the bytes and errors of its cycles.
 fn clip_results(
     recordings: &[Recording],
     people: &[Subject],
@@ -435,7 +436,7 @@ fn clip_results(
     Ok(rows.collect())
 }
 
-/// What was said of the files, by their paths.
+/// Collects the warnings about the files, by their paths.
 fn clip_warnings(clips: &[ClipResult]) -> Vec<SharedWarning<'_>> {
     SharedWarning::of(
         clips
@@ -444,11 +445,11 @@ fn clip_warnings(clips: &[ClipResult]) -> Vec<SharedWarning<'_>> {
     )
 }
 
-/// The same for a terminal.
+/// Formats the results as a table for a terminal.
 fn table(results: &ImportResults) -> String {
     let mut table = Table::new(&[Left(32), Left(0), Right(6)]);
     table.row(
-        "file|format|fps|frames|cycles|steps/min|m/s|stride|duty|lean°|fit mm|loop mm|skate mm|of it own"
+        "file|format|fps|frames|cycles|steps/min|m/s|stride|duty|lean°|fit mm|loop mm|skate mm|own skate"
             .split('|'),
     );
     let warnings = clip_warnings(&results.clips);
@@ -481,13 +482,13 @@ fn table(results: &ImportResults) -> String {
         table.note(format!("warning: {warning}"));
     }
     table.note(
-        "(lean°: how far the trunk leans ahead, mean; fit mm: from the file's joints to ours; loop mm: how far joints were moved to close the cycle;\n\
-         skate mm: how far a standing foot slides, mean; of it own: what the recording does itself)",
+        "(lean°: mean forward lean of the trunk; fit mm: from the file's joints to ours; loop mm: how far joints were moved to close the cycle;\n\
+         skate mm: how far a standing foot slides, mean; own skate: the same in the recording itself)",
     );
     table.to_string()
 }
 
-/// A file's name after that of its folder, which takes of several people need.
+/// Returns a file's name with the name of its folder, which distinguishes takes of several people.
 fn with_folder(file: &str) -> String {
     let path = Path::new(file);
     let name = path.file_name().unwrap_or_default().to_string_lossy();

@@ -1,4 +1,4 @@
-//! `edgegait inspect`: what a pack holds, and what it costs.
+//! `edgegait inspect`: shows what a pack contains, and its size and errors.
 
 use super::args::{Common, FileArgs};
 use crate::dataset::ResultHeader;
@@ -7,14 +7,14 @@ use crate::inspect::Summary;
 use crate::sequences::PackSource;
 use std::path::PathBuf;
 
-/// Show what a pack holds and takes: people, walks, bytes, errors, memory
+/// Show the contents of a pack: people, walks, bytes, errors, memory
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  edgegait inspect cohort.egp --json -")]
 pub(super) struct InspectArgs {
     /// The pack
     #[arg(value_name = "PACK")]
     pack: PathBuf,
-    /// Measure people as they are decoded and drawn, and print it beside what is published
+    /// Measure the decoded, drawn people, and print the results beside published norms
     #[cfg(feature = "import")]
     #[arg(long)]
     audit: bool,
@@ -23,7 +23,7 @@ pub(super) struct InspectArgs {
 }
 
 impl InspectArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         FileArgs {
             inputs: vec![self.pack.clone()],

@@ -1,21 +1,22 @@
-//! What happens when the user, or the system, ends the command before its work is done.
+//! Handles the signals by which the user, or the system, ends the command early.
 
 use crate::dataset::unfinished_work;
 use crate::error::{Error, Result};
 use crate::files::remove_unfinished;
 
-/// From now on, SIGINT, SIGTERM and SIGHUP remove what is half-made, unless it can be gone on with, and end the process, with 128
-/// and the signal's number as shells have it. Results that have their names already stay. Signals
-/// that the process was started to ignore (`nohup`, a script's background) stay ignored.
+/// Makes SIGINT, SIGTERM and SIGHUP remove unfinished files, unless the work can be resumed, and
+/// end the process with the exit code 128 plus the signal's number, like shells. Finished results
+/// stay. Signals that the process was started to ignore (`nohup`, a script's background) stay
+/// ignored.
 ///
 /// # Errors
-/// The system's, if it takes no handler.
+/// If the system accepts no handler.
 #[cfg(unix)]
 pub(super) fn listen() -> Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     let failed =
         |error: std::io::Error| Error::Failed(format!("cannot listen for interruptions: {error}"));
-    // Where the system does not tell, SIGHUP may be ignored.
+    // Where the system does not report it, SIGHUP may be ignored.
     let ignored = ignored().unwrap_or(1 << (SIGHUP - 1));
     let heard = [SIGINT, SIGTERM, SIGHUP].into_iter();
     let heard = heard.filter(|signal| ignored >> (signal - 1) & 1 == 0);
@@ -31,17 +32,17 @@ pub(super) fn listen() -> Result<()> {
     started.map(drop).map_err(failed)
 }
 
-/// Says where work waits to be gone on with, for a process that ends before its work is done.
+/// Prints where unfinished work can be resumed, when a process ends early.
 pub(super) fn tell_unfinished() {
     for folder in unfinished_work() {
         eprintln!(
-            "{} keeps what is done: go on with --resume",
+            "{} keeps the finished part: continue with --resume",
             folder.display()
         );
     }
 }
 
-/// Elsewhere a process that is interrupted leaves its hidden folders behind.
+/// Does nothing: on other systems, an interrupted process leaves its hidden folders behind.
 ///
 /// # Errors
 /// Never.
@@ -50,8 +51,8 @@ pub fn listen() -> Result<()> {
     Ok(())
 }
 
-/// The signals that the process was started to ignore, the first in the lowest bit; none where the
-/// system does not tell.
+/// Returns the signals that the process was started to ignore, the first in the lowest bit; none if
+/// the system does not report them.
 #[cfg(unix)]
 fn ignored() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;

@@ -1,29 +1,29 @@
-//! `--keep-going`: what cannot be used costs a warning, not the run.
+//! `--keep-going`: leaves out unusable inputs with a warning, instead of an error.
 
 use super::hints::WithFlags;
 use crate::error::{Error, Result};
 
-/// The flag.
+/// The flag `--keep-going`.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(super) struct KeepGoing {
-    /// Leave out what cannot be used, with a warning for each, and go on with the rest: `import`
-    /// files, gait cycles and fields of --bodies, `score` sequences of a tree
+    /// Leave out unusable inputs, with a warning for each: files, gait cycles and fields of
+    /// --bodies for `import`, sequences of a tree for `score`
     #[arg(long)]
     keep_going: bool,
 }
 
 impl KeepGoing {
-    /// Whether it was given.
+    /// Returns whether the flag was given.
     #[must_use]
     pub(super) const fn is_given(self) -> bool {
         self.keep_going
     }
 
-    /// The warnings of what is left out of so many things, called what they are and what they
-    /// cannot be: `("files", "imported")`.
+    /// Returns a warning for each item that is left out of `all` items. The words name the items
+    /// and what cannot be done with them: `("files", "imported")`.
     ///
     /// # Errors
-    /// Without the flag, and if none is left.
+    /// If an item cannot be used and the flag is not given, or if no item is left.
     pub(super) fn leave_out(
         self,
         mut refused: Vec<Error>,
@@ -56,7 +56,7 @@ impl KeepGoing {
     }
 }
 
-/// An error that also says this, in brackets.
+/// Appends a hint in brackets to an error.
 #[must_use]
 pub(super) fn with_hint(error: Error, hint: &str) -> Error {
     match error {

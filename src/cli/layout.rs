@@ -1,22 +1,22 @@
-//! How a tree of silhouettes is to be read: flags of the commands that read one.
+//! Flags that choose how a tree of silhouettes is read.
 
 use crate::dataset::{Modality, TreeLayout};
 use crate::error::{Error, Result};
 
-/// The flags.
+/// The flags that choose how a tree is read.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct LayoutArgs {
-    /// Take the names of a tree's views for those of cameras or recordings, even if they look like
-    /// angles [default: names where nobody's views are named by angles]
+    /// Treat the names of a tree's views as cameras or recordings, even if they look like angles
+    /// [default: only if no person's views are named by angles]
     #[arg(long)]
     named_views: bool,
-    /// Which files of a view's folder to read, if several modalities share it: a part of their name,
-    /// or a number from 0 in the order of names
+    /// Modality to read if several share a view's folder: a part of the file name, or a number from
+    /// 0 in order of names
     #[arg(long, value_name = "NAME|N")]
     modality: Option<String>,
 }
 
-/// Refuses flags that say how a tree is read, where there is none.
+/// Rejects flags about reading a tree where there is none.
 pub(super) fn refuse_without_tree(
     mut flags: impl Iterator<Item = (&'static str, bool)>,
 ) -> Result<()> {
@@ -29,7 +29,7 @@ pub(super) fn refuse_without_tree(
 }
 
 impl LayoutArgs {
-    /// The flags, and whether each was given.
+    /// Returns the flags, and whether each was given.
     pub(super) fn given(&self) -> [(&'static str, bool); 2] {
         [
             ("--named-views", self.named_views),
@@ -37,7 +37,7 @@ impl LayoutArgs {
         ]
     }
 
-    /// The layout.
+    /// Returns the layout.
     pub(super) fn layout(&self) -> TreeLayout {
         TreeLayout {
             named_views: self.named_views,

@@ -1,4 +1,4 @@
-//! `edgegait literature`: recognizers of the literature beside each other.
+//! `edgegait literature`: compares recognizers from the literature.
 
 use super::args::{Common, FileArgs};
 use super::progress::Progress;
@@ -20,34 +20,33 @@ use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// The number of the first person whom recognizers learn from, so that nobody of the built-in cohort is
-/// among them.
+/// The number of the first training person; the built-in cohort has lower numbers.
 const FIRST_TRAINED: usize = 1000;
-/// People who are looked for, and cycles of each condition, where nothing is said.
+/// Defaults of the numbers of tested people and of probe cycles of each condition.
 const USUAL_PEOPLE: u16 = 26;
 const USUAL_CYCLES: u32 = 2;
 
-/// Judge recognizers of the literature by class of confounder: view, speed, clothes, carrying,
+/// Evaluate recognizers from the literature by class of confounder: view, speed, clothes, carrying,
 /// occlusion, segmentation
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  edgegait literature                  # 26 people, trained on 26 others\n  edgegait literature --people 100 --training-people 100 --json literature.json\n  edgegait literature tree --fps 30    # recorded people: other cycles, other viewpoints"
 )]
 pub(super) struct LiteratureArgs {
-    /// A tree of silhouettes (<person>/<take>/<view>/) whose people are looked for among each other, by
-    /// gait cycle, in place of made ones
+    /// A tree of silhouettes (<person>/<take>/<view>/) to test with, by gait cycle, instead of
+    /// synthetic people
     #[arg(value_name = "TREE")]
     tree: Option<PathBuf>,
     #[command(flatten)]
     cutting: CuttingArgs,
-    /// Made people who are looked for among each other, the built-in cohort first
+    /// Synthetic people to test with; the built-in cohort comes first
     /// [default: 26]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..=500))]
     people: Option<u16>,
-    /// Other people, whom recognizers learn from
+    /// Other synthetic people to train with
     #[arg(long, value_name = "N", default_value_t = 26, value_parser = clap::value_parser!(u16).range(2..=500))]
     training_people: u16,
-    /// Cycles of each condition that are looked for
+    /// Probe cycles of each condition
     /// [default: 2]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
     cycles: Option<u32>,
@@ -57,7 +56,7 @@ pub(super) struct LiteratureArgs {
     pub common: Common,
 }
 
-/// The results.
+/// The results of the command.
 #[derive(Serialize)]
 struct LiteratureResults {
     #[serde(flatten)]
@@ -69,7 +68,7 @@ struct LiteratureResults {
 }
 
 impl LiteratureArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         FileArgs {
             inputs: self.tree.iter().cloned().collect(),
@@ -77,18 +76,18 @@ impl LiteratureArgs {
         }
     }
 
-    /// Refuses flags that say nothing of what is asked for.
+    /// Rejects flags that do not apply.
     fn check(&self) -> Result<()> {
         let usage = |text: &str| Err(Error::Usage(text.into()));
         let [fps, whole] = self.cutting.given();
         if whole.1 {
-            return usage("--whole-recordings: people are looked for by gait cycle");
+            return usage("--whole-recordings: the probes are gait cycles");
         }
         if self.tree.is_none() && fps.1 {
-            return usage("--fps is of a tree's recordings: no tree is named");
+            return usage("--fps applies to a tree's recordings: no tree is given");
         }
         if self.tree.is_some() && (self.people.is_some() || self.cycles.is_some()) {
-            return usage("--people and --cycles are of made people: a tree has its own");
+            return usage("--people and --cycles apply to synthetic people: a tree has its own");
         }
         Ok(())
     }
@@ -189,10 +188,11 @@ pub(super) fn run(args: &LiteratureArgs) -> Result<()> {
     })
 }
 
-/// A tree's gait cycles, and from where people are seen.
+/// Reads the gait cycles of a tree, and the viewpoints.
 ///
 /// # Errors
-/// For what is no tree of silhouettes, views whose angles are not known, and what cannot be read.
+/// If it is not a tree of silhouettes, if the angles of a view are unknown, or if it cannot be
+/// read.
 fn recordings(
     path: &Path,
     cutting: &CuttingArgs,
@@ -202,7 +202,7 @@ fn recordings(
     else {
         return Err(Error::input(
             path,
-            "expected a tree of silhouettes (<person>/<take>/<view>/), found templates: cycles of a dataset are not looked for here",
+            "expected a tree of silhouettes (<person>/<take>/<view>/), found a dataset of templates",
         ));
     };
     *header = header.clone().with("tree", path.display().to_string());
@@ -214,7 +214,7 @@ fn recordings(
         return Err(Error::input(
             path,
             format!(
-                "expected at least 2 people, one of them with more than two gait cycles, of which one is known and another is looked for; found {} people",
+                "expected at least 2 people, one of them with more than two gait cycles (one for the gallery, another as a probe), found {} people",
                 cut.people()
             ),
         ));
@@ -222,7 +222,7 @@ fn recordings(
     let angles = cut.viewpoints().ok_or_else(|| {
         Error::input(
             path,
-            "expected views that are named by their angles (090), found names of cameras: a view transformation needs the viewpoints",
+            "expected views named by their angles (090), found names of cameras: a view transformation needs the viewpoints",
         )
     })?;
     let list: Vec<View> = angles.into_iter().map(View::at).collect::<Result<_>>()?;

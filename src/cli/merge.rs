@@ -1,4 +1,4 @@
-//! `edgegait merge`: shards put together to the bytes of one run.
+//! `edgegait merge`: joins shards into the same bytes as one run.
 
 use super::args::{Common, FileArgs};
 use super::export::FormatArg;
@@ -8,7 +8,7 @@ use crate::error::Result;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Put the shards of a `sweep` or `generate` together to the bytes of one run
+/// Join the shards of `sweep` or `generate` into the same bytes as one run
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  edgegait sweep --shard 1/2 --out one\n  edgegait sweep --shard 2/2 --out two\n  edgegait merge one two --out whole"
@@ -17,13 +17,13 @@ pub(super) struct MergeArgs {
     /// Folders that `--shard` made, in any order
     #[arg(value_name = "SHARD", required = true)]
     shards: Vec<PathBuf>,
-    /// What to write
+    /// Folder or file to write
     #[arg(long, value_name = "PATH")]
     out: PathBuf,
-    /// How it is written [default: as the shards are]
+    /// Format [default: that of the shards]
     #[arg(long, value_name = "FORMAT")]
     format: Option<FormatArg>,
-    /// Go on with a run that was ended before it was done
+    /// Resume a run that was interrupted
     #[arg(long)]
     resume: bool,
     #[command(flatten)]
@@ -38,7 +38,7 @@ struct MergeResults {
 }
 
 impl MergeArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         let format = self
             .format

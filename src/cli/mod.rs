@@ -1,4 +1,4 @@
-//! The command line: one module a subcommand.
+//! The command line, with one module for each subcommand.
 
 mod args;
 mod augment;
@@ -62,14 +62,13 @@ use progress::Stop;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-/// The version and, of a release build from a checkout, the commit.
+/// The version and, in a release build from a checkout, the commit.
 const VERSION: &str = match option_env!("EDGEGAIT_VERSION") {
     Some(version) => version,
     None => env!("CARGO_PKG_VERSION"),
 };
 
-/// Makes human gait silhouettes from compressed motion, and measures with them how well
-/// gait recognizers hold up.
+/// Makes human gait silhouettes from compressed motion, and tests gait recognizers with them.
 #[derive(Debug, Parser)]
 #[command(
     name = "edgegait",
@@ -112,11 +111,11 @@ enum Command {
     Train(train::TrainArgs),
 }
 
-/// The command with all that is the same for every subcommand.
+/// Returns the command, with the settings that all subcommands share.
 fn command() -> clap::Command {
     Cli::command().mut_subcommands(|command| {
         let command = command.display_name("edgegait");
-        // A number below 0 is a value that may be out of range, and no flag.
+        // A number below 0 is a value, possibly out of range, but not a flag.
         command.mut_args(|arg| {
             let is_flag_with_value = !arg.is_positional() && arg.get_action().takes_values();
             if is_flag_with_value && !arg.is_allow_hyphen_values_set() {
@@ -128,7 +127,7 @@ fn command() -> clap::Command {
     })
 }
 
-/// Runs the command that the process was started with; its exit code.
+/// Runs the command that the process was started with, and returns its exit code.
 #[must_use]
 pub fn main() -> std::process::ExitCode {
     let program = std::env::current_exe();
@@ -136,9 +135,9 @@ pub fn main() -> std::process::ExitCode {
     code_of(std::env::args_os().collect(), program.into_iter().collect()).into()
 }
 
-/// Runs the command of these words, of which the first is its own name, in a process that is for
-/// nothing else; the exit code. `program` is how such a process is started: a program and its first
-/// words.
+/// Runs the command of these words in a process of its own, and returns the exit code. The first
+/// word is the command's own name; `program` is the program and first words that start such a
+/// process.
 #[must_use]
 pub fn code_of(words: Vec<OsString>, program: Vec<OsString>) -> u8 {
     let matches = command().get_matches_from(&words);
@@ -157,14 +156,15 @@ pub fn code_of(words: Vec<OsString>, program: Vec<OsString>) -> u8 {
     }
 }
 
-/// How a command ended that did its work; the process's exit code. Errors have 1 and 2.
+/// The outcome of a command that did its work, as the exit code of the process. Errors have 1 and
+/// 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ending {
-    /// There is nothing more to say.
+    /// The work is done, and no limit is missed.
     Done = 0,
-    /// Whether what was found is beyond a limit cannot be told.
+    /// A limit is undecided.
     CannotTell = 3,
-    /// What was found is beyond a limit.
+    /// A limit is missed.
     LimitMissed = 4,
 }
 
@@ -177,7 +177,7 @@ fn run(command: &Command) -> Result<Ending> {
         }};
     }
     match command {
-        // Its threads are those of one inference.
+        // Its threads are the threads of one inference.
         Command::Bench(args) => bench::run(args),
         Command::Check(args) => return run!(check, args),
         Command::Cohort(args) => run!(cohort, args),
@@ -208,7 +208,7 @@ fn run(command: &Command) -> Result<Ending> {
     .map(|()| Ending::Done)
 }
 
-/// Runs `work` with as many threads as were asked for.
+/// Runs `work` with the requested number of threads.
 fn with_threads<R: Send>(
     common: &args::Common,
     work: impl FnOnce() -> Result<R> + Send,

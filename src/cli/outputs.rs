@@ -1,7 +1,7 @@
-//! What a command writes: tried before any work, by one rule.
+//! Checks a command's outputs before any work, by one rule.
 //!
-//! An input is never written over. An earlier result of the same kind is replaced; whatever else is
-//! there, only with `--overwrite`. Folders that lack are made when the result is written.
+//! An input is never overwritten. An earlier result of the same kind is replaced; any other file,
+//! only with `--overwrite`. Missing folders are made when the result is written.
 
 use crate::dataset::{DatasetFormat, Existing, check_replaceable};
 use crate::error::{Error, Result};
@@ -13,10 +13,10 @@ use std::fs::{self, Metadata};
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-/// Most bytes of a file that are read to know it again.
+/// Most bytes of a file that are read to recognize it.
 const MAX_READ: u64 = 1 << 28;
 
-/// What is written, by which an earlier one is known again.
+/// The kind of an output, by which an earlier result is recognized.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum OutputKind {
     /// The JSON results of the command of this name.
@@ -33,9 +33,9 @@ pub(super) enum OutputKind {
     Model,
     /// The contract of a model that was trained here.
     Contract,
-    /// A contract for people to edit, so that none is known again.
+    /// A contract for people to edit, so that none is recognized as an earlier result.
     Explained,
-    /// A text that begins with this.
+    /// A text that begins with these characters.
     Begins(&'static str),
     /// Figures in Bencher's metric format.
     Bencher,
@@ -45,7 +45,7 @@ pub(super) enum OutputKind {
     Png,
     /// A chart.
     Svg,
-    /// An array. It says nothing of who made it, so none is known again.
+    /// An array. It does not state its origin, so none is recognized as an earlier result.
     Npy,
     /// A folder with a page.
     Report,
@@ -63,25 +63,25 @@ pub(super) enum OutputKind {
     Study,
     /// A dataset: a folder that holds nothing else, or a file.
     Dataset(DatasetFormat),
-    /// The same where an earlier run is gone on with: whether it is there already is found out then.
+    /// A dataset of a run to resume; the run itself checks whether it exists.
     Resumed,
-    /// A sequence of silhouettes, a folder: the command looks whether it is there already.
+    /// A folder with a sequence of silhouettes; the command itself checks whether it exists.
     Sequence,
 }
 
-/// Something that a command will write.
+/// A file or folder that a command will write.
 #[derive(Clone, Debug)]
 pub(super) struct Output {
     /// The flag that names it.
     pub flag: &'static str,
-    /// Where.
+    /// Its path.
     pub path: PathBuf,
-    /// What.
+    /// Its kind.
     pub kind: OutputKind,
 }
 
 impl Output {
-    /// What the flag's value will be.
+    /// Creates the output that a flag names.
     pub(super) fn new(flag: &'static str, path: &Path, kind: OutputKind) -> Self {
         Self {
             flag,
@@ -90,7 +90,7 @@ impl Output {
         }
     }
 
-    /// The files or folders that it comes to, each of a kind of its own.
+    /// Returns the files or folders of this output, each with its kind.
     fn parts(&self) -> Vec<(PathBuf, OutputKind)> {
         let path = &self.path;
         match self.kind {
@@ -114,7 +114,7 @@ impl Output {
         }
     }
 
-    /// Refuses what must not or cannot be written.
+    /// Checks that the output may and can be written.
     fn check(&self, inputs: &[PathBuf], overwrite: bool) -> Result<()> {
         let (flag, shown) = (self.flag, self.path.display());
         let refuse = |problem: String| Err(Error::Usage(format!("{flag} {shown}: {problem}")));
@@ -145,7 +145,7 @@ impl Output {
             } else if kind == OutputKind::Resumed {
                 continue;
             } else if kind == OutputKind::Sequence {
-                // It may be there, but not be made among frames that are read.
+                // It may exist, but not inside a folder of frames that are read.
                 let target = resolved(&path);
                 let is_in = |input: &&PathBuf| {
                     fs::canonicalize(input).is_ok_and(|input| target.starts_with(input))
@@ -163,7 +163,7 @@ impl Output {
                 && !is_own(&path, kind, &found)
             {
                 return refuse(format!(
-                    "{part}is there already, and is not known to be an earlier result of this command (name another, or use --overwrite)"
+                    "{part}already exists, and is not known to be an earlier result of this command (name another, or use --overwrite)"
                 ));
             }
             try_folder_of(&path)?;
@@ -172,11 +172,10 @@ impl Output {
     }
 }
 
-/// Refuses outputs that must not or cannot be written, before any work is done; nothing is
-/// changed.
+/// Checks, before any work is done, that all outputs may and can be written. Changes nothing.
 ///
 /// # Errors
-/// Naming the first of them, and what to do.
+/// For the first output that must not or cannot be written, with advice.
 pub(super) fn check(outputs: &[Output], inputs: &[PathBuf], overwrite: bool) -> Result<()> {
     for (at, output) in outputs.iter().enumerate() {
         output.check(inputs, overwrite)?;
@@ -198,7 +197,7 @@ pub(super) fn check(outputs: &[Output], inputs: &[PathBuf], overwrite: bool) -> 
     Ok(())
 }
 
-/// The input that a path is, or the folder among the inputs in which it lies already.
+/// Returns the input that is this existing path, or the input folder that contains it.
 fn is_input<'a>(path: &Path, inputs: &'a [PathBuf]) -> Option<&'a PathBuf> {
     let path = fs::canonicalize(path).ok()?;
     inputs.iter().find(|input| {
@@ -207,7 +206,7 @@ fn is_input<'a>(path: &Path, inputs: &'a [PathBuf]) -> Option<&'a PathBuf> {
     })
 }
 
-/// A path through its links, as far as it is there.
+/// Resolves the links of a path, as far as it exists.
 fn resolved(path: &Path) -> PathBuf {
     if let Ok(path) = fs::canonicalize(path) {
         return path;
@@ -219,7 +218,7 @@ fn resolved(path: &Path) -> PathBuf {
     }
 }
 
-/// Whether a file is known to be an earlier result of its kind, or is empty.
+/// Returns whether a file is known to be an earlier result of its kind, or is empty.
 fn is_own(path: &Path, kind: OutputKind, found: &Metadata) -> bool {
     if found.len() == 0 {
         return true;
@@ -270,7 +269,7 @@ fn is_own(path: &Path, kind: OutputKind, found: &Metadata) -> bool {
     }
 }
 
-/// Whether JSON is benchmarks with measures with numbers, and nothing else.
+/// Returns whether JSON consists only of benchmarks with measures with numbers.
 fn is_metrics(value: &Value) -> bool {
     let is_measured = |measures: &Value| {
         let measures = measures.as_object();
@@ -281,9 +280,9 @@ fn is_metrics(value: &Value) -> bool {
     benchmarks.is_some_and(|them| !them.is_empty() && them.values().all(is_measured))
 }
 
-/// Refuses a file for whose folder nothing can be written.
+/// Checks that the folder of a file is writable.
 fn try_folder_of(path: &Path) -> Result<()> {
-    // What is there and no file is written into.
+    // Devices and pipes are written into.
     if fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
         return Ok(());
     }

@@ -143,7 +143,7 @@ impl StudyArgs {
             return Ok(());
         }
         Err(Error::Usage(format!(
-            "--out {}: figures is there already, and no study.json beside it (name another, or use --overwrite)",
+            "--out {}: figures already exists, without study.json beside it (name another, or use --overwrite)",
             self.out.display()
         )))
     }

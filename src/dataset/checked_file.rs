@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
-/// A file of a shard that is read once, and whose bytes are those of which the manifest tells.
+/// A file of a shard that is read once and checked against the SHA-256 in the manifest.
 pub(super) struct CheckedFile {
     path: PathBuf,
     file: BufReader<File>,
@@ -30,7 +30,7 @@ impl CheckedFile {
         })
     }
 
-    /// Passes over the header of an array, which was written here.
+    /// Skips the header of an array, which EdgeGait wrote.
     pub(super) fn skip_header(&mut self) -> Result<()> {
         let mut header = [0; NPY_HEADER];
         let read = self.file.read_exact(&mut header);
@@ -39,7 +39,7 @@ impl CheckedFile {
         Ok(())
     }
 
-    /// Passes over the first line.
+    /// Skips the first line.
     pub(super) fn skip_line(&mut self) -> Result<()> {
         let mut line = Vec::new();
         let read = self.file.read_until(b'\n', &mut line);
@@ -48,10 +48,10 @@ impl CheckedFile {
         Ok(())
     }
 
-    /// Gives the rest to `take`, piece by piece.
+    /// Passes the rest to `take`, piece by piece.
     ///
     /// # Errors
-    /// If the bytes are not those of the manifest; then some were given already.
+    /// If the file does not have the SHA-256 in the manifest; `take` has received it by then.
     pub(super) fn copy(mut self, mut take: impl FnMut(&[u8]) -> Result<()>) -> Result<()> {
         let mut piece = vec![0; 1 << 16];
         loop {
@@ -75,7 +75,7 @@ impl CheckedFile {
         }
     }
 
-    /// All of it.
+    /// Reads the whole rest of the file.
     pub(super) fn whole(self) -> Result<Vec<u8>> {
         let mut all = Vec::new();
         self.copy(|bytes| {

@@ -1,4 +1,4 @@
-//! What a dataset holds of each row of its index, and as which arrays.
+//! What a dataset holds for each row of its index, and in which arrays.
 
 use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
@@ -6,23 +6,23 @@ use edgegait_core::skeleton::JOINTS;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// How a dataset is written.
+/// The file format of a dataset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DatasetFormat {
     /// A folder of arrays and tables.
     #[default]
     Folder,
-    /// The same arrays in one file, and the tables' columns as arrays.
+    /// One `.npz` file of the arrays and the index's columns as arrays.
     Npz,
-    /// Silhouettes as OpenGait reads them: a pickled array for each recording and viewpoint.
+    /// Silhouettes in OpenGait's layout: a pickled array for each take and viewpoint.
     Opengait,
-    /// Silhouettes as CASIA-B has them: a picture for each frame.
+    /// Silhouettes in CASIA-B's layout: a picture for each frame.
     CasiaB,
 }
 
 impl DatasetFormat {
-    /// The name under which flags and manifests state it.
+    /// Returns the name in flags and manifests.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -33,24 +33,24 @@ impl DatasetFormat {
         }
     }
 
-    /// Whether recordings are in folders of their people.
+    /// Returns whether the dataset is a tree of folders of people, takes and viewpoints.
     #[must_use]
     pub const fn is_tree(self) -> bool {
         matches!(self, Self::Opengait | Self::CasiaB)
     }
 }
 
-/// Which of a set of shards a dataset is: a part of the index, in order.
+/// The number of one shard of a dataset: a contiguous part of the index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
-    /// Its number, from 1.
+    /// The number of the shard, from 1.
     pub number: usize,
-    /// How many there are.
+    /// The number of all shards.
     pub of: usize,
 }
 
 impl Shard {
-    /// Its part of so many pieces of work.
+    /// Returns the shard's part of a number of units of work.
     #[must_use]
     pub fn of_units(self, units: usize) -> Range<usize> {
         let bound = |number: usize| number.saturating_mul(units) / self.of;
@@ -58,45 +58,45 @@ impl Shard {
     }
 }
 
-/// What a dataset holds of each row.
+/// The contents of each row of a dataset.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Contents {
-    /// At least one, each once.
+    /// The templates, at least one and each once.
     pub templates: Vec<Template>,
-    /// Rows and columns of the silhouettes that they are made of.
+    /// The size of the silhouettes that the templates are made of.
     pub size: Size,
-    /// Whether joints are in it.
+    /// Whether the dataset holds joints.
     pub joints: bool,
 }
 
-/// One of the arrays of a dataset.
+/// The name and shape of one array of a dataset.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Array {
-    /// The name of its file without `.npy`.
+    /// The name of the file without `.npy`.
     pub name: String,
-    /// NumPy's word for the type of its numbers.
+    /// The type of the numbers in NumPy's notation.
     pub descr: &'static str,
-    /// Its sides behind the first.
+    /// The sizes of all dimensions except the first.
     pub sides: Vec<usize>,
-    /// Whether its first side counts frames, of all rows one after another, instead of rows.
+    /// Whether the first dimension counts the frames of all rows instead of rows.
     pub is_of_frames: bool,
 }
 
 impl Array {
-    /// Whether its numbers are f32, not bytes.
+    /// Returns whether the numbers are f32 instead of bytes.
     #[must_use]
     pub fn is_float(&self) -> bool {
         self.descr == FLOATS
     }
 
-    /// Bytes of a row or a frame.
+    /// Returns the number of bytes of a row or a frame.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let number = if self.descr == BYTES { 1 } else { 4 };
         self.sides.iter().product::<usize>() * number
     }
 
-    /// The name of its file.
+    /// Returns the name of the array's file.
     pub(super) fn file(&self) -> String {
         format!("{}.npy", self.name)
     }
@@ -106,7 +106,7 @@ const BYTES: &str = "|u1";
 const FLOATS: &str = "<f4";
 
 impl Contents {
-    /// One template.
+    /// Returns contents with one template and no joints.
     #[must_use]
     pub fn one(template: Template, size: Size) -> Self {
         Self {
@@ -116,7 +116,7 @@ impl Contents {
         }
     }
 
-    /// The arrays, in the order of templates; joints come last.
+    /// Returns the arrays, in the order of templates; joints come last.
     pub(super) fn arrays(&self) -> Vec<Array> {
         let of = |&template: &Template| Array {
             name: name_of(template).to_owned(),
@@ -144,7 +144,7 @@ impl Contents {
     }
 }
 
-/// What a template's array is called.
+/// Returns the name of a template's array.
 pub(super) const fn name_of(template: Template) -> &'static str {
     match template {
         Template::Gei => "geis",
@@ -152,8 +152,8 @@ pub(super) const fn name_of(template: Template) -> &'static str {
     }
 }
 
-/// The header of a .npy file, version 1.0 (NEP 1): 128 bytes for our shapes, the text filled up
-/// with spaces.
+/// Returns the header of a .npy file, version 1.0 (NEP 1): 128 bytes for our shapes, the text
+/// padded with spaces.
 pub(super) fn npy_header(descr: &str, shape: &[usize]) -> Vec<u8> {
     let mut sides: Vec<String> = shape.iter().map(usize::to_string).collect();
     if sides.len() == 1 {
@@ -171,7 +171,7 @@ pub(super) fn npy_header(descr: &str, shape: &[usize]) -> Vec<u8> {
     bytes
 }
 
-/// Bytes of [`npy_header`].
+/// The length of [`npy_header`], bytes.
 pub(super) const NPY_HEADER: usize = 128;
 
 #[cfg(test)]

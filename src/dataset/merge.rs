@@ -1,4 +1,4 @@
-//! Shards put together to the bytes of one run.
+//! Merges shards into the same bytes as one run.
 
 use super::contents::{Contents, DatasetFormat};
 use super::existing::Existing;
@@ -11,11 +11,12 @@ use edgegait_core::silhouette::Size;
 
 use std::path::{Path, PathBuf};
 
-/// Puts shards together, whatever their order; how many rows they have.
+/// Merges shards, given in any order, and returns the number of rows.
 ///
 /// # Errors
-/// If a folder is no shard, shards are of different runs, one is missing or given twice, or its
-/// bytes are not those of which its manifest tells; as [`DatasetWriter::begin`], and the system's.
+/// If a folder is not a shard, shards belong to different runs, one is missing or given twice, or
+/// its files do not have the hashes in its manifest; as [`DatasetWriter::begin`]; if a file cannot
+/// be read or written.
 pub fn merge(
     shards: &[PathBuf],
     target: &Path,
@@ -29,7 +30,7 @@ pub fn merge(
         if !path.join(MANIFEST).exists() && (is_above("train") || is_above("test")) {
             return Err(Error::input(
                 path,
-                "expected a shard, found a folder of splits (merge those of each split: its train, its test)",
+                "expected a shard, found a folder of splits (merge the shards of each split separately, such as all train folders)",
             ));
         }
         let manifest = read_manifest(&path.join(MANIFEST))?;
@@ -64,7 +65,7 @@ pub fn merge(
             return Err(Error::input(
                 path,
                 format!(
-                    "it is of another run than {}: {differs}",
+                    "it belongs to another run than {}: {differs}",
                     first_path.display()
                 ),
             ));
@@ -114,7 +115,7 @@ pub fn merge(
     Ok(rows)
 }
 
-/// What a dataset holds of each row, as its manifest says.
+/// Returns the contents of each row that a manifest states.
 fn contents_of(manifest: &Manifest, folder: &Path) -> Result<Contents> {
     let stated = manifest.header.settings.get("size");
     let size = Size::ALL

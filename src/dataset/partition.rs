@@ -1,9 +1,9 @@
-//! Who trains and who is tested, as OpenGait's partitions say it.
+//! OpenGait's partitions of people into training and test sets.
 //!
-//! A JSON object with the people of `TRAIN_SET` and of `TEST_SET`. Some also name sequences,
-//! `<person>-<take>-<view>`: in `PROBE_SET` those that are looked for (Gait3D), in `GALLERY_SET` those
-//! that people are known by (CCGR-MINI), or both (FreeGait); where one of them is left out, it is all
-//! other sequences of the test set (github.com/ShiqiYu/OpenGait, `datasets/`).
+//! A partition is a JSON object with the people of `TRAIN_SET` and of `TEST_SET`. Some also name
+//! sequences, `<person>-<take>-<view>`: the probes in `PROBE_SET` (Gait3D), the gallery in
+//! `GALLERY_SET` (CCGR-MINI), or both (FreeGait). If one of them is left out, it is all other
+//! sequences of the test set (github.com/ShiqiYu/OpenGait, `datasets/`).
 
 use std::collections::HashSet;
 use std::fs;
@@ -12,24 +12,24 @@ use std::path::Path;
 use crate::error::{Error, FilePlace, Result};
 use serde::{Deserialize, Serialize};
 
-/// A partition of people.
+/// A partition of people into a training and a test set.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Partition {
-    /// Sequences that people are known by, if it says which.
+    /// The gallery sequences, if they are named.
     #[serde(
         rename = "GALLERY_SET",
         default,
         skip_serializing_if = "Option::is_none"
     )]
     pub gallery: Option<Vec<String>>,
-    /// Sequences that are looked for, if it says which.
+    /// The probe sequences, if they are named.
     #[serde(rename = "PROBE_SET", default, skip_serializing_if = "Option::is_none")]
     pub probes: Option<Vec<String>>,
-    /// People who are tested.
+    /// The people of the test set.
     #[serde(rename = "TEST_SET")]
     pub test: Vec<String>,
-    /// People who are trained with.
+    /// The people of the training set.
     #[serde(rename = "TRAIN_SET")]
     pub train: Vec<String>,
 }
@@ -38,16 +38,16 @@ impl Partition {
     /// Reads a partition's file.
     ///
     /// # Errors
-    /// If it cannot be read, is no partition, or has a person in both sets.
+    /// If it cannot be read, is not a partition, or has a person or a sequence in both sets.
     pub fn read(path: &Path) -> Result<Self> {
         let text = fs::read(path).map_err(|error| Error::io(path, error))?;
         Self::parse(path, &text)
     }
 
-    /// A partition from JSON; `path` is for messages.
+    /// Parses a partition from JSON; `path` is for messages.
     ///
     /// # Errors
-    /// If it is no partition, or has a person or a sequence in both sets.
+    /// If it is not a partition, or has a person or a sequence in both sets.
     pub(super) fn parse(path: &Path, text: &[u8]) -> Result<Self> {
         let partition: Self = serde_json::from_slice(text).map_err(|error| {
             let problem = format!(
@@ -59,7 +59,7 @@ impl Partition {
         if let Some(both) = partition.test.iter().find(|name| trained.contains(name)) {
             return Err(Error::input(
                 path,
-                format!("expected nobody in TRAIN_SET and TEST_SET, found {both:?} in both"),
+                format!("expected no person in TRAIN_SET and TEST_SET, found {both:?} in both"),
             ));
         }
         let known: HashSet<&String> = partition.gallery.iter().flatten().collect();
@@ -75,16 +75,16 @@ impl Partition {
         Ok(partition)
     }
 
-    /// Whether it says which sequences are looked for among which.
+    /// Returns whether the partition names gallery or probe sequences.
     #[must_use]
     pub const fn has_roles(&self) -> bool {
         self.gallery.is_some() || self.probes.is_some()
     }
 
-    /// The text of its file.
+    /// Returns the text of the partition's file.
     ///
     /// # Errors
-    /// None that a partition gives cause for.
+    /// None for any partition.
     pub(super) fn to_text(&self) -> Result<String> {
         let mut text = serde_json::to_string_pretty(self)?;
         text.push('\n');

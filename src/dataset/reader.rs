@@ -1,4 +1,4 @@
-//! A dataset on disk, checked once and then read without errors.
+//! A dataset on disk, checked when it is opened and then read without errors.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,13 +23,13 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// Reads a dataset folder and checks it. A folder without a manifest has GEIs of one's own:
-    /// `geis.npy`, and `index.csv` with a column `subject` and what else of the columns is known.
+    /// Reads a dataset folder and checks it. A folder without a manifest holds a user's own GEIs:
+    /// `geis.npy`, and `index.csv` with a column `subject` and any of the other columns.
     ///
     /// # Errors
     ///
-    /// If a file is missing, is not what it should be, disagrees in its count with
-    /// the other two, or is not the bytes whose SHA-256 the manifest holds. The
+    /// If a file is missing or invalid, disagrees in its count with the other two, or
+    /// does not have the SHA-256 in the manifest. The
     /// error names the file and, for text, the line.
     pub fn open(dir: impl AsRef<Path>) -> Result<Self> {
         let dir = dir.as_ref();
@@ -92,11 +92,11 @@ impl Dataset {
         })
     }
 
-    /// The files that state what is in a dataset folder: the manifest, which has the hashes of the
-    /// others; without one the others.
+    /// Returns the files that identify a dataset folder: the manifest, which holds the hashes of the
+    /// others, or the others if there is no manifest.
     ///
     /// # Errors
-    /// The system's.
+    /// If a file cannot be read.
     pub fn inputs(folder: &Path) -> Result<Vec<InputFile>> {
         let manifest = folder.join(MANIFEST);
         if manifest.exists() {
@@ -109,40 +109,42 @@ impl Dataset {
             .collect()
     }
 
-    /// What made the dataset.
+    /// Returns the manifest of the dataset.
     #[must_use]
     pub const fn manifest(&self) -> &Manifest {
         &self.manifest
     }
 
-    /// What each template shows, in the order of [`Self::templates`].
+    /// Returns the rows of the index, in the order of [`Self::templates`].
     #[must_use]
     pub fn index(&self) -> &[IndexRow] {
         &self.index
     }
 
-    /// Which template it holds.
+    /// Returns the kind of template that the dataset holds.
     #[must_use]
     pub const fn template(&self) -> Template {
         self.manifest.template
     }
 
-    /// Rows and columns of the silhouettes that they are made of.
+    /// Returns the size of the silhouettes that the templates are made of.
     #[must_use]
     pub const fn size(&self) -> Size {
         self.size
     }
 
-    /// The templates' bytes, of images row by row from the top, in the order of [`Self::index`].
+    /// Returns the bytes of each template in the order of [`Self::index`]; images are stored row by
+    /// row from the top.
     ///
     /// # Guarantees
     ///
-    /// As many as the index has rows, each of the numbers of [`Template::shape`].
+    /// The iterator has as many items as the index has rows, each of the length that
+    /// [`Template::shape`] states.
     pub fn templates(&self) -> std::slice::ChunksExact<'_, u8> {
         self.npy[self.first..].chunks_exact(self.template().shape(self.size).numbers())
     }
 
-    /// The bytes of one template.
+    /// Returns the bytes of one template.
     ///
     /// # Panics
     ///
@@ -174,7 +176,7 @@ fn read(dir: &Path, name: &str, manifest: &Manifest) -> Result<(PathBuf, Vec<u8>
 }
 
 impl Manifest {
-    /// Of a folder that has none.
+    /// Returns the manifest that stands for a folder without one.
     fn plain() -> Self {
         Self {
             header: ResultHeader::new("", 0),
@@ -194,7 +196,7 @@ pub(super) fn read_manifest(path: &Path) -> Result<Manifest> {
     parse_manifest(path, &text)
 }
 
-/// A manifest from JSON; `path` is for messages.
+/// Parses a manifest from JSON; `path` is for messages.
 pub(super) fn parse_manifest(path: &Path, text: &[u8]) -> Result<Manifest> {
     let manifest: Manifest = serde_json::from_slice(text).map_err(|error| {
         Error::at(
@@ -273,7 +275,7 @@ mod tests {
         (folder, dir)
     }
 
-    /// Takes the hashes out of the manifest, so that what is behind them shows.
+    /// Removes the hashes from the manifest, so that later checks run.
     fn without_hashes(dir: &Path) {
         let path = dir.join(MANIFEST);
         let mut manifest = read_manifest(&path).unwrap();
@@ -297,7 +299,7 @@ mod tests {
         assert_eq!(dataset.manifest().geis, 2);
     }
 
-    /// Writes two of a template, all 3 and all 250, of silhouettes of 64 by 44 pixels.
+    /// Writes two templates, all 3 and all 250, of silhouettes of 64 by 44 pixels.
     fn written_as(template: Template) -> (tempfile::TempDir, PathBuf) {
         let folder = tempfile::tempdir().unwrap();
         let dir = folder.path().join("walks");
@@ -333,7 +335,7 @@ mod tests {
             );
             assert_eq!(dataset.bytes(1), vec![250; numbers]);
         }
-        // What the manifest says is looked for.
+        // The file that the manifest names is opened.
         let (_folder, dir) = written_as(Template::Mhi);
         let manifest = fs::read_to_string(dir.join(MANIFEST)).unwrap();
         let manifest = manifest.replace("\"template\": \"mhi\"", "\"template\": \"kfd\"");

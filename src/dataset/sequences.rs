@@ -1,5 +1,4 @@
-//! Trees of silhouettes: a folder for each person, in it one for each recording, in it one for each
-//! viewpoint.
+//! Writes trees of silhouettes: nested folders for each person, take and viewpoint.
 
 use super::arrays::GrowingTable;
 use super::checked_file::CheckedFile;
@@ -17,9 +16,9 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The table of what was written.
+/// The table of the written sequences.
 pub(super) const SEQUENCES: &str = "sequences.csv";
-/// Who trains and who is tested, as OpenGait reads it.
+/// The training and test people, in OpenGait's format.
 pub(crate) const PARTITION: &str = "partition.json";
 const COLUMNS: [&str; 3] = ["path", "frames", "sha256"];
 
@@ -28,32 +27,32 @@ const COLUMNS: [&str; 3] = ["path", "frames", "sha256"];
 struct SequenceRow {
     /// The pickle, or the folder of pictures.
     path: String,
-    /// How many silhouettes.
+    /// The number of silhouettes.
     frames: usize,
-    /// SHA-256 of the pickle, or of all pictures one after another.
+    /// The SHA-256 of the pickle, or of all pictures one after another.
     sha256: String,
 }
 
-/// Sequences in the making.
+/// The sequences that are being written.
 #[derive(Debug)]
 pub(super) struct GrowingSequences {
     root: PathBuf,
     format: DatasetFormat,
     size: Size,
     table: GrowingTable,
-    /// Those of the present piece of work, in the order of their first row.
+    /// The sequences of the present unit of work, in the order of their first row.
     pending: Vec<Pending>,
 }
 
-/// A sequence whose rows still come.
+/// A sequence that may still receive rows.
 #[derive(Debug)]
 struct Pending {
-    /// Person, recording and viewpoint.
+    /// The names of the person, take and viewpoint.
     names: [String; 3],
     pixels: Vec<u8>,
 }
 
-/// The name of the folder of a viewpoint, as our reader has it: `090`, `022.5`, `045e15`.
+/// Returns the name of a viewpoint's folder, which our reader parses: `090`, `022.5`, `045e15`.
 fn name_of_view(row: &IndexRow) -> String {
     let (azimuth, elevation) = (row.azimuth_deg + 0.0, row.elevation_deg + 0.0);
     let sign = if azimuth < 0.0 { "-" } else { "" };
@@ -69,10 +68,10 @@ fn name_of_view(row: &IndexRow) -> String {
     }
 }
 
-/// Refuses what cannot be the name of a folder on every system.
+/// Checks that a name is valid for a folder on every system.
 ///
 /// # Errors
-/// Naming it.
+/// If it is not.
 pub fn check_folder_name(name: &str) -> Result<()> {
     let is_plain = |c: char| !c.is_control() && !r#"/\:*?"<>|"#.contains(c);
     if name.is_empty() || name.starts_with('.') || name.len() > 200 || !name.chars().all(is_plain) {
@@ -81,11 +80,11 @@ pub fn check_folder_name(name: &str) -> Result<()> {
     Ok(())
 }
 
-/// A file or folder of a tree that is no part of it, if any is: neither a table, nor in the folder of
-/// a sequence that is listed, nor such a folder or one above it.
+/// Finds a file or folder that does not belong to a tree: not a table, not in the folder of
+/// a listed sequence, and not such a folder or one above it.
 ///
 /// # Errors
-/// If the list cannot be read.
+/// If the list or a folder cannot be read.
 pub(super) fn foreign(root: &Path) -> Result<Option<PathBuf>> {
     let path = root.join(SEQUENCES);
     let refuse = |error: csv::Error| Error::input(&path, error.to_string());
@@ -148,7 +147,7 @@ impl GrowingSequences {
         &mut self.table
     }
 
-    /// Appends silhouettes to the sequence that they are of.
+    /// Appends silhouettes to their sequence.
     pub(super) fn push(&mut self, row: &IndexRow, take: &str, pixels: &[u8]) -> Result<()> {
         check_folder_name(&row.subject)?;
         check_folder_name(take)?;
@@ -164,7 +163,7 @@ impl GrowingSequences {
         Ok(())
     }
 
-    /// Writes what is pending, on all cores.
+    /// Writes the pending sequences on all cores.
     pub(super) fn write(&mut self) -> Result<()> {
         let pending = std::mem::take(&mut self.pending);
         let (root, format, size) = (&self.root, self.format, self.size);
@@ -207,7 +206,8 @@ impl GrowingSequences {
     }
 }
 
-/// Copies a file, or the files of a folder; SHA-256 of them one after another, by name.
+/// Copies a file, or the files of a folder, and returns the SHA-256 of their bytes in the order of
+/// names.
 fn copy(from: &Path, to: &Path) -> Result<String> {
     let io = |source| Error::io(from, source);
     let make =
@@ -238,7 +238,7 @@ fn copy(from: &Path, to: &Path) -> Result<String> {
 }
 
 impl Pending {
-    /// Writes the frames that have a figure; nothing if none has.
+    /// Writes the frames that have a figure; writes nothing if none has.
     fn write(&self, root: &Path, format: DatasetFormat, size: Size) -> Result<Option<SequenceRow>> {
         let [subject, take, view] = &self.names;
         let folder = [subject, take, view].map(String::as_str).join("/");
@@ -281,7 +281,7 @@ impl Pending {
     }
 }
 
-/// Who trains and who is tested of the people of a tree; nobody where it does not say.
+/// Reads the training and test people of a tree; both are empty if its format has no partition.
 pub(super) fn partition_of(shard: &Path, manifest: &Manifest) -> Result<Partition> {
     if manifest.format != DatasetFormat::Opengait {
         return Ok(Partition::default());

@@ -212,8 +212,8 @@ pub fn unfinished_work() -> Vec<PathBuf> {
     let alive = alive();
     let kept = alive.iter().filter(|(folder, is_worth)| {
         if !**is_worth {
-            // Retried because another thread may create a file in it meanwhile. The process ends, so
-            // errors are ignored.
+            // Retried because another thread may create a file in it meanwhile. Errors are ignored
+            // because the process ends.
             let _ = (0..3).any(|_| fs::remove_dir_all(folder).is_ok());
         }
         **is_worth

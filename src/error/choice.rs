@@ -54,7 +54,7 @@ pub enum ChoiceError {
         most: usize,
     },
     /// A file is there already.
-    #[error("{}: is there already", .0.display())]
+    #[error("{}: already exists", .0.display())]
     IsThere(PathBuf),
     /// A name cannot be that of a folder on every system.
     #[error(

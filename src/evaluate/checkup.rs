@@ -56,7 +56,7 @@ impl Checkup {
             let is_constant = embeddings.windows(2).all(|two| two[0] == two[1]);
             if is_constant {
                 problems.push(
-                    "its answer is the same to every input: does it expect another input range?"
+                    "it gives the same answer to every input: does it expect another input range?"
                         .into(),
                 );
             }
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn what_speaks_against_a_model_is_said() {
         let said = |answer: fn(&[f32]) -> Vec<f32>| checkup(answer).problems.join("; ");
-        assert!(said(|_| vec![1.0, 2.0]).contains("the same to every input"));
+        assert!(said(|_| vec![1.0, 2.0]).contains("the same answer to every input"));
         assert!(said(|gei| vec![gei[0] / 0.0, 1.0]).contains("are not finite"));
         static CALLS: AtomicU32 = AtomicU32::new(0);
         let twice = checkup(|gei| {

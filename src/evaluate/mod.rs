@@ -1,13 +1,17 @@
-//! How good a recognizer is: hits, ranks and rates, their intervals, and where it fails.
+//! Evaluation of recognizers: hits, ranks and rates, and their intervals.
 //!
-//! A [`contest`] shows a source's sequences to recognizers as a [`protocol`] says, and `trial` judges
-//! what they answer: `rank` decides hits and misses, `distance` compares embeddings, `ranking`
-//! makes Rank-k, mAP and mINP of distances, `verification` EER, ROC and AUC, and `cross_view`
-//! the means over pairs of views. `wilson` and `bootstrap` say how far a rate can be trusted,
-//! `median` where a median lies, `paired` whether two recognizers differ,
-//! `bands` and `angle` sum it over viewpoints, and [`results`] is the JSON that
-//! `edgegait score` writes; `strengths` is what each confounder does, `agreement` what 8-bit
-//! weights do, `checkup` whether a model works at all, and `parity` whether runtimes and forms of a model answer alike.
+//! - [`contest`] shows a source's sequences to recognizers as a [`protocol`] specifies. `trial`
+//!   compares the probes with the gallery, and `totals` sums the outcomes.
+//! - `distance` compares embeddings. `rank1` decides hits and misses by class score,
+//!   `identification` computes Rank-k, mAP and mINP from distances, `verification` EER, ROC and AUC,
+//!   and `cross_view` the means over pairs of views.
+//! - `intervals`, `wilson` and `bootstrap` compute intervals of rates, `median` those of medians.
+//!   `paired` tests whether two recognizers differ.
+//! - `bands` and `view_angle` sum results over viewpoints.
+//! - [`results`] is the JSON that `edgegait score` writes.
+//! - `strengths` measures the effect of each confounder, `eight_bit` that of 8-bit weights.
+//!   `checkup` checks that a model works, and `parity` whether runtimes and variants of a model give
+//!   the same answers.
 
 pub(crate) mod bands;
 pub(crate) mod bootstrap;

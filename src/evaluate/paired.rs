@@ -1,8 +1,8 @@
-//! Do two recognizers differ? Rank-1 on the same probes, person by person.
+//! Paired differences: Rank-1 of two recognizers on the same probes, person by person.
 //!
-//! Two intervals that overlap do not say that two recognizers are alike: people who are hard for one
-//! are hard for the other. What counts is the difference, drawn over people who answer to both
-//! (the paired bootstrap; Efron and Tibshirani, "An Introduction to the Bootstrap", 1993, chapter 8).
+//! Two recognizers may differ although their intervals overlap, because people who are hard for one
+//! are hard for the other. So the interval is that of the difference, resampled over people (the
+//! paired bootstrap; Efron and Tibshirani, "An Introduction to the Bootstrap", 1993, chapter 8).
 
 use super::bootstrap::interval_95;
 use super::paired_results::{HitsByView, PairedResult, PairedViewpoint, PersonResult};
@@ -12,7 +12,7 @@ use super::wilson::Interval;
 use rayon::prelude::*;
 use std::ops::AddAssign;
 
-/// Hits of two recognizers among the same probes.
+/// Hits of two recognizers on the same probes.
 #[derive(Clone)]
 struct PairedHits {
     probes: u64,
@@ -28,14 +28,14 @@ impl AddAssign<&Self> for PairedHits {
     }
 }
 
-/// How far recognizers are apart, each from each, the best from the others first; on what leads and
-/// on each set of probes, as far as their probes are the same.
+/// Returns the differences between all pairs of recognizers, the best one's first: on the leading
+/// probe sets and on each probe set, where both have the same probes.
 ///
-/// The best is chosen by these very probes: that it is beyond others is said a little too easily.
-/// `seed` draws people.
+/// The best is chosen on these same probes, so its lead is slightly overestimated. `seed` is the
+/// seed for resampling people.
 pub(super) fn each_from_each(results: &[RecognizerResult], seed: u64) -> Vec<PairedResult> {
     let mut ranked: Vec<&RecognizerResult> = results.iter().filter(|one| one.probes > 0).collect();
-    // Of equals the first stays first.
+    // A stable sort: ties keep their order.
     ranked.sort_by(|a, b| b.rank1.total_cmp(&a.rank1));
     let of = |(at, one): (usize, &&RecognizerResult)| {
         let others = ranked[at + 1..].iter();
@@ -67,11 +67,11 @@ pub(super) fn each_from_each(results: &[RecognizerResult], seed: u64) -> Vec<Pai
     all
 }
 
-/// Most viewpoints times people times pairs of recognizers of which intervals are drawn: some seconds.
-/// Ours.
+/// The maximum of viewpoints times people times pairs of recognizers for which intervals are
+/// computed: some seconds. Our choice.
 const MOST_DRAWN: usize = 1_000_000;
 
-/// The differences at the viewpoints where both have the same probes.
+/// Returns the differences at the viewpoints where both have the same probes.
 fn at_viewpoints([one, other]: [&HitsByView; 2], seed: u64) -> Vec<PairedViewpoint> {
     if one.views != other.views {
         return Vec::new();
@@ -100,8 +100,8 @@ fn at_viewpoints([one, other]: [&HitsByView; 2], seed: u64) -> Vec<PairedViewpoi
     found.flatten().collect()
 }
 
-/// How far one recognizer is from another, on what leads and on each set of probes; of these
-/// only what both were asked in the same way.
+/// Returns the differences between two recognizers, on the leading probe sets and on each probe set;
+/// only where both have the same probes.
 #[must_use]
 pub(crate) fn between(
     one: &RecognizerResult,
@@ -128,7 +128,7 @@ pub(crate) fn between(
         let same = others.find(|its| its.name == set.name)?;
         named(Some(set.name.clone()), [&set.by_person, &same.by_person])
     };
-    // One set is what leads, once more.
+    // A single set is the leading one, which is there already.
     let sets = if one.probe_sets.len() > 1 {
         &one.probe_sets[..]
     } else {
@@ -138,18 +138,19 @@ pub(crate) fn between(
     leading.flatten().into_iter().chain(sets).collect()
 }
 
-/// A number and its interval over people; none of fewer than two.
+/// A number and its interval over people; no interval with fewer than two people.
 type PairedEstimate = (f64, Option<Interval>);
 
-/// What is between two rates of hits on the same probes.
+/// The ratio and the difference of two rates of hits on the same probes.
 pub(crate) struct PairedRates {
-    /// The one divided by the other; 1 where both are 0.
+    /// The first rate divided by the second; 1 where they are equal.
     pub ratio: PairedEstimate,
-    /// The one less the other.
+    /// The first rate minus the second.
     pub difference: PairedEstimate,
 }
 
-/// What is between two rates, with intervals over people; none if the probes are not the same.
+/// Returns the ratio and the difference of two rates, with intervals over people; none if the
+/// probes are not the same.
 pub(crate) fn paired_rates(both: [&[PersonResult]; 2], seed: u64) -> Option<PairedRates> {
     let ratio = |sum: &PairedHits| {
         let [a, b] = sum.hits.map(|hits| hits as f64);
@@ -161,7 +162,7 @@ pub(crate) fn paired_rates(both: [&[PersonResult]; 2], seed: u64) -> Option<Pair
     })
 }
 
-/// The difference and its interval over people; none if the probes are not the same.
+/// Returns the difference and its interval over people; none if the probes are not the same.
 fn difference(both: [&[PersonResult]; 2], seed: u64) -> Option<PairedEstimate> {
     drawn(both, seed, difference_of)
 }

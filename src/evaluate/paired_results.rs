@@ -1,4 +1,4 @@
-//! Paired differences as results state them.
+//! Paired differences in results.
 
 use super::rank1::Tally;
 use crate::sequences::ViewLabel;
@@ -13,24 +13,25 @@ pub struct PersonResult {
     pub person: String,
     /// Probes of this person.
     pub probes: u64,
-    /// Those at Rank-1.
+    /// Probes at Rank-1.
     pub hits: u64,
-    /// Whom this person was taken for most often, the most frequent first; at most three.
+    /// The people with whom this person was confused most often, the most frequent first; at most
+    /// three.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub taken_for: Vec<Confusion>,
 }
 
-/// Somebody whom a person was taken for.
+/// A person with whom another one was confused.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Confusion {
-    /// The other one's name.
+    /// The name of the wrong person.
     pub person: String,
-    /// In how many probes.
+    /// Number of probes.
     pub probes: u64,
 }
 
 impl PersonResult {
-    /// One entry for each person who is looked for, in the order of `names`.
+    /// Returns one entry for each person with probes, in the order of `names`.
     pub(super) fn list(names: &[String], tallies: &[Tally], confused: &Confused) -> Vec<Self> {
         let of = |person: usize| {
             let all = confused.get(person).into_iter().flatten();
@@ -39,7 +40,7 @@ impl PersonResult {
                 probes,
             });
             let mut all: Vec<Confusion> = all.collect();
-            // Of equals the one first in the alphabet.
+            // Ties are in alphabetical order.
             all.sort_by_key(|one| Reverse(one.probes));
             all.truncate(MOST_CONFUSIONS);
             all
@@ -56,68 +57,69 @@ impl PersonResult {
     }
 }
 
-/// Hits by viewpoint and person, of what leads a recognizer's results.
+/// Hits by viewpoint and person, on the leading probe sets of a recognizer's results.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HitsByView {
     /// The viewpoints.
     pub(super) views: Vec<ViewLabel>,
-    /// `[viewpoint][person]`.
+    /// Tallies `[viewpoint][person]`.
     pub(super) tallies: Vec<Vec<Tally>>,
 }
 
-/// How far Rank-1 is apart at one viewpoint.
+/// The difference in Rank-1 at one viewpoint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairedViewpoint {
     /// Azimuth in degrees, if the angles are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_deg: Option<f64>,
-    /// Elevation in degrees.
+    /// Elevation in degrees, if the angles are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_deg: Option<f64>,
     /// The camera or recording, where only a name is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub view: Option<String>,
-    /// As [`PairedResult::difference`].
+    /// The difference, as [`PairedResult::difference`].
     pub difference: f64,
-    /// As [`PairedResult::low`].
+    /// Lower end of its interval, as [`PairedResult::low`].
     pub low: Option<f64>,
-    /// As [`PairedResult::high`].
+    /// Upper end of its interval, as [`PairedResult::high`].
     pub high: Option<f64>,
 }
 
-/// How far Rank-1 of two recognizers is apart on the same probes.
+/// The difference in Rank-1 between two recognizers on the same probes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairedResult {
-    /// The better one, or of equals the one that is listed first.
+    /// The better recognizer; in a tie, the one listed first.
     pub recognizer: String,
-    /// The other one.
+    /// The other recognizer.
     pub other: String,
-    /// The set of probes; none where it is what leads, as [`RecognizerResult::of_probe_sets`] says.
+    /// The set of probes; none for the leading sets, [`RecognizerResult::of_probe_sets`].
     pub probe_set: Option<String>,
-    /// People who are looked for.
+    /// Number of people with probes.
     pub people: u64,
-    /// Rank-1 of the one less Rank-1 of the other, -1..1.
+    /// Rank-1 of the first minus Rank-1 of the other, -1..1.
     pub difference: f64,
-    /// Lower end of the 95 % interval of the difference that draws people; none of fewer than two.
+    /// Lower end of the 95 % interval of the difference that resamples people; none with fewer than
+    /// two people.
     pub low: Option<f64>,
-    /// Upper end.
+    /// Upper end of the interval of the difference.
     pub high: Option<f64>,
-    /// The same at each viewpoint, of what leads and of the best recognizer's differences alone; empty
-    /// of others, and where there are more viewpoints and people than are drawn.
+    /// Differences at each viewpoint. Only for the best recognizer and the leading probe sets; empty
+    /// where there are too many viewpoints and people for intervals.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub by_viewpoint: Vec<PairedViewpoint>,
 }
 
 impl PairedResult {
-    /// Whether 0 is outside the interval; none without an interval.
+    /// Returns whether 0 is outside the interval; none without an interval.
     #[must_use]
     pub fn differs(&self) -> Option<bool> {
         let (low, high) = self.low.zip(self.high)?;
         Some(low > 0.0 || high < 0.0)
     }
 
-    /// At how many viewpoints the one is beyond the other, and behind it, by intervals. Of a hundred
-    /// viewpoints where nothing is between them about five are either by chance.
+    /// Returns at how many viewpoints the interval lies above 0, and at how many below 0. Of a
+    /// hundred viewpoints without a true difference, about five do either by chance.
     #[must_use]
     pub fn viewpoints_beyond_and_behind(&self) -> (usize, usize) {
         let all = || self.by_viewpoint.iter();
@@ -127,8 +129,8 @@ impl PairedResult {
     }
 }
 
-/// Most confusions of a person that results name.
+/// The maximum number of confusions per person in results.
 pub(super) const MOST_CONFUSIONS: usize = 3;
 
-/// How often each person was taken for each other one, `[person]` and by the other's name.
+/// How often each person was confused with each other one: `[person]`, then by the other's name.
 pub(super) type Confused = Vec<BTreeMap<String, u64>>;

@@ -1,8 +1,8 @@
-//! Protocols as data: who is looked for among whom.
+//! Protocols as data: which takes are the gallery and which are probes.
 //!
-//! A protocol chooses takes by name, condition or order, and knows nothing of how their pictures were
-//! made, so that a pack, a dataset and a tree of silhouettes are judged alike. Those of
-//! [`NAMES`] are built in; others are TOML files of the same keys.
+//! A protocol selects takes by name, condition or order, independently of how their pictures were
+//! made. So it applies to a pack, a dataset and a tree of silhouettes in the same way. The protocols
+//! in [`NAMES`] are built in; others are TOML files with the same keys.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -15,9 +15,9 @@ use crate::named_or_file::toml_of;
 use crate::people::variation::CYCLES_OF_A_TAKE;
 use crate::sequences::{MadeTake, SequenceTake};
 
-/// The first variation that no training of this program uses: those that are looked for begin here.
+/// The first variation that no training of this program uses. Variations of probes begin here.
 pub const FIRST_UNSEEN: u32 = 1_000;
-/// The last variation that there is.
+/// The last variation.
 pub const MAX_VARIATION: u32 = 1_000_000;
 
 /// Names of the built-in protocols.
@@ -32,7 +32,7 @@ pub const NAMES: [&str; 8] = [
     PARTITION,
 ];
 
-/// The protocol of a partition that says which sequences are looked for among which.
+/// Name of the protocol for a partition that lists the sequences of gallery and probes.
 pub const PARTITION: &str = "partition";
 
 const BUILT_IN: [&str; 8] = [
@@ -46,32 +46,32 @@ const BUILT_IN: [&str; 8] = [
     include_str!("protocols/partition.toml"),
 ];
 
-/// Who is looked for among whom.
+/// A protocol: which takes are the gallery, which are probes, and what decides.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Protocol {
-    /// What it is called in results.
+    /// Name in results.
     pub name: String,
-    /// What it does, in a sentence.
+    /// A sentence about the protocol.
     pub description: String,
-    /// What decides who a probe shows.
+    /// What identifies the person of a probe.
     pub decision: Decision,
-    /// Which of the gallery's viewpoints a probe is compared with.
+    /// The gallery viewpoints that a probe is compared with.
     #[serde(default)]
     pub gallery_views: GalleryViews,
-    /// Whether a probe is not compared with cycles of its own take.
+    /// Whether a probe is excluded from comparison with cycles of its own take.
     #[serde(default)]
     pub exclude_own_take: bool,
-    /// The takes that people are known by; none if class scores decide.
+    /// The takes that are enrolled; none if class scores decide.
     pub gallery: Option<TakeChoice>,
-    /// The takes that are looked for, in sets that are reported apart.
+    /// The probes, in sets that are reported separately.
     pub probes: Vec<ProbeSet>,
     /// The conditions that made takes name: built in, or a `.toml` file.
     pub conditions: Option<String>,
-    /// Takes that a walk stands for where nobody has more than one.
+    /// Takes that are made of a walk where nobody has more than one take.
     #[serde(default)]
     pub made: Vec<MadeTake>,
-    /// From where walks are drawn unless a user says otherwise; the paper's 703 viewpoints if absent.
+    /// Default viewpoints of a pack's probes; the paper's 703 viewpoints if absent.
     pub views: Option<ViewpointGrid>,
 }
 
@@ -79,13 +79,13 @@ pub struct Protocol {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ViewpointGrid {
-    /// Degrees.
+    /// Azimuths in degrees.
     pub azimuth_deg: Vec<f32>,
-    /// Degrees.
+    /// Elevations in degrees.
     pub elevation_deg: Vec<f32>,
 }
 
-/// What decides who a probe shows.
+/// What identifies the person of a probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum Decision {
     /// The class with the highest score.
@@ -96,51 +96,51 @@ pub enum Decision {
     NearestEmbedding,
 }
 
-/// Which of the gallery's viewpoints a probe is compared with.
+/// The gallery viewpoints that a probe is compared with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum GalleryViews {
-    /// All at once.
+    /// All viewpoints together.
     #[default]
     All,
-    /// The probe's own.
+    /// The probe's own viewpoint.
     Same,
-    /// Each of them for itself. The probe's own counts in no rate.
+    /// Each viewpoint separately. The probe's own counts in no rate.
     Each,
-    /// Those that the recognizer was trained at, all at once; the side view if it does not say.
+    /// The recognizer's training viewpoints together; the side view if its contract states none.
     Training,
 }
 
-/// Which takes are meant.
+/// A selection of takes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TakeChoice {
-    /// Names, `*` for any characters at the end; all names if empty.
+    /// Names, with `*` for any characters at the end; all names if empty.
     pub takes: Vec<String>,
     /// Conditions; all if empty.
     pub conditions: Vec<String>,
-    /// Which of those of each person.
+    /// Which of each person's matching takes.
     pub order: TakeOrder,
 }
 
-/// Which of a person's takes.
+/// Which of a person's matching takes are selected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TakeOrder {
-    /// All of them.
+    /// All takes.
     #[default]
     All,
-    /// The first.
+    /// The first take.
     First,
-    /// All but the first.
+    /// All takes except the first.
     Others,
 }
 
-/// Takes that are looked for and reported together.
+/// A set of probe takes that are reported together.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProbeSet {
-    /// What they are called in results, such as `BG`.
+    /// Name in results, such as `BG`.
     pub name: String,
     /// Names, as in [`TakeChoice`].
     #[serde(default)]
@@ -148,25 +148,25 @@ pub struct ProbeSet {
     /// Conditions, as in [`TakeChoice`].
     #[serde(default)]
     pub conditions: Vec<String>,
-    /// Which of those of each person.
+    /// Which of each person's matching takes.
     #[serde(default)]
     pub order: TakeOrder,
-    /// Whether nothing acts on these walks: results lead with such sets, apart from all others.
+    /// Whether no confounder acts on these walks. The leading results are of clean sets only.
     #[serde(default)]
     pub clean: bool,
 }
 
-/// What part each take has.
+/// The role of each take: gallery, probe, both or neither.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TakeRoles {
-    /// Whether people are known by the take.
+    /// For each take, whether it is in the gallery.
     pub gallery: Vec<bool>,
-    /// For each set of probes, whether the take is in it.
+    /// For each set of probes and each take, whether the take is in the set.
     pub probes: Vec<Vec<bool>>,
 }
 
 impl TakeRoles {
-    /// Whether a take is in any set of probes.
+    /// Returns whether a take is in any set of probes.
     #[must_use]
     pub fn is_probed(&self, take: usize) -> bool {
         self.probes.iter().any(|set| set[take])
@@ -174,8 +174,8 @@ impl TakeRoles {
 }
 
 impl TakeRoles {
-    /// The parts of takes that are probed under conditions, as [`Protocol::under`] has them: those
-    /// that the same takes have without.
+    /// Returns the roles of takes that are probed under conditions, as in [`Protocol::under`]. A take
+    /// has the same role as without a condition.
     #[must_use]
     pub fn under(
         &self,
@@ -206,19 +206,19 @@ impl TakeRoles {
 }
 
 impl Protocol {
-    /// A built-in protocol by its name, or that of a `.toml` file.
+    /// Returns the built-in protocol of this name, or reads it from a `.toml` file.
     ///
     /// # Errors
-    /// If there is no such protocol, or the file cannot be used.
+    /// If there is no such protocol, or the file is invalid.
     pub fn named(name: &str) -> Result<Self> {
         let text = toml_of(name, "protocol", &NAMES, &BUILT_IN)?;
         Self::parse(Path::new(name), &text)
     }
 
-    /// A protocol from TOML; `path` is for messages.
+    /// Parses a protocol from TOML; `path` is for messages.
     ///
     /// # Errors
-    /// If the text is not TOML, a key is unknown, or the protocol makes no sense.
+    /// If the text is not TOML, a key is unknown, or the protocol is inconsistent.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let protocol: Self =
             toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
@@ -236,7 +236,7 @@ impl Protocol {
             );
         }
         if by_scores && self.gallery_views != GalleryViews::All {
-            return Some("gallery_views: class scores are compared with no gallery".into());
+            return Some("gallery_views: class scores are not compared with a gallery".into());
         }
         if self.probes.is_empty() {
             return Some("expected at least one [[probes]]".into());
@@ -255,7 +255,8 @@ impl Protocol {
         let named = self.made.iter().any(|one| one.condition.is_some());
         if named != self.conditions.is_some() {
             return Some(
-                "expected conditions where takes of made name one, and none elsewhere".into(),
+                "expected \"conditions\" if a take of \"made\" names a condition, and only then"
+                    .into(),
             );
         }
         let out_of_range = self.made.iter().find(|one| {
@@ -273,10 +274,10 @@ impl Protocol {
         self.made(1).err().map(|error| error.to_string())
     }
 
-    /// What part each of the takes has.
+    /// Returns the role of each take.
     ///
     /// # Errors
-    /// If nobody is enrolled, or nothing is looked for.
+    /// If no take is in the gallery, or none is a probe.
     pub fn roles(&self, takes: &[SequenceTake]) -> Result<TakeRoles> {
         let all = |choice: &TakeChoice| choice.of(takes);
         let gallery = match &self.gallery {
@@ -307,7 +308,7 @@ impl Protocol {
         .into())
     }
 
-    /// What in the protocol means nothing among the takes, or more than it seems to.
+    /// Returns warnings about parts of the protocol that match no take, or pool different conditions.
     #[must_use]
     pub fn doubts(&self, takes: &[SequenceTake], roles: &TakeRoles) -> Vec<String> {
         let mut doubts = Vec::new();
@@ -334,7 +335,7 @@ impl Protocol {
             }
             if let [first, second, ..] = pooled[..] {
                 doubts.push(format!(
-                    "the probe set {} pools {} conditions ({first}, {second}{}): choose with conditions = [..] in a protocol's [[probes]]",
+                    "the probe set {} pools {} conditions ({first}, {second}{}): to separate them, set conditions = [..] in the protocol's [[probes]]",
                     set.name,
                     pooled.len(),
                     if pooled.len() > 2 { ", .." } else { "" }
@@ -345,13 +346,13 @@ impl Protocol {
         let both = both.count();
         if both > 0 && !self.exclude_own_take {
             doubts.push(format!(
-                "{both} takes are in the gallery and probes too, and may vouch for themselves (exclude_own_take = true)"
+                "{both} takes are in the gallery and are probes too, so they may match themselves (set exclude_own_take = true)"
             ));
         }
         doubts
     }
 
-    /// Whether a take that is made of a walk is looked for.
+    /// Returns whether a take that is made of a walk is a probe.
     fn is_probed(&self, made: &MadeTake) -> bool {
         self.probes.iter().any(|set| {
             let names = set.takes.is_empty() || set.takes.iter().any(|p| matches(p, &made.take));
@@ -359,12 +360,12 @@ impl Protocol {
         })
     }
 
-    /// The takes that are made of a walk, each probed one with `cycles` cycles: those from the
-    /// stated variation to the end of its take, and then of every so many-th further take as
-    /// there are probed ones.
+    /// Returns the takes that are made of a walk, each probe take with `cycles` cycles. They begin at
+    /// the stated variation and go to the end of its take of 8 variations. Further cycles are of
+    /// every n-th take after it, where n is the number of probe takes.
     ///
     /// # Errors
-    /// If two of them would be the same variation, or one would be beyond the last.
+    /// If two cycles would be the same variation, or one would be beyond the last.
     pub fn made(&self, cycles: u32) -> Result<Vec<MadeTake>> {
         let step = self.made.iter().filter(|made| self.is_probed(made)).count();
         let mut all: Vec<MadeTake> = Vec::new();
@@ -410,8 +411,8 @@ impl Protocol {
 }
 
 impl Protocol {
-    /// The same, of takes that are probed under each of these conditions: a set of probes of each
-    /// set under each of them. People stay known by their takes as they are.
+    /// Returns the protocol with one probe set for each probe set and condition. The gallery stays
+    /// without conditions.
     #[must_use]
     pub fn under(self, conditions: &[Condition]) -> Self {
         let alone = self.probes.len() == 1;
@@ -446,7 +447,7 @@ impl ProbeSet {
 }
 
 impl TakeChoice {
-    /// Whether each of the takes is meant.
+    /// Returns for each take whether it is selected.
     fn of(&self, takes: &[SequenceTake]) -> Vec<bool> {
         let named = |take: &SequenceTake| {
             let any = |list: &[String], name: &str| {
@@ -471,7 +472,7 @@ impl TakeChoice {
     }
 }
 
-/// Whether a name is meant by a pattern, which may end in `*`.
+/// Returns whether a name matches a pattern, which may end in `*`.
 fn matches(pattern: &str, name: &str) -> bool {
     match pattern.strip_suffix('*') {
         Some(start) => name.starts_with(start),

@@ -1,15 +1,15 @@
-//! Rank-1: is the best match the right person?
+//! Rank-1: whether the best match is the right person.
 
 use super::wilson::{Interval, wilson_95};
 
-/// What became of one probe.
+/// The outcome of one probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProbeOutcome {
     /// The best match is the right person.
     Hit,
-    /// It is another.
+    /// The best match is another person.
     Miss,
-    /// The recognizer gave a number that is not finite: a miss, counted apart.
+    /// The recognizer gave a number that is not finite: a miss that is also counted separately.
     NonFinite,
 }
 
@@ -19,7 +19,7 @@ impl ProbeOutcome {
     }
 }
 
-/// Outcomes counted.
+/// Counts of outcomes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// All probes.
@@ -41,13 +41,13 @@ impl Tally {
         }
     }
 
-    /// The rate of hits, 0..1; none without probes.
+    /// Returns the rate of hits, 0..1; none without probes.
     #[must_use]
     pub fn rank1(&self) -> Option<f64> {
         (self.probes > 0).then(|| self.hits as f64 / self.probes as f64)
     }
 
-    /// Wilson's 95 % interval of the rate.
+    /// Returns Wilson's 95 % interval of the rate.
     #[must_use]
     pub fn interval(&self) -> Interval {
         wilson_95(self.hits, self.probes)
@@ -88,11 +88,11 @@ impl FromIterator<ProbeOutcome> for Tally {
     }
 }
 
-/// Closed set by class score: a hit if class `truth` has the highest score.
+/// Returns the outcome in a closed set by class score: a hit if class `truth` has the highest score.
 ///
-/// Of equal highest scores the lowest index wins, so that a recognizer that
-/// answers the same to everything hits one class only. A row with a number that
-/// is not finite is [`ProbeOutcome::NonFinite`]; a `truth` beyond the row is a miss.
+/// Ties go to the lowest index, so that a recognizer with constant answers hits one class only.
+/// A row with a number that is not finite is [`ProbeOutcome::NonFinite`]; a `truth` beyond the row
+/// is a miss.
 #[must_use]
 pub(crate) fn closed_set(scores: &[f32], truth: usize) -> ProbeOutcome {
     if scores.iter().any(|score| !score.is_finite()) {

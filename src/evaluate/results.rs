@@ -1,8 +1,8 @@
-//! What `edgegait score` finds, as the JSON that it writes.
+//! The results of `edgegait score`, as the JSON that it writes.
 //!
-//! Two runs with the same header give the same results but for the timings, so
-//! these stand apart ([`RunTime`], [`Latency`]) and can be taken out
-//! ([`ScoreResults::without_timings`]). In JSON they are fields like the others.
+//! Two runs with the same header give the same results except for the timings. These are separate
+//! types ([`RunTime`], [`Latency`]) that can be removed ([`ScoreResults::without_timings`]). In JSON
+//! they are fields like the others.
 
 use super::intervals::Rank1Intervals;
 use super::rank1::Tally;
@@ -20,35 +20,35 @@ pub use crate::score::RuntimeName;
 /// The results of `edgegait score`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScoreResults {
-    /// What made them.
+    /// The command, version, seed, inputs and settings.
     #[serde(flatten)]
     pub header: ResultHeader,
-    /// Silhouettes drawn, or averaged in the dataset's GEIs.
+    /// Number of silhouettes rendered, or averaged in the dataset's GEIs.
     pub silhouettes: u64,
-    /// GEIs that were shown to each recognizer.
+    /// Number of GEIs that were shown to each recognizer.
     pub geis: u64,
-    /// Share of the figures' pixels that the window cut away, 0..1; none if the
-    /// dataset does not say.
+    /// Share of the figures' pixels that lay outside of the images, 0..1; none if the dataset does
+    /// not state it.
     pub clipped_share: Option<f64>,
     /// One entry per recognizer, in the order given.
     pub recognizers: Vec<RecognizerResult>,
-    /// How far they are apart, each from each where their probes are the same, the best first.
+    /// Differences between all pairs of recognizers with the same probes, the best one's first.
     #[serde(default)]
     pub paired: Vec<PairedResult>,
-    /// How long it took.
+    /// The run time.
     #[serde(flatten)]
     pub time: Option<RunTime>,
 }
 
 impl ScoreResults {
-    /// The recognizers without the baselines, or these if there is nothing else.
+    /// Returns the recognizers without the baselines, or the baselines if there is nothing else.
     pub fn learnt(&self) -> impl DoubleEndedIterator<Item = &RecognizerResult> {
         let all_are_baselines = self.recognizers.iter().all(|result| result.baseline);
         let is_shown = move |result: &&RecognizerResult| all_are_baselines || !result.baseline;
         self.recognizers.iter().filter(is_shown)
     }
 
-    /// The results without what differs between two equal runs.
+    /// Returns the results without the timings, which differ between equal runs.
     #[must_use]
     pub fn without_timings(mut self) -> Self {
         self.time = None;
@@ -59,96 +59,95 @@ impl ScoreResults {
     }
 }
 
-/// How long a run took.
+/// The run time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunTime {
     /// Wall-clock seconds.
     pub seconds: f64,
 }
 
-/// What one recognizer achieved.
+/// The results of one recognizer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecognizerResult {
-    /// Its name, the model's file name as a rule.
+    /// The recognizer's name, by default the model's file name.
     pub name: String,
-    /// Whether it has learnt nothing, and is there for others to be compared with.
+    /// Whether it is a baseline, which has learnt nothing.
     #[serde(default)]
     pub baseline: bool,
-    /// What ran it.
+    /// The runtime that ran it.
     pub runtime: RuntimeName,
-    /// The protocol by its name: who is looked for among whom.
+    /// Name of the protocol.
     pub protocol: String,
-    /// People among whom it chooses; chance is 1 in so many.
+    /// Number of people to choose from; chance is 1 / `classes`.
     pub classes: usize,
-    /// The sets of probes that `probes`, `people`, `rank1` with its intervals, `by_viewpoint` and
-    /// `by_angle` are of: the clean ones, or all, pooled, where none is clean.
+    /// The leading sets of probes, which `probes`, `people`, `rank1` with its intervals,
+    /// `by_viewpoint` and `by_angle` pool: the clean ones, or all where none is clean.
     #[serde(default)]
     pub of_probe_sets: Vec<String>,
-    /// How often it was asked: once for each probe or, where each of the gallery's viewpoints is
-    /// compared for itself, for each of these.
+    /// Number of decisions: one per probe or, where each gallery viewpoint is compared separately,
+    /// one per probe and gallery viewpoint.
     pub probes: u64,
-    /// People who are looked for; 0 if it is not known who was hit.
+    /// Number of people with probes; 0 if hits are not known by person.
     #[serde(default)]
     pub people: u64,
     /// Share of hits, 0..1; 0 without probes.
     pub rank1: f64,
-    /// Its 95 % intervals.
+    /// The 95 % intervals of Rank-1.
     #[serde(flatten)]
     pub intervals: Rank1Intervals,
-    /// Probes whose output was not finite, of all sets. They are misses.
+    /// Probes of all sets with a non-finite output. They count as misses.
     pub non_finite: u64,
-    /// Embeddings of the gallery that were not finite. They were left out of it.
+    /// Non-finite embeddings of the gallery. They were left out.
     #[serde(default)]
     pub gallery_non_finite: u64,
-    /// The viewpoints that it was trained at, (azimuth, elevation) in degrees;
-    /// empty if unknown.
+    /// The training viewpoints, (azimuth, elevation) in degrees; empty if unknown.
     #[serde(default)]
     pub trained_at: Vec<(f64, f64)>,
-    /// Rank-1 by viewpoint, of those whose angles are known.
+    /// Rank-1 by viewpoint, for viewpoints with known angles.
     pub by_viewpoint: Vec<ViewpointResult>,
-    /// Rank-1 by the camera or recording of which only a name is known; empty if there are more
-    /// than [`MAX_NAMED`].
+    /// Rank-1 by camera or recording, for those with a name only; empty if there are more than
+    /// [`MAX_NAMED`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub by_named_view: Vec<NamedViewResult>,
-    /// Rank-1 by the angle from training, nearest first; empty if that is unknown.
+    /// Rank-1 by the angle from the training viewpoints, nearest first; empty if these are unknown.
     #[serde(default)]
     pub by_angle: Vec<AngleResult>,
-    /// Hits by person, of what `rank1` is of; people who are not looked for are left out.
+    /// Hits by person, on the leading probe sets; people without probes are left out.
     #[serde(default)]
     pub by_person: Vec<PersonResult>,
-    /// Hits by viewpoint and person, of what `rank1` is of; not in the JSON.
+    /// Hits by viewpoint and person, on the leading probe sets; not in the JSON.
     #[serde(skip)]
     pub hits_by_view: HitsByView,
-    /// The protocol's sets of probes, each for itself.
+    /// The results on each of the protocol's sets of probes.
     #[serde(default)]
     pub probe_sets: Vec<ProbeSetResult>,
-    /// How fast it is.
+    /// The latency of inference.
     #[serde(flatten)]
     pub latency: Option<Latency>,
 }
 
-/// What a recognizer achieved on one set of probes.
+/// The results of a recognizer on one set of probes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProbeSetResult {
-    /// The set, such as `BG`.
+    /// Name of the set, such as `BG`.
     pub name: String,
-    /// Whether it is known that nothing acts on its walks.
+    /// Whether it is known that no confounder acts on its walks.
     #[serde(default)]
     pub clean: bool,
-    /// As [`RecognizerResult::probes`].
+    /// Number of decisions, as [`RecognizerResult::probes`].
     pub probes: u64,
-    /// People who are looked for.
+    /// Number of people with probes.
     pub people: u64,
-    /// Probes that are as near to another person as to the right one: of equals, the one that is
-    /// listed first counts.
+    /// Probes that are as near to another person as to the right one. Ties go to the one listed
+    /// first.
     pub tied: u64,
-    /// Those whose person is not in the gallery: misses for Rank-k, left out of mAP and mINP.
+    /// Probes whose person is not in the gallery: misses for Rank-k, left out of mAP and mINP.
     pub without_mate: u64,
-    /// Those with an answer that is not finite: likewise.
+    /// Probes with a non-finite answer: misses for Rank-k, left out of mAP and mINP.
     pub non_finite: u64,
     /// Rank-1, 0..1.
     pub rank1: f64,
-    /// Its 95 % intervals.
+    /// The 95 % intervals of Rank-1.
     #[serde(flatten)]
     pub intervals: Rank1Intervals,
     /// Rank-5, 0..1.
@@ -157,23 +156,22 @@ pub struct ProbeSetResult {
     pub cmc: Vec<f64>,
     /// Mean average precision, 0..1; none without a probe that counts.
     pub map: Option<f64>,
-    /// Lower end of its 95 % interval that draws people.
+    /// Lower end of the 95 % interval of mAP that resamples people.
     pub map_low: Option<f64>,
-    /// Upper end.
+    /// Upper end of the interval of mAP.
     pub map_high: Option<f64>,
     /// Mean inverse negative penalty, 0..1.
     pub minp: Option<f64>,
     /// Hits by person.
     #[serde(default)]
     pub by_person: Vec<PersonResult>,
-    /// The same distances as claims that are accepted or refused; none if they are more than
-    /// ten million.
+    /// Verification with the same distances; none if there are more than ten million.
     pub verification: Option<VerificationResult>,
-    /// Rank-1 from each viewpoint to each, if the protocol compares so.
+    /// Rank-1 by pair of viewpoints, if the protocol compares each gallery viewpoint separately.
     pub cross_view: Option<CrossViewResult>,
 }
 
-/// Whom a recognizer took one probe for: a row of `edgegait score --probes-csv`.
+/// A recognizer's answer to one probe: a row of `edgegait score --probes-csv`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ProbeAnswer<'a> {
     /// Number of the probe among the source's sequences.
@@ -183,82 +181,82 @@ pub struct ProbeAnswer<'a> {
     pub recognizer: &'a str,
     /// The set of probes.
     pub probe_set: &'a str,
-    /// Who is shown.
+    /// The person of the probe.
     pub subject: &'a str,
-    /// In which take.
+    /// The take of the probe.
     pub take: &'a str,
-    /// Of which walk of the source: where takes are made of walks, the one that it was made of.
+    /// The walk in the source, from which a made take is derived.
     pub walk: &'a str,
-    /// Which recorded cycle of the walk, from 0; none where the probe is a whole recording.
+    /// The recorded cycle of the walk, from 0; none where the probe is a whole recording.
     pub cycle: Option<u32>,
-    /// Which seeded variation of that cycle; 0 is the cycle itself.
+    /// The seeded variation of that cycle; 0 is the cycle itself.
     pub variation: u32,
-    /// From which azimuth, degrees, if that is known.
+    /// Azimuth of the probe, degrees, if it is known.
     pub azimuth_deg: Option<f64>,
-    /// From which elevation, degrees.
+    /// Elevation of the probe, degrees, if it is known.
     pub elevation_deg: Option<f64>,
-    /// By which camera, or in which recording, where only a name is known.
+    /// Camera or recording of the probe, where only a name is known.
     pub view: Option<&'a str>,
-    /// Azimuth of what the probe was compared with, if each viewpoint is compared for itself.
+    /// Azimuth of the gallery, degrees, if each viewpoint is compared separately.
     pub gallery_azimuth_deg: Option<f64>,
-    /// Elevation of it.
+    /// Elevation of the gallery, degrees, if each viewpoint is compared separately.
     pub gallery_elevation_deg: Option<f64>,
-    /// Its name, where only that is known.
+    /// Camera or recording of the gallery, where only a name is known.
     pub gallery_view: Option<&'a str>,
-    /// Whom the recognizer took them for; none without a finite answer.
+    /// The person that the recognizer names; none without a finite answer.
     pub answer: Option<&'a str>,
-    /// The right person's rank, from 1; none where they are not in the gallery.
+    /// The right person's rank, from 1; none where that person is not in the gallery.
     pub rank: Option<usize>,
-    /// How far that person was, where the nearest embedding decides.
+    /// Distance to the answer, where the nearest embedding decides.
     pub distance: Option<f64>,
-    /// How far the right person was.
+    /// Distance to the right person.
     pub right_distance: Option<f64>,
-    /// The class's score, where the highest one decides.
+    /// The answer's score, where the highest score decides.
     pub score: Option<f64>,
     /// The score of the right person's class.
     pub right_score: Option<f64>,
 }
 
-/// How well a threshold of the distance tells people apart.
+/// The results of verification: accepting pairs by a threshold of the distance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VerificationResult {
-    /// Pairs of one person.
+    /// Number of genuine pairs (of one person).
     pub genuine: u64,
-    /// Pairs of two people.
+    /// Number of impostor pairs (of two people).
     pub impostors: u64,
-    /// Pairs of one person whose distance was not finite: left out.
+    /// Genuine pairs with a non-finite distance, which are left out.
     pub non_finite_genuine: u64,
-    /// Pairs of two people whose distance was not finite: left out.
+    /// Impostor pairs with a non-finite distance, which are left out.
     pub non_finite_impostors: u64,
     /// Equal error rate, 0..1.
     pub eer: Option<f64>,
-    /// The distance at which it is reached.
+    /// The threshold of the equal error rate, a distance.
     pub eer_threshold: Option<f64>,
-    /// Lower end of its 95 % interval that draws people.
+    /// Lower end of the 95 % interval of the EER that resamples people.
     pub eer_low: Option<f64>,
-    /// Upper end.
+    /// Upper end of the interval of the EER.
     pub eer_high: Option<f64>,
     /// Area under the ROC, 0..1.
     pub auc: Option<f64>,
     /// True accept rates at fixed false accept rates.
     pub tar_at_far: Vec<TarAtFar>,
-    /// The curve, at most 200 points.
+    /// The ROC, at most 200 points.
     pub roc: Vec<RocPoint>,
 }
 
-/// Rank-1 from each viewpoint to each.
+/// Rank-1 by pair of probe viewpoint and gallery viewpoint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CrossViewResult {
-    /// (azimuth, elevation) in degrees, or names, of rows and columns.
+    /// Labels of rows and columns: (azimuth, elevation) in degrees, or names.
     pub views: Vec<ViewLabel>,
-    /// `[probe view][gallery view]`, 0..1; none where nobody met.
+    /// Rank-1 `[probe view][gallery view]`, 0..1; none without probes.
     pub rank1: Vec<Vec<Option<f64>>>,
-    /// Means over the gallery views but the identical one, percent, each cell rounded to 0.01
-    /// first, as OpenGait computes them; empty if a cell is.
+    /// Means over the gallery views except the identical one, percent, each cell rounded to 0.01
+    /// first, as OpenGait computes them. Empty if a cell is empty.
     pub by_probe_view_percent: Vec<f64>,
-    /// Their mean.
+    /// Mean of `by_probe_view_percent`.
     pub mean_percent: Option<f64>,
-    /// Why there is no mean, if so.
+    /// Why there is no mean, if there is none.
     pub note: Option<String>,
 }
 
@@ -269,29 +267,29 @@ pub struct ViewpointResult {
     pub azimuth_deg: f64,
     /// Camera elevation, degrees.
     pub elevation_deg: f64,
-    /// GEIs seen from there.
+    /// Number of GEIs seen from there.
     pub probes: u64,
     /// Share of hits, 0..1; 0 without probes.
     pub rank1: f64,
 }
 
-/// Rank-1 of what one camera saw, or is in one recording.
+/// Rank-1 for one camera or recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NamedViewResult {
-    /// Its name.
+    /// Name of the camera or recording.
     pub view: String,
-    /// As of a viewpoint.
+    /// Number of probes, as [`ViewpointResult::probes`].
     pub probes: u64,
     /// Share of hits, 0..1; 0 without probes.
     pub rank1: f64,
 }
 
-/// Most named views that are listed: where each recording has a name of its own, they say nothing.
+/// The maximum number of named views that are listed. Where each recording has its own name, a list
+/// is of no use.
 pub const MAX_NAMED: usize = 64;
 
 impl ViewpointResult {
-    /// The counts behind the rate; outputs that were not finite are in no
-    /// viewpoint's count.
+    /// Returns the counts behind the rate. Non-finite outputs are not counted by viewpoint.
     #[must_use]
     pub fn tally(&self) -> Tally {
         // A rate of counts below 2^52 times its denominator rounds to the count.
@@ -309,14 +307,14 @@ impl ViewpointResult {
 pub struct Latency {
     /// Median.
     pub p50_us: f64,
-    /// 90th percentile; none of fewer than 10 samples.
+    /// 90th percentile; none with fewer than 10 samples.
     pub p90_us: Option<f64>,
-    /// 99th percentile; none of fewer than 100 samples.
+    /// 99th percentile; none with fewer than 100 samples.
     pub p99_us: Option<f64>,
 }
 
 impl Latency {
-    /// The percentiles of samples in microseconds by nearest rank, ceil(p n): always
+    /// Returns the percentiles of samples in microseconds by nearest rank, ceil(p n), so that each is
     /// one of the samples. None without samples.
     #[must_use]
     pub fn of(samples_us: &[f64]) -> Option<Self> {
@@ -335,23 +333,23 @@ impl Latency {
     }
 }
 
-/// What a recognizer is, apart from its results.
+/// A recognizer's description, without results.
 #[derive(Clone, Debug)]
 pub struct Contestant {
-    /// Its name.
+    /// The recognizer's name.
     pub name: String,
-    /// What ran it.
+    /// The runtime that ran it.
     pub runtime: RuntimeName,
-    /// The protocol by its name.
+    /// Name of the protocol.
     pub protocol: String,
-    /// People among whom it chooses.
+    /// Number of people to choose from.
     pub classes: usize,
-    /// Where it was trained, (azimuth, elevation) in degrees; empty if unknown.
+    /// The training viewpoints, (azimuth, elevation) in degrees; empty if unknown.
     pub trained_at: Vec<(f64, f64)>,
 }
 
 impl RecognizerResult {
-    /// The result of counts by viewpoint, without timings.
+    /// Creates a result from counts by viewpoint, without timings.
     #[must_use]
     pub fn new(contestant: Contestant, by_view: &[(&ViewLabel, Tally)]) -> Self {
         let all: Tally = by_view.iter().map(|(_, tally)| *tally).sum();
@@ -401,7 +399,7 @@ impl RecognizerResult {
         }
     }
 
-    /// The result with the interval over people, from each one's counts.
+    /// Returns the result with the interval over people, from the counts of each person.
     #[must_use]
     pub fn with_subjects(mut self, subjects: &[Tally], seed: u64) -> Self {
         self.people = subjects.iter().filter(|one| one.probes > 0).count() as u64;
@@ -409,8 +407,7 @@ impl RecognizerResult {
         self
     }
 
-    /// The counts at the viewpoints of training, empty if these are unknown or were
-    /// not scored.
+    /// Returns the counts at the training viewpoints, empty if these are unknown or were not scored.
     #[must_use]
     pub fn at_training(&self) -> Tally {
         let trained = self
@@ -420,7 +417,7 @@ impl RecognizerResult {
         trained.map(ViewpointResult::tally).sum()
     }
 
-    /// Whether the recognizer was trained at a viewpoint, to 0.01 degrees.
+    /// Returns whether the recognizer was trained at a viewpoint, to 0.01 degrees.
     #[must_use]
     pub fn is_trained_at(&self, viewpoint: &ViewpointResult) -> bool {
         self.trained_at.iter().any(|&(azimuth_deg, elevation_deg)| {

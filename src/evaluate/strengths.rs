@@ -1,4 +1,4 @@
-//! What each confounder does to recognizers, by its strength, and what it costs.
+//! The effect of each confounder on recognizers, by strength, and its cost.
 
 use super::intervals::Rank1Intervals;
 use super::results::RecognizerResult;
@@ -13,44 +13,44 @@ use std::time::Instant;
 /// A confounder's effects.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct ConfounderResult {
-    /// Its name.
+    /// The confounder's name.
     pub name: &'static str,
-    /// Its class by name.
+    /// Name of its class.
     pub class: &'static str,
     /// What it is at strength 1.
     pub at_full: &'static str,
-    /// By strength, from the lowest on; the first is at 0 or, of one with an opposite, at -1.
+    /// Effects by rising strength. The first is at 0 or, for a confounder with an opposite, at -1.
     pub by_strength: Vec<StrengthResult>,
-    /// What a silhouette takes longer at strength 1 than without, ns: one walk seen from the
-    /// views, one thread; negative within the noise.
+    /// Additional time per silhouette at strength 1, ns: one walk seen from the views, one thread.
+    /// Negative within the noise.
     pub extra_ns: f64,
 }
 
-/// What a confounder does at one strength.
+/// The effects of a confounder at one strength.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct StrengthResult {
-    /// 0 changes nothing.
+    /// The strength; 0 changes nothing.
     pub strength: f64,
-    /// Root mean square difference of GEIs to those without it, of 255.
+    /// Root mean square difference from GEIs without the confounder, of 255.
     pub gei_rmse: f64,
     /// Rank-1 of each recognizer, in order.
     pub recognizers: Vec<Rank1Rate>,
 }
 
-/// How often a recognizer is right.
+/// Rank-1 of one recognizer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Rank1Rate {
-    /// Its name.
+    /// The recognizer's name.
     pub name: String,
     /// Share of hits, 0..1.
     pub rank1: f64,
-    /// Its 95 % intervals.
+    /// The 95 % intervals of Rank-1.
     #[serde(flatten)]
     pub intervals: Rank1Intervals,
 }
 
 impl ConfounderResult {
-    /// The mean over all strengths but 0 of a recognizer's rank-1.
+    /// Returns the mean of a recognizer's Rank-1 over all strengths except 0.
     #[must_use]
     pub(crate) fn mean_rank1(&self, recognizer: usize) -> f64 {
         let changed = self.by_strength.iter().filter(|at| at.strength != 0.0);
@@ -63,15 +63,15 @@ impl ConfounderResult {
 #[derive(Clone, Debug)]
 pub(crate) struct StrengthStudy {
     confounders: Vec<&'static Confounder>,
-    /// The first one is that in which nothing acts.
+    /// The conditions; the first one is without a confounder.
     conditions: Vec<Condition>,
-    /// Which confounder and strength each other condition is.
+    /// Confounder and strength of each other condition.
     points: Vec<(usize, f64)>,
 }
 
 impl StrengthStudy {
-    /// Each of the confounders alone at each of these strengths above 0, and those with an
-    /// opposite at their negatives too.
+    /// Creates a study with each confounder alone at each of these strengths above 0, and confounders
+    /// with an opposite at the negative strengths too.
     #[must_use]
     pub(crate) fn new(confounders: &[&'static Confounder], strengths: &[f64]) -> Self {
         let mut strengths = strengths.to_vec();
@@ -99,17 +99,17 @@ impl StrengthStudy {
         study
     }
 
-    /// In the order of the results' sets of probes.
+    /// Returns the conditions, in the order of the results' sets of probes.
     #[must_use]
     pub(crate) fn conditions(&self) -> &[Condition] {
         &self.conditions
     }
 
-    /// Puts together what was found: recognizers' results under each condition, and what
-    /// [`Self::effects`] and [`Self::costs`] say.
+    /// Combines recognizers' results under each condition with [`Self::effects`] and
+    /// [`Self::costs`].
     ///
     /// # Errors
-    /// If a recognizer was not asked under each condition.
+    /// If a recognizer was not evaluated under each condition.
     pub(crate) fn results(
         &self,
         recognizers: &[RecognizerResult],
@@ -161,11 +161,11 @@ impl StrengthStudy {
         Ok(results)
     }
 
-    /// The root mean square difference of GEIs under each condition but the first to those under
-    /// that, of 255.
+    /// Returns the root mean square difference between GEIs under each condition and those under the
+    /// first one, of 255.
     ///
     /// # Errors
-    /// When a figure cannot be drawn.
+    /// If a figure cannot be rendered.
     pub(crate) fn effects(
         &self,
         pack: &Pack<'_>,
@@ -193,11 +193,11 @@ impl StrengthStudy {
         self.conditions[1..].iter().map(effect).collect()
     }
 
-    /// What a silhouette takes longer under each confounder at the highest strength, ns: the least
-    /// of `rounds` measurements, in each of which every confounder has its turn.
+    /// Returns the additional time per silhouette of each confounder at the highest strength, ns: the
+    /// least of `rounds` measurements. Each round measures all confounders.
     ///
     /// # Errors
-    /// When a figure cannot be drawn.
+    /// If a figure cannot be rendered.
     pub(crate) fn costs(
         &self,
         pack: &Pack<'_>,
@@ -234,7 +234,7 @@ impl StrengthStudy {
     }
 }
 
-/// The root mean square difference of all bytes.
+/// Returns the root mean square difference of all bytes.
 fn rmse(a: &[Vec<u8>], b: &[Vec<u8>]) -> f64 {
     let pairs = a.iter().flatten().zip(b.iter().flatten());
     let (sum, count) = pairs.fold((0.0, 0.0), |(sum, count), (&a, &b)| {
@@ -281,7 +281,7 @@ mod tests {
 
     #[test]
     fn differences_are_root_mean_squares() {
-        // 3 and 4 of two pixels: the root of 12.5.
+        // Differences of 3 and 4 in two pixels: the root of 12.5.
         assert!((rmse(&[vec![3, 0]], &[vec![0, 4]]) - 12.5f64.sqrt()).abs() < 1e-12);
         assert_eq!(rmse(&[], &[]), 0.0);
     }

@@ -1,5 +1,4 @@
-//! What tests of this module share: matrix E1 of the project's reference, whose metrics were worked
-//! out by hand, and datasets of GEIs that say little.
+//! Shared test data: distance matrix E1, with metrics computed by hand, and tiny datasets of GEIs.
 
 use crate::dataset::{
     Contents, DatasetFormat, DatasetRun, DatasetWriter, Existing, IndexRow, Item, ResultHeader,
@@ -21,10 +20,10 @@ pub(crate) const E1_PROBES: [usize; 3] = [1, 2, 3];
 /// The person of each gallery entry.
 pub(crate) const E1_GALLERY: [usize; 6] = [1, 1, 2, 2, 3, 3];
 
-/// (Person, take, viewpoint, first two pixels).
+/// A GEI: (person, take, viewpoint, first two pixels).
 pub(crate) type Gei<'a> = (&'a str, &'a str, (f64, f64), (u8, u8));
 
-/// A dataset of GEIs in a folder that is made; their other pixels are 0.
+/// Writes a dataset of GEIs to a new folder; their other pixels are 0.
 pub(crate) fn write_geis(dir: &Path, geis: &[Gei<'_>]) -> Result<()> {
     let run = DatasetRun {
         header: ResultHeader::new("sweep", 1),

@@ -1,4 +1,4 @@
-//! A recognizer's results: what became of its probes, added up.
+//! A recognizer's results, summed over its probes.
 
 use super::bootstrap::{interval_95, verification_95};
 use super::cross_view::CrossView;
@@ -21,12 +21,12 @@ use crate::sequences::Sequences;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashSet};
 
-/// Most distances that are kept for verification, where they take 400 MB.
+/// The maximum number of distances that are kept for verification: 400 MB.
 const MAX_PAIRS: u64 = 10_000_000;
 
-/// What one set of probes adds up to.
+/// Sums over one set of probes.
 struct ProbeSums {
-    /// `[viewpoint][person]`.
+    /// Tallies `[viewpoint][person]`.
     by_view: Vec<Vec<Tally>>,
     by_person: Vec<Ranking>,
     confused: Confused,
@@ -35,10 +35,11 @@ struct ProbeSums {
     cells: Option<CrossView>,
 }
 
-/// A recognizer's results; `seed` draws people for intervals, and `tell` gets each answer that counts.
+/// Returns a recognizer's results. `seed` is the seed for resampling people, and `tell` is called for
+/// each answer that counts.
 ///
 /// # Errors
-/// When nothing finite is left in the gallery.
+/// If the gallery has no finite embedding, or no probe can be compared.
 pub(super) fn judge(
     recognizer: &dyn Recognizer,
     trial: &Trial<'_>,
@@ -106,7 +107,7 @@ pub(super) fn judge(
         }
         .into());
     }
-    // Confounded probes must not hide in the numbers that everybody reads first.
+    // Confounded probes must not be pooled into the leading numbers.
     let has_clean = probe_sets.iter().any(|set| set.clean && set.probes > 0);
     let [all_confused, clean_confused] = confused;
     let (by_view, confused) = if has_clean {
@@ -176,7 +177,7 @@ fn add(sums: &mut [Vec<Tally>], more: &[Vec<Tally>]) {
     }
 }
 
-/// Adds who was taken for whom in one set of probes.
+/// Adds the confusions of one set of probes.
 fn add_confusions(sums: &mut Confused, more: &Confused) {
     for (sums, more) in sums.iter_mut().zip(more) {
         for (other, count) in more {
@@ -185,7 +186,7 @@ fn add_confusions(sums: &mut Confused, more: &Confused) {
     }
 }
 
-/// Meets all probes of a set.
+/// Compares all probes of a set with the gallery.
 fn sums(
     recognizer: &dyn Recognizer,
     trial: &Trial<'_>,
@@ -203,7 +204,7 @@ fn sums(
         pairs: vec![Pairs::default(); if keep_pairs { people } else { 0 }],
         cells: (trial.protocol.gallery_views == GalleryViews::Each).then(|| CrossView::new(views)),
     };
-    // In parts, so that distances are not kept twice.
+    // In chunks, so that distances are not kept twice.
     for probes in probes.chunks(4_096) {
         let met: Vec<Vec<Meeting>> = probes
             .par_iter()
@@ -223,7 +224,7 @@ fn sums(
                 sums.by_person[person].add(meeting.ranked);
                 if let Some(other) = trial.taken_for(recognizer, &meeting) {
                     let confused = &mut sums.confused[person];
-                    // Of most people there is an entry already.
+                    // Mostly there is an entry already.
                     match confused.get_mut(other) {
                         Some(count) => *count += 1,
                         None => drop(confused.insert(other.to_owned(), 1)),

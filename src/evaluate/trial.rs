@@ -1,4 +1,4 @@
-//! Who is compared with whom under a protocol, and what becomes of a probe.
+//! Comparisons of probes with the gallery under a protocol, and their outcomes.
 
 use super::identification::{ProbeRank, rank};
 use super::protocol::{GalleryViews, Protocol, TakeRoles};
@@ -12,10 +12,10 @@ use crate::sequences::{Sequences, ViewLabel};
 use crate::sweep::View;
 use std::ops::Neg;
 
-/// Most viewpoints that are compared each with each.
+/// The maximum number of viewpoints of which all pairs are compared.
 pub(crate) const MAX_CROSS_VIEWS: usize = 64;
 
-/// Who is compared with whom.
+/// The comparisons of one recognizer under a protocol.
 #[derive(Debug)]
 pub(crate) struct Trial<'a> {
     pub(super) protocol: &'a Protocol,
@@ -23,20 +23,20 @@ pub(crate) struct Trial<'a> {
     pub(super) sequences: &'a Sequences,
     /// The class of each person, if class scores decide.
     pub(super) classes: Option<Vec<usize>>,
-    /// Sequences of the gallery by viewpoint, their numbers rising.
+    /// Sequences of the gallery by viewpoint, in rising order.
     pub(super) gallery: Vec<Vec<usize>>,
 }
 
-/// One probe against what it is compared with at once.
+/// The comparison of one probe with one gallery.
 pub(super) struct Meeting {
-    /// The gallery's viewpoint, if each is compared for itself.
+    /// The gallery's viewpoint, if each is compared separately.
     pub gallery_view: Option<usize>,
     pub ranked: ProbeRank,
-    /// Number of the nearest among what was compared as a person (or class), and how far it is.
+    /// Number of the nearest person (or class), and its distance.
     pub nearest: Option<(usize, f64)>,
-    /// How far the right person is.
+    /// Distance of the right person.
     pub right: Option<f64>,
-    /// Whether the nearest of the right person and of another are equally near.
+    /// Whether the right person and another one are equally near.
     pub is_tied: bool,
     pub pairs: Pairs,
 }
@@ -55,11 +55,11 @@ impl Meeting {
 }
 
 impl<'a> Trial<'a> {
-    /// Who is compared with whom; the gallery is seen from `gallery_views` only, if these are said,
-    /// and by all cameras of which only names are known.
+    /// Returns the comparisons. If `gallery_views` is given, the gallery consists of these viewpoints
+    /// and of all cameras with a name only.
     ///
     /// # Errors
-    /// If nothing is left in the gallery, or there are too many viewpoints to compare each with each.
+    /// If the gallery is empty, or there are too many viewpoints to compare all pairs.
     pub(super) fn new(
         protocol: &'a Protocol,
         roles: &'a TakeRoles,
@@ -98,20 +98,20 @@ impl<'a> Trial<'a> {
         })
     }
 
-    /// Whether a sequence is looked for.
+    /// Returns whether a sequence is a probe.
     #[must_use]
     pub(crate) fn is_probe(&self, sequence: usize) -> bool {
         self.roles.is_probed(self.sequences.list[sequence].take)
     }
 
-    /// Whether the recognizer has to be shown a sequence.
+    /// Returns whether the recognizer has to be shown a sequence.
     #[must_use]
     pub(crate) fn needs(&self, sequence: usize) -> bool {
         let view = self.sequences.list[sequence].view;
         self.is_probe(sequence) || self.gallery[view].binary_search(&sequence).is_ok()
     }
 
-    /// How many times two embeddings are compared, or one with a class; at most.
+    /// Returns an upper bound of the number of comparisons, of two embeddings or of one with a class.
     #[must_use]
     pub(crate) fn comparisons(&self) -> u64 {
         let all: usize = self.gallery.iter().map(Vec::len).sum();
@@ -124,10 +124,11 @@ impl<'a> Trial<'a> {
         probes.map(|sequence| of_probe(sequence) as u64).sum()
     }
 
-    /// What a probe is compared with: lists of sequences, each with its viewpoint if that is one.
+    /// Returns the galleries of a probe: lists of sequences, each with its viewpoint if viewpoints are
+    /// compared separately.
     fn galleries(&self, probe: usize) -> Vec<(Option<usize>, Vec<usize>)> {
         let own = &self.sequences.list[probe];
-        // The same recording, under whatever condition.
+        // The same recording, under any condition.
         let takes = &self.sequences.takes;
         let is_own = |other: usize| {
             other == own.take
@@ -151,7 +152,7 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// What became of a probe.
+    /// Compares a probe with its galleries.
     pub(super) fn meet(
         &self,
         recognizer: &dyn Recognizer,
@@ -174,7 +175,7 @@ impl<'a> Trial<'a> {
                 _ => (nearest(true), nearest(false)),
             };
             let is_tied = mate.zip(stranger).is_some_and(|(a, b)| a.1 == b.1);
-            // Of equals the one that is listed first.
+            // Ties go to the one listed first.
             let both = mate.into_iter().chain(stranger);
             let first = both.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
             let mut pairs = Pairs::default();
@@ -216,7 +217,7 @@ impl<'a> Trial<'a> {
         self.galleries(probe).into_iter().map(of).collect()
     }
 
-    /// The name of whom a recognizer took a probe for, if that is somebody else.
+    /// Returns the name of the wrong person that a recognizer identified a probe as, if it is a miss.
     pub(super) fn taken_for<'s>(
         &'s self,
         recognizer: &'s dyn Recognizer,
@@ -233,7 +234,7 @@ impl<'a> Trial<'a> {
         names.get(label).map(String::as_str)
     }
 
-    /// Whom a recognizer took a probe for.
+    /// Returns a recognizer's answer to a probe.
     pub(super) fn answered<'s>(
         &'s self,
         recognizer: &'s dyn Recognizer,

@@ -1,36 +1,36 @@
-//! Verification: is it the person who is claimed? ROC, EER, AUC and TAR at a fixed FAR.
+//! Verification of a claimed identity: ROC, EER, AUC and TAR at a fixed FAR.
 //!
 //! A pair is accepted at a threshold t if its distance is at most t. FAR(t) is the share of
-//! impostor pairs (two people) that are accepted, TAR(t) that of genuine pairs (one person), and
-//! FRR = 1 - TAR (ISO/IEC 19795-1). The points of the curve are those at t = -inf and at every
-//! distinct distance: between them nothing changes.
+//! impostor pairs (two people) that are accepted, TAR(t) the share of genuine pairs (one person),
+//! and FRR = 1 - TAR (ISO/IEC 19795-1). The curve has a point at t = -inf and at every distinct
+//! distance; it is constant between them.
 
 use serde::{Deserialize, Serialize};
 
 /// False accept rates at which [`Verification::tars`] reports.
 pub(crate) const FARS: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
 
-/// Errors that must be seen before a rate is known to about 30 % with 90 % confidence: the "rule
-/// of 30" (Doddington et al., "The NIST speaker recognition evaluation", Speech Communication 31,
-/// 2000).
+/// The number of errors that must be observed for a rate to be known to about 30 % with 90 %
+/// confidence: the "rule of 30" (Doddington et al., "The NIST speaker recognition evaluation",
+/// Speech Communication 31, 2000).
 const RULE_OF_30: f64 = 30.0;
 
-/// Most points of [`Verification::roc`].
+/// The maximum number of points of [`Verification::roc`].
 pub(crate) const MAX_ROC_POINTS: usize = 200;
 
-/// The distances of one subject's pairs, or of everybody's.
+/// The distances of the pairs of one subject, or of all subjects.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Pairs {
-    /// Of two samples of one person.
+    /// Distances between samples of one person.
     pub genuine: Vec<f64>,
-    /// Of samples of two people.
+    /// Distances between samples of two people.
     pub impostor: Vec<f64>,
 }
 
 /// Genuine and impostor pairs, counted by distance.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Verification {
-    /// By rising threshold, each with the pairs accepted at it.
+    /// Steps by rising threshold, each with the number of pairs accepted at it.
     steps: Vec<RocStep>,
     non_finite_genuine: u64,
     non_finite_impostor: u64,
@@ -43,7 +43,7 @@ struct RocStep {
     impostor: u64,
 }
 
-/// Where false accepts and false rejects are equally frequent.
+/// The point where false accepts and false rejects are equally frequent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Eer {
     /// The equal error rate, 0..1.
@@ -61,23 +61,24 @@ pub struct RocPoint {
     pub tar: f64,
 }
 
-/// The true accept rate where at most a share `far` of the impostors is accepted.
+/// The true accept rate at a threshold that accepts at most a share `far` of the impostors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TarAtFar {
     /// The false accept rate asked for.
     pub far: f64,
-    /// The true accept rate, 0..1; none if refused.
+    /// The true accept rate, 0..1; none if there are too few impostors.
     pub tar: Option<f64>,
-    /// The highest distance whose FAR is at most `far`; none if refused, or if that accepts nothing.
+    /// The highest distance with a FAR of at most `far`; none if there are too few impostors, or if no
+    /// distance has such a FAR.
     pub threshold: Option<f64>,
-    /// Why it is refused, or why not to lean on it.
+    /// Why there is no rate, or why it is unreliable.
     pub note: Option<String>,
 }
 
 impl Verification {
-    /// The curve of these distances. Those that are NaN or infinite are counted and left out.
+    /// Returns the curve of these distances. Those that are NaN or infinite are counted and left out.
     ///
-    /// Takes 16 bytes a distance while it sorts, and 24 bytes for each distinct one afterwards.
+    /// Takes 16 bytes per distance while sorting, and 24 bytes per distinct distance afterwards.
     #[must_use]
     pub(crate) fn of(genuine: &[f64], impostor: &[f64]) -> Self {
         let (genuine, non_finite_genuine) = finite(genuine);
@@ -98,7 +99,7 @@ impl Verification {
         }
     }
 
-    /// The curve of counts: (distance, genuine pairs, impostor pairs) by rising distance.
+    /// Returns the curve of counts: (distance, genuine pairs, impostor pairs) by rising distance.
     pub(super) fn of_counts(counts: impl Iterator<Item = (f64, u64, u64)>) -> Self {
         Self {
             steps: accumulate(counts),
@@ -107,26 +108,27 @@ impl Verification {
         }
     }
 
-    /// Genuine pairs with a finite distance.
+    /// Returns the number of genuine pairs with a finite distance.
     #[must_use]
     pub(crate) fn genuine(&self) -> u64 {
         self.steps.last().map_or(0, |step| step.genuine)
     }
 
-    /// Impostor pairs with a finite distance.
+    /// Returns the number of impostor pairs with a finite distance.
     #[must_use]
     pub(crate) fn impostors(&self) -> u64 {
         self.steps.last().map_or(0, |step| step.impostor)
     }
 
-    /// (Genuine, impostor) pairs whose distance was not finite. No rate contains them.
+    /// Returns the numbers of (genuine, impostor) pairs with a non-finite distance. No rate includes
+    /// them.
     #[must_use]
     pub(crate) const fn non_finite(&self) -> (u64, u64) {
         (self.non_finite_genuine, self.non_finite_impostor)
     }
 
-    /// The equal error rate: at the first threshold where FAR >= FRR, or where straight lines
-    /// from the point before cross if they are not equal there. None without pairs of both kinds.
+    /// Returns the equal error rate: at the first threshold where FAR >= FRR or, if they are not equal
+    /// there, where straight lines from the previous point cross. None without pairs of both kinds.
     #[must_use]
     pub(crate) fn eer(&self) -> Option<Eer> {
         let mut before = RocPoint { far: 0.0, tar: 0.0 };
@@ -152,7 +154,7 @@ impl Verification {
         None
     }
 
-    /// The area under the ROC: how often a genuine pair is nearer than an impostor pair, ties
+    /// Returns the area under the ROC: how often a genuine pair is nearer than an impostor pair, ties
     /// counted half (Mann and Whitney, 1947). None without pairs of both kinds.
     #[must_use]
     pub(crate) fn auc(&self) -> Option<f64> {
@@ -166,8 +168,8 @@ impl Verification {
         (pairs > 0).then(|| twice_wins as f64 / (2 * pairs) as f64)
     }
 
-    /// The ROC from (0, 0) to (1, 1) with at most [`MAX_ROC_POINTS`] points, all of them exact:
-    /// one is left out where the curve has moved too little. Empty without pairs of both kinds.
+    /// Returns the ROC from (0, 0) to (1, 1) with at most [`MAX_ROC_POINTS`] points. All of them are
+    /// exact; points too close to the previous one are left out. Empty without pairs of both kinds.
     #[must_use]
     pub(crate) fn roc(&self) -> Vec<RocPoint> {
         let Some(all) = self
@@ -199,15 +201,15 @@ impl Verification {
         kept
     }
 
-    /// The true accept rate at each of [`FARS`]; empty without genuine pairs.
+    /// Returns the true accept rate at each of [`FARS`]; empty without genuine pairs.
     #[must_use]
     pub(crate) fn tars(&self) -> Vec<TarAtFar> {
         FARS.iter().filter_map(|&far| self.tar_at(far)).collect()
     }
 
-    /// The true accept rate at the highest threshold whose FAR is at most `far`, without
-    /// interpolation. Refused where a FAR so low cannot be seen, below 1 in the number of
-    /// impostors; with a note below 30 in it. None without genuine pairs.
+    /// Returns the true accept rate at the highest threshold with a FAR of at most `far`, without
+    /// interpolation. A FAR below 1 / impostors cannot be observed, so there is no rate then; below
+    /// 30 / impostors the rate has a note. None without genuine pairs.
     #[must_use]
     pub(crate) fn tar_at(&self, far: f64) -> Option<TarAtFar> {
         if self.genuine() == 0 {
@@ -233,14 +235,14 @@ impl Verification {
             threshold: step.map(|step| step.threshold),
             note: (far < RULE_OF_30 / impostors as f64).then(|| {
                 format!(
-                    "rough: rests on fewer than 30 false accepts (rule of 30: {} impostor pairs), found {impostors}",
+                    "rough: based on fewer than 30 false accepts (rule of 30: expected {} impostor pairs, found {impostors})",
                     shortest(RULE_OF_30)
                 )
             }),
         })
     }
 
-    /// The highest step whose FAR is at most `far`.
+    /// Returns the highest step with a FAR of at most `far`.
     fn step_within(&self, far: f64) -> Option<&RocStep> {
         let impostors = self.impostors() as f64;
         let within = self
@@ -249,7 +251,7 @@ impl Verification {
         self.steps[..within].last()
     }
 
-    /// The rates at a step; none without pairs of both kinds.
+    /// Returns the rates at a step; none without pairs of both kinds.
     fn rates(&self, step: &RocStep) -> Option<RocPoint> {
         let (genuine, impostors) = (self.genuine(), self.impostors());
         (genuine > 0 && impostors > 0).then(|| RocPoint {
@@ -259,7 +261,7 @@ impl Verification {
     }
 }
 
-/// The finite distances, -0 as 0, and how many others there are.
+/// Returns the finite distances, with -0 as 0, and the number of others.
 pub(super) fn finite(distances: &[f64]) -> (impl Iterator<Item = f64>, u64) {
     let is_finite = |distance: &&f64| distance.is_finite();
     let others = distances.len() - distances.iter().filter(is_finite).count();
@@ -425,7 +427,7 @@ mod tests {
             }
             assert!((curve.auc().unwrap() - wins / pairs).abs() < 1e-12);
 
-            // Thresholds in steps of 1/8: every distance and every gap between two.
+            // Thresholds in steps of 1/8 cover every distance and every gap between two.
             let far = |t: f64| {
                 impostor.iter().filter(|d| **d <= t).count() as f64 / impostor.len() as f64
             };

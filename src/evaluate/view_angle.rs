@@ -8,40 +8,40 @@ use super::rank1::Tally;
 /// Width of the bins of [`by_angle`], degrees.
 pub(crate) const BIN_DEG: f64 = 10.0;
 const BINS: usize = 18;
-/// What is nearer than this to a viewpoint of training is that viewpoint, degrees.
+/// The angle below which a viewpoint counts as a training viewpoint, degrees.
 const AT_TRAINING_DEG: f64 = 0.5;
-/// What is over the end of a bin by no more than this is still in it, degrees: angles come from sines
-/// of single-precision degrees, which put 10 degrees up to 0.00002 above or below. It is the
-/// tolerance of [`super::results::RecognizerResult::is_trained_at`].
+/// The tolerance at the end of a bin, degrees. Angles come from sines of single-precision degrees,
+/// which put 10 degrees up to 0.00002 above or below. It is the tolerance of
+/// [`super::results::RecognizerResult::is_trained_at`].
 const END_DEG: f64 = 0.01;
 
-/// Rank-1 of the viewpoints within a range of angles from training.
+/// Rank-1 of the viewpoints within a range of angles from the training viewpoints.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AngleResult {
-    /// Where the range begins, degrees; what is exactly there belongs to the range before.
+    /// Beginning of the range, exclusive, degrees.
     pub from_deg: f64,
-    /// Where it ends, degrees, this included; 0 at the viewpoints of training themselves.
+    /// End of the range, inclusive, degrees; 0 for the training viewpoints themselves.
     pub to_deg: f64,
-    /// As of a viewpoint.
+    /// Number of probes, as [`super::results::ViewpointResult::probes`].
     pub probes: u64,
     /// Share of hits, 0..1.
     pub rank1: f64,
-    /// Its 95 % intervals.
+    /// The 95 % intervals of Rank-1.
     #[serde(flatten)]
     pub intervals: Rank1Intervals,
 }
 
 impl AngleResult {
-    /// The middle of the range, degrees.
+    /// Returns the middle of the range, degrees.
     #[must_use]
     pub fn middle_deg(&self) -> f64 {
         (self.from_deg + self.to_deg) / 2.0
     }
 }
 
-/// The angle between the directions to two cameras, 0..180 degrees. Both are
-/// (azimuth, elevation) in degrees. Roll does not count: at elevation 90 all
-/// azimuths are one direction.
+/// Returns the angle between the directions to two cameras, 0..180 degrees. Both are
+/// (azimuth, elevation) in degrees. Roll does not count: at elevation 90 all azimuths are one
+/// direction.
 #[must_use]
 pub(crate) fn angle_deg(a: (f64, f64), b: (f64, f64)) -> f64 {
     let (u, v) = (direction(a), direction(b));
@@ -61,9 +61,9 @@ pub(crate) fn angle_deg(a: (f64, f64), b: (f64, f64)) -> f64 {
         .to_degrees()
 }
 
-/// Rank-1 by the angle from the nearest viewpoint of training, nearest first, without empty bins:
-/// `tallies[viewpoint][person]`, and `seed` draws people for intervals. A viewpoint of training
-/// itself is a bin of its own from 0 to 0. Empty if it is not known where the recognizer was trained.
+/// Returns Rank-1 by the angle from the nearest training viewpoint, nearest first, without empty
+/// bins, from `tallies[viewpoint][person]`. `seed` is the seed for resampling people. The training
+/// viewpoints themselves are a bin from 0 to 0. Empty if the training viewpoints are not known.
 #[must_use]
 pub(crate) fn by_angle(
     trained_at: &[(f64, f64)],
@@ -81,7 +81,7 @@ pub(crate) fn by_angle(
         let bin = if angle < AT_TRAINING_DEG {
             0
         } else {
-            // 10 degrees are in the bin that ends there. Whole, and at least 1.
+            // 10 degrees are in the bin that ends there. A whole number, at least 1.
             (((angle - END_DEG) / BIN_DEG).ceil() as usize).min(BINS)
         };
         for (sum, tally) in bins[bin].iter_mut().zip(tallies) {
@@ -102,8 +102,8 @@ pub(crate) fn by_angle(
     results.filter(|result| result.probes > 0).collect()
 }
 
-/// The unit vector from the walker to the camera (conventions of the core: +Z is
-/// ahead, +X the walker's left, +Y up).
+/// Returns the unit vector from the walker to the camera (conventions of the core: +Z is ahead, +X
+/// the walker's left, +Y up).
 fn direction((azimuth_deg, elevation_deg): (f64, f64)) -> [f64; 3] {
     let (sin_a, cos_a) = azimuth_deg.to_radians().sin_cos();
     let (sin_e, cos_e) = elevation_deg.to_radians().sin_cos();
@@ -136,7 +136,7 @@ mod tests {
             hits,
             non_finite: 0,
         };
-        // Two people, of whom only the first is known where he was not seen before.
+        // Of two people, only the first is recognized away from the training viewpoint.
         let tallies = [
             vec![tally(2, 2), tally(2, 2)],
             vec![tally(2, 2), tally(1, 2)],
@@ -183,12 +183,12 @@ mod tests {
             ((0.0, 0.0), (80.0, 90.0)),
             ((180.0, 0.0), (80.0, 90.0)),
             ((90.0, 90.0), (80.0, 90.0)),
-            // In front of the walker, however high: a right angle to their left.
+            // In front of the walker at any height: a right angle to the walker's left.
             ((0.0, 35.0), (80.0, 90.0)),
             ((270.0, 0.0), (170.0, 180.0)),
             // cos 60 cos 60 = 1/4, which is 75.5 degrees.
             ((30.0, 60.0), (70.0, 80.0)),
-            // As single precision has 80.1 and 9.9.
+            // 80.1 and 9.9 in single precision.
             ((f64::from(80.1_f32), 0.0), (0.0, 10.0)),
             ((90.0, f64::from(9.999_999_f32)), (0.0, 10.0)),
             ((90.0, f64::from(10.000_001_f32)), (0.0, 10.0)),

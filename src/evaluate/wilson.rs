@@ -1,8 +1,7 @@
 //! Wilson's score interval of a rate.
 //!
-//! Wilson, "Probable inference, the law of succession, and statistical
-//! inference", JASA 22 (1927). Unlike the usual +-1.96 standard errors it keeps
-//! to 0..1 and says something at 0 and at 100 %.
+//! Wilson, "Probable inference, the law of succession, and statistical inference", JASA 22 (1927).
+//! Unlike the usual +-1.96 standard errors, it stays within 0..1 and has a width at 0 and at 100 %.
 
 /// The 97.5th percentile of the normal distribution.
 const Z: f64 = 1.959_963_984_540_054;
@@ -16,9 +15,9 @@ pub struct Interval {
     pub high: f64,
 }
 
-/// Wilson's 95 % interval of a rate of `hits` in `probes`; 0..1 without probes.
+/// Returns Wilson's 95 % interval of a rate of `hits` in `probes`; 0..1 without probes.
 ///
-/// It takes the probes as independent. Views of one walk are not: see
+/// It takes the probes as independent. Views of one walk are not independent: see
 /// [`super::bootstrap`].
 ///
 /// # Panics
@@ -39,7 +38,7 @@ pub(crate) fn wilson_95(hits: u64, probes: u64) -> Interval {
     let centre = rate + z2 / (2.0 * n);
     let half = Z * (rate * (1.0 - rate) / n + z2 / (4.0 * n * n)).sqrt();
     let scale = 1.0 + z2 / n;
-    // At the ends the formula gives exactly 0 and 1; floats miss by one unit.
+    // At the ends the formula gives exactly 0 and 1; rounding may miss them.
     Interval {
         low: if hits == 0 {
             0.0

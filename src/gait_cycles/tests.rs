@@ -174,7 +174,7 @@ fn reasons_say_what_was_expected_and_found() {
     );
     assert!(
         text(NoCycle::Standing { swing: 0.0123 })
-            .ends_with("who stands: their outline changes by 1.2 %")
+            .ends_with("standing still: the outline of the legs changes by 1.2 %")
     );
     let irregular = text(NoCycle::Irregular { regular: 0.18 });
     assert!(

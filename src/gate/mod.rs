@@ -147,9 +147,15 @@ fn lines_of(
                 let seed = judged.runs[0].header.seed;
                 let (outcome, between, unsure) = beside(
                     limit,
-                    (place, bound, measure),
-                    (&new, old),
-                    (seed, is_one_board),
+                    place,
+                    bound,
+                    measure,
+                    &BesideBaseline {
+                        new: &new,
+                        old,
+                        seed,
+                        is_one_board,
+                    },
                 )?;
                 (outcome, Some(between), unsure)
             }
@@ -182,13 +188,30 @@ fn lines_of(
 /// What becomes of a bound, what is between the two, and why nobody can tell.
 type Beside = (GateOutcome, Between, Option<String>);
 
+/// A value, and the baseline that it is compared with.
+struct BesideBaseline<'a> {
+    new: &'a KnownFigure,
+    old: &'a KnownFigure,
+    /// What the intervals are resampled with.
+    seed: u64,
+    /// Whether both were measured on one machine.
+    is_one_board: bool,
+}
+
 /// What became of a bound beside a baseline.
 fn beside(
     limit: &GateLimit,
-    (place, bound, measure): (&ResultFigure<'_>, Bound, FigureKind),
-    (new, old): (&KnownFigure, &KnownFigure),
-    (seed, is_one_board): (u64, bool),
+    place: &ResultFigure<'_>,
+    bound: Bound,
+    measure: FigureKind,
+    compared: &BesideBaseline<'_>,
 ) -> std::result::Result<Beside, String> {
+    let &BesideBaseline {
+        new,
+        old,
+        seed,
+        is_one_board,
+    } = compared;
     let is_cut = new.is_cut || old.is_cut;
     let paired = match new.paired(old, &place.key, seed) {
         // Other probes are what a cut leaves.

@@ -1,8 +1,8 @@
-//! The affine function that a recognizer's class scores are, found by asking it.
+//! Finds the affine function that a recognizer's class scores are, by running it.
 //!
-//! A graph can compute one in many ways, and an exporter may fold or split it. So nothing is read
-//! from the file: the scores of the black image are the biases, those of an image with one white
-//! pixel differ from them by that pixel's weights, and random images show whether that is all.
+//! A graph can compute an affine function in many ways, and an exporter may fold or split it. So
+//! nothing is read from the file: the scores of the black image are the biases, the scores of an
+//! image with one white pixel add that pixel's weights, and random images show whether that is all.
 
 use super::{Outputs, Recognizer};
 use crate::error::{Result, ScoreError};
@@ -11,16 +11,16 @@ use ndarray::{Array1, Array2, ArrayView1};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Images that a recognizer is given at once: 4 MB of 64x64.
+/// Images in a batch: 4 MB at 64x64.
 const BATCH: usize = 256;
-/// Random images of which the scores have to follow. Ours.
+/// Random images on which the function is checked. Our choice.
 const CHECKED: usize = 64;
-/// Greatest difference that scores may have from an affine function of the pixels, as a share of
-/// what the pixels change in them. Ours: above what f32 arithmetic leaves of models that `train`
-/// made (0.5e-4 to 2.7e-4), below what 8-bit weights change (of `side` 1.7e-3, of `spread` 3.6e-3).
+/// The greatest difference between scores and the affine function, as a share of the changes that
+/// pixels make. Our choice: above f32 rounding in models of `train` (0.5e-4 to 2.7e-4), below the
+/// effect of 8-bit weights (1.7e-3 for `side`, 3.6e-3 for `spread`).
 const MOST_DEVIATION: f64 = 1e-3;
 
-/// `weights x + bias`, in the precision that is exported.
+/// An affine function `weights x + bias`, in the precision that is exported.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Affine {
     /// One output a row.
@@ -30,7 +30,7 @@ pub struct Affine {
 }
 
 impl Affine {
-    /// The outputs for one input.
+    /// Returns the outputs for one input.
     ///
     /// # Panics
     /// If `input` does not have one number per column of the weights.
@@ -39,7 +39,7 @@ impl Affine {
         self.weights.dot(&input) + &self.bias
     }
 
-    /// [`Self::apply`] with double precision inside: the oracle of the exported graph.
+    /// Computes [`Self::apply`] in double precision, as a reference for the exported graph.
     ///
     /// # Panics
     /// As [`Self::apply`].
@@ -49,23 +49,23 @@ impl Affine {
     }
 }
 
-/// An affine function, and how well it is one.
+/// The affine function of a recognizer's class scores, and how exact it is.
 #[derive(Clone, Debug)]
 pub struct AffineScores {
-    /// Class scores of a template with numbers in 0..1.
+    /// From a template with numbers in 0..1 to its class scores.
     pub map: Affine,
-    /// Greatest difference to the recognizer's scores of random images, as a share of the greatest
-    /// difference between those and the scores of the black image.
+    /// The greatest difference from the recognizer's scores of random images, as a share of the
+    /// greatest difference of those from the scores of the black image.
     pub deviation: f64,
 }
 
 impl AffineScores {
-    /// Asks a recognizer of templates for the scores of the black image, of each image with one
-    /// white pixel, and of random ones.
+    /// Runs a recognizer of templates on the black image, on each image with one white pixel, and on
+    /// random images.
     ///
     /// # Errors
-    /// If it has no scores, more than [`MAX_CLASSES`], or such as are not finite or no affine
-    /// function of the pixels; if it fails.
+    /// If it takes viewpoints, has no scores or more than [`MAX_CLASSES`], if scores are not finite
+    /// or not an affine function of the pixels, or if it fails.
     pub fn of(recognizer: &dyn Recognizer, seed: u64) -> Result<Self> {
         let contract = recognizer.contract();
         if let Some(input) = &contract.view_input {
@@ -105,10 +105,10 @@ impl AffineScores {
     }
 }
 
-/// How far random images' scores are from `map`'s.
+/// Measures how far the scores of random images are from `map`.
 ///
 /// # Errors
-/// If that is too far, or all scores are the same.
+/// If they are too far from it, or all scores are the same.
 fn deviation(recognizer: &dyn Recognizer, map: &Affine, seed: u64) -> Result<f64> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let images: Vec<Vec<u8>> = (0..CHECKED)
@@ -141,8 +141,8 @@ fn deviation(recognizer: &dyn Recognizer, map: &Affine, seed: u64) -> Result<f64
     Ok(farthest / change)
 }
 
-/// Noise of all greys, or runs of one grey each, so that both many small and a few large
-/// differences are met.
+/// Draws an image of random greys, or of runs of one grey each, so that both many small and a few
+/// large differences occur.
 fn random_image(numbers: usize, number: usize, random: &mut ChaCha8Rng) -> Vec<u8> {
     let longest = if number.is_multiple_of(2) {
         1
@@ -161,7 +161,7 @@ fn random_image(numbers: usize, number: usize, random: &mut ChaCha8Rng) -> Vec<u
     image
 }
 
-/// Class scores of images, one image after another.
+/// Returns the class scores of images, one image after another.
 fn scores(recognizer: &dyn Recognizer, images: &[Vec<u8>]) -> Result<Vec<f32>> {
     let mut input = Vec::new();
     for image in images {
@@ -251,7 +251,7 @@ mod tests {
             error.contains("away from it") && error.contains("Softmax"),
             "{error}"
         );
-        // No image with one white pixel tells this one from an affine function.
+        // Images with one white pixel do not distinguish this one from an affine function.
         let error = refusal(|x| vec![(x.iter().sum::<f32>() - 600.0).max(0.0)]);
         assert!(error.contains("away from it"), "{error}");
         let error = refusal(|_| vec![1.0, 2.0]);

@@ -1,9 +1,9 @@
-//! Answers that are kept: a network that takes long is asked the same once.
+//! Cached answers: a slow network computes the answer to each input once.
 //!
-//! A file for each model, contract and runtime, to which answers are appended as they come; so what was
-//! answered before a run was ended is known to the next one, whatever its protocol, conditions or
-//! source. Answers are found by the hash of the input's bytes. Last bits of an answer can depend on
-//! what else is in its batch, as far as the runtime lets them: what is kept is what was computed.
+//! Each model, contract and runtime has a file, to which answers are appended as they come. So an
+//! interrupted run leaves its answers to the next run, whatever that run's protocol, conditions or
+//! source. Answers are found by the hash of the input's bytes. The last bits of an answer can depend
+//! on the rest of its batch, as far as the runtime allows; the first computed answer is kept.
 
 use super::provider::RuntimeName;
 use super::{Contract, Model, Outputs, Recognizer, join};
@@ -16,22 +16,24 @@ use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-/// Fewest multiply-accumulates of an input that are worth it. Ours: 100 us, ten times as long as
-/// finding an answer takes.
+/// The fewest multiply-accumulates of an input that are worth caching. Our choice: 100 us, ten times
+/// as long as a lookup takes.
 const LEAST_MACS: u64 = 1_000_000;
-/// Most bytes of a file: what comes later is not kept.
+/// The most bytes of a file: further answers are not kept.
 const MOST_BYTES: u64 = 1 << 29;
 const KIND: &str = "answers";
 
-/// Before an answer's numbers: the input's hash, the numbers of its embedding, the parts of that,
-/// and its scores. After them the first bytes of the hash of it all.
+/// Bytes before an answer's numbers: the input's hash, and the counts of embedding numbers, parts
+/// and scores.
 const HEAD: usize = HASH + 3 * 4;
+/// Bytes of the input's hash.
 const HASH: usize = 16;
+/// Bytes after the numbers: the start of the hash of all that precedes.
 const CHECK: usize = 8;
 
 type Hash = [u8; HASH];
 
-/// A recognizer that remembers what it answered.
+/// A recognizer that caches its answers.
 pub struct CachedRecognizer {
     recognizer: Box<dyn Recognizer>,
     file: Mutex<AnswerFile>,
@@ -40,14 +42,14 @@ pub struct CachedRecognizer {
 /// A file of answers.
 struct AnswerFile {
     file: File,
-    /// Where each answer begins.
+    /// The offset of each answer.
     known: HashMap<Hash, u64>,
     end: u64,
-    /// Whether this process may append: one at a time does.
+    /// Whether this process may append; only one at a time may.
     is_own: bool,
 }
 
-/// What was answered to one input.
+/// The answer to one input.
 struct CachedAnswer {
     embedding: Vec<f32>,
     parts: usize,
@@ -55,7 +57,8 @@ struct CachedAnswer {
 }
 
 impl CachedRecognizer {
-    /// A recognizer that remembers, if things are kept and the model is worth it; else as it is.
+    /// Returns a caching recognizer if the cache is on and the model is slow enough, else the
+    /// recognizer itself.
     ///
     /// # Errors
     /// The system's, if the file of answers cannot be read.
@@ -64,7 +67,7 @@ impl CachedRecognizer {
         model: &Model,
         cache: &Cache,
     ) -> Result<Box<dyn Recognizer>> {
-        // What cannot be counted may take long.
+        // A model that cannot be counted may be slow.
         let macs = model.macs().unwrap_or(LEAST_MACS);
         let stated = format!("{:?} {:?}", recognizer.contract(), recognizer.runtime());
         let key = CacheKey::of(&[model.bytes(), stated.as_bytes()]);
@@ -97,7 +100,7 @@ impl Recognizer for CachedRecognizer {
         let each = input.len().checked_div(batch).unwrap_or(0).max(1);
         let inputs: Vec<&[f32]> = input.chunks_exact(each).collect();
         if inputs.len() != batch {
-            // It says what is wrong.
+            // It reports what is wrong.
             return self.recognizer.run(input, batch);
         }
         let hashes: Vec<Hash> = inputs.iter().map(|input| hash(input)).collect();
@@ -139,7 +142,7 @@ impl Recognizer for CachedRecognizer {
 }
 
 impl CachedAnswer {
-    /// Of one input of a batch.
+    /// Returns the answer to one input of a batch.
     fn of(outputs: &Outputs, row: usize) -> Self {
         let part = |numbers: &[f32], width: usize| {
             let numbers = numbers.get(row * width..(row + 1) * width);
@@ -182,7 +185,7 @@ impl AnswerFile {
                 break;
             };
             let end = begin + (HEAD + 4 * numbers + CHECK) as u64;
-            // Cut short when its process ended: written over.
+            // Cut short when its process ended: the next answer overwrites it.
             if end > length {
                 break;
             }
@@ -197,13 +200,13 @@ impl AnswerFile {
         Ok(answered)
     }
 
-    /// Reads bytes from a place of the file.
+    /// Reads bytes at an offset of the file.
     fn read_at(&mut self, begin: u64, bytes: &mut [u8]) -> Option<()> {
         self.file.seek(SeekFrom::Start(begin)).ok()?;
         self.file.read_exact(bytes).ok()
     }
 
-    /// What was answered to an input, if it is known and not broken.
+    /// Returns the answer to an input, if it is in the file and intact.
     fn find(&mut self, hash: &Hash) -> Option<CachedAnswer> {
         let begin = *self.known.get(hash)?;
         let mut head = [0; HEAD];
@@ -229,7 +232,7 @@ impl AnswerFile {
         })
     }
 
-    /// Keeps an answer, if there is room; what cannot be written is not kept.
+    /// Appends an answer, if there is room. An answer that cannot be written is not kept.
     fn add(&mut self, hash: &Hash, answer: &CachedAnswer) {
         let mut record = hash.to_vec();
         for count in [answer.embedding.len(), answer.parts, answer.scores.len()] {
@@ -254,7 +257,7 @@ impl AnswerFile {
     }
 }
 
-/// The counts in an answer's head.
+/// Returns the counts in an answer's head.
 fn counts(head: &[u8; HEAD]) -> [usize; 3] {
     let mut counts = [0; 3];
     for (count, bytes) in counts.iter_mut().zip(head[HASH..].as_chunks::<4>().0) {
@@ -263,14 +266,14 @@ fn counts(head: &[u8; HEAD]) -> [usize; 3] {
     counts
 }
 
-/// How many numbers follow an answer's head, if it is one.
+/// Returns how many numbers follow an answer's head, if the head is valid.
 fn numbers_after(head: &[u8; HEAD]) -> Option<usize> {
     let [dims, parts, classes] = counts(head);
     let numbers = dims.checked_add(classes)?;
     (dims > 0 && parts > 0 && numbers <= 1 << 26).then_some(numbers)
 }
 
-/// The hash by which an answer is found.
+/// Returns the hash by which an answer is found.
 fn hash(input: &[f32]) -> Hash {
     let mut digest = Sha256::new();
     for numbers in input.chunks(1_024) {
@@ -297,7 +300,8 @@ mod tests {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// Answers the sum of an input and its first number, and counts how often it was asked.
+    /// A recognizer whose embedding is the sum of an input and its first number, and which counts the
+    /// inputs it was given.
     struct Counting {
         asked: Arc<AtomicUsize>,
         contract: Contract,
@@ -395,13 +399,13 @@ mod tests {
             assert_eq!(asked.load(Ordering::Relaxed), lacking, "{length}");
             drop(again);
             let mut found = fs::read(&path).unwrap();
-            // In another order, if the second was kept and the first was not.
+            // The order differs if the second answer was kept and the first was not.
             found.sort_unstable();
             let mut expected = whole.clone();
             expected.sort_unstable();
             assert_eq!(found, expected);
         }
-        // Any byte that is another one costs one answer or more, and no wrong one.
+        // Any changed byte loses one answer or more, and gives no wrong one.
         for at in 0..whole.len() {
             let mut broken = whole.clone();
             broken[at] ^= 0x11;

@@ -1,7 +1,8 @@
-//! Finds ONNX Runtime's library where people have it.
+//! Finds ONNX Runtime's library.
 //!
-//! A flag or a variable that names it decides. Else Python's `onnxruntime` is looked for, whose
-//! wheels hold the library from 1.19 on, without importing it; then the system's folders.
+//! A flag or an environment variable that names it comes first. Then follow Python's `onnxruntime`
+//! package (without importing it), whose wheels hold the library from 1.19 on, and the system's
+//! folders.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -11,25 +12,26 @@ use std::time::{Duration, Instant};
 use super::library::Library;
 use crate::error::{ChoiceError, Result};
 
-/// Variables that name the library: ours, and that of the crate `ort`.
+/// Environment variables that name the library: ours, and the one of the crate `ort`.
 const NAMED_BY: [&str; 2] = ["EDGEGAIT_ORT_LIB", "ORT_DYLIB_PATH"];
-/// Variables that name a Python environment.
+/// Environment variables that name a Python environment.
 const PREFIXES: [&str; 2] = ["VIRTUAL_ENV", "CONDA_PREFIX"];
-/// Says where Python's package is. Without the current folder, whose files nobody vouches for.
+/// A Python program that prints where the package is. It leaves out the current folder, whose files
+/// are not trusted.
 const ASK: &str = "import sys\n\
     sys.path[:] = [path for path in sys.path if path]\n\
     import importlib.util\n\
     found = importlib.util.find_spec('onnxruntime')\n\
     print(found.submodule_search_locations[0] if found and found.origin else '')";
-/// How long Python may take to say it. Ours: it takes 0.05 s, but a cold SD card is slow.
+/// How long that program may take. Our choice: it takes 0.05 s, but a cold SD card is slow.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// The ONNX Runtime library: the one that `named` (a flag), `EDGEGAIT_ORT_LIB` or
-/// `ORT_DYLIB_PATH` names, unchecked; else the first that can be used, beside the Python package
-/// of `VIRTUAL_ENV`, `CONDA_PREFIX` or `python3`, or in a library folder of the system.
+/// Finds the ONNX Runtime library: the one that `named` (a flag), `EDGEGAIT_ORT_LIB` or
+/// `ORT_DYLIB_PATH` names, unchecked; else the first usable one beside the Python package of
+/// `VIRTUAL_ENV`, `CONDA_PREFIX` or `python3`, or in a library folder of the system.
 ///
 /// # Errors
-/// If there is none, with all places where it was looked for.
+/// If there is none; the error lists all places that were searched.
 pub fn find_library(named: Option<&Path>) -> Result<PathBuf> {
     let search = Search {
         variable: &|name| std::env::var_os(name),
@@ -40,7 +42,7 @@ pub fn find_library(named: Option<&Path>) -> Result<PathBuf> {
     search.find(named)
 }
 
-/// Where to look.
+/// The places to search.
 struct Search<'a> {
     variable: &'a dyn Fn(&str) -> Option<OsString>,
     python: PathBuf,
@@ -56,7 +58,7 @@ impl Search<'_> {
         if let Some(path) = NAMED_BY.iter().find_map(|name| self.path_in(name)) {
             return Ok(path);
         }
-        let mut looked = vec!["a file: not named".to_owned()];
+        let mut looked = vec!["a file by name: none given".to_owned()];
         looked.extend(NAMED_BY.iter().map(|name| format!("{name}: not set")));
         for prefix in PREFIXES {
             let folders = self.path_in(prefix).map(|prefix| wheels_of(&prefix));
@@ -94,9 +96,9 @@ impl Search<'_> {
         value.map(PathBuf::from)
     }
 
-    /// The folder of Python's package, from Python itself.
+    /// Asks Python for the folder of its package.
     fn ask_python(&self) -> std::result::Result<PathBuf, String> {
-        // A file and not a pipe: whatever Python leaves running cannot keep us waiting for its end.
+        // A file, not a pipe: a process that Python leaves running would keep a pipe open.
         let answer = tempfile::NamedTempFile::new().map_err(|error| error.to_string())?;
         let out = answer.reopen().map_err(|error| error.to_string())?;
         let mut child = Command::new(&self.python)
@@ -105,7 +107,7 @@ impl Search<'_> {
             .stdout(out)
             .stderr(Stdio::null())
             .spawn()
-            .map_err(|error| format!("cannot be asked: {error}"))?;
+            .map_err(|error| format!("cannot be run: {error}"))?;
         let asked = Instant::now();
         let status = loop {
             match child.try_wait() {
@@ -114,7 +116,7 @@ impl Search<'_> {
                     std::thread::sleep(Duration::from_millis(10));
                 }
                 _ => {
-                    // It may have ended by now; then there is nothing to end.
+                    // Ignored: it may have ended by now.
                     let _ = child.kill();
                     let _ = child.wait();
                     return Err(format!("no answer in {} s", self.patience.as_secs_f32()));
@@ -129,7 +131,7 @@ impl Search<'_> {
     }
 }
 
-/// `onnxruntime/capi` in the environment with this prefix, for each Python in it.
+/// Returns the folders `onnxruntime/capi` of each Python in the environment with this prefix.
 fn wheels_of(prefix: &Path) -> Vec<PathBuf> {
     let in_prefix = |folder: PathBuf| folder.join("site-packages/onnxruntime/capi");
     let mut folders = vec![in_prefix(prefix.join("Lib"))];
@@ -139,7 +141,7 @@ fn wheels_of(prefix: &Path) -> Vec<PathBuf> {
     folders
 }
 
-/// The newest library in a folder that can be used; else `looked` gains what is there.
+/// Returns the newest usable library in a folder. Otherwise `looked` gains what was found there.
 fn first_usable(folder: &Path, looked: &mut Vec<String>) -> Option<PathBuf> {
     let mut found: Vec<PathBuf> = entries(folder).into_iter().filter(|f| is_it(f)).collect();
     found.sort_by_key(|path| std::cmp::Reverse(version_of(path)));
@@ -155,7 +157,7 @@ fn first_usable(folder: &Path, looked: &mut Vec<String>) -> Option<PathBuf> {
     None
 }
 
-/// What is in a folder, by name; nothing if it cannot be read.
+/// Lists a folder by name; empty if it cannot be read.
 fn entries(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
@@ -163,7 +165,7 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
-/// Whether a file has the name of the library itself, not of its providers.
+/// Returns whether a file has the name of the library itself, not of its providers.
 fn is_it(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if cfg!(windows) {
@@ -174,7 +176,7 @@ fn is_it(path: &Path) -> bool {
     })
 }
 
-/// The numbers in a file's name.
+/// Returns the numbers in a file's name.
 fn version_of(path: &Path) -> Vec<u32> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     name.split('.')
@@ -182,7 +184,7 @@ fn version_of(path: &Path) -> Vec<u32> {
         .collect()
 }
 
-/// Where systems keep libraries; Debian's are by architecture.
+/// Returns the system's library folders; Debian's depend on the architecture.
 fn system_folders() -> Vec<PathBuf> {
     let mut folders: Vec<PathBuf> = if cfg!(windows) {
         Vec::new()
@@ -213,7 +215,7 @@ mod tests {
     use crate::score::testing::ort_library;
     use std::os::unix::fs::PermissionsExt;
 
-    /// A program that runs these lines of a shell.
+    /// Writes a program that runs these lines of a shell.
     fn script(folder: &Path, lines: &str) -> PathBuf {
         let path = folder.join("python");
         std::fs::write(&path, format!("#!/bin/sh\n{lines}\n")).expect("written");
@@ -262,7 +264,7 @@ mod tests {
             .expect_err("none")
             .to_string();
         for line in [
-            "a file: not named",
+            "a file by name: none given",
             "EDGEGAIT_ORT_LIB: not set",
             "ORT_DYLIB_PATH: not set",
             "VIRTUAL_ENV: no onnxruntime in it",

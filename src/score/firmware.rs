@@ -1,4 +1,4 @@
-//! A recognizer of 8-bit weights as firmware has it, run as firmware runs it.
+//! Recognizers with 8-bit weights for firmware, run as firmware runs them.
 
 use super::provider::RuntimeName;
 use super::{Contract, InputLayout, OutputNames, Outputs, Recognizer, SCORES};
@@ -12,12 +12,12 @@ use edgegait_core::format::RECOGNIZER_MAGIC;
 use edgegait_core::linear::LinearRecognizer as Linear;
 use std::path::Path;
 
-/// Most bytes of a file: 255 classes of the largest GEIs are a quarter of it.
+/// The most bytes of a file: 255 classes of the largest GEIs take a quarter of it.
 const MAX_BYTES: u64 = 1 << 22;
 
-/// A recognizer of `edgegait quantize`.
+/// A recognizer in the file format of `edgegait quantize`.
 pub struct Firmware {
-    /// In bytes that stay for as long as the process, as flash does.
+    /// Its bytes stay as long as the process, like flash.
     linear: Linear<'static>,
     contract: Contract,
     runtime: RuntimeName,
@@ -28,7 +28,7 @@ impl Firmware {
     /// Reads a recognizer.
     ///
     /// # Errors
-    /// If the file cannot be read, or is no recognizer of this version.
+    /// If the file cannot be read, or is not a recognizer of this version.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let io = |error| Error::io(path, error);
@@ -43,7 +43,7 @@ impl Firmware {
             path: path.display().to_string(),
             sha256: sha256_of_bytes(&bytes),
         };
-        // A process has a few of them.
+        // Leaked: a process reads only a few of them.
         let bytes: &'static [u8] = Box::leak(bytes.into_boxed_slice());
         let linear = Linear::parse(bytes).map_err(|error| {
             let problem = format!("expected {}", error.expected);
@@ -80,7 +80,7 @@ impl Firmware {
         })
     }
 
-    /// Whether a file begins as one.
+    /// Returns whether a file begins like a recognizer for firmware.
     #[must_use]
     pub fn is_one(path: &Path) -> bool {
         use std::io::Read as _;
@@ -89,13 +89,13 @@ impl Firmware {
         read.is_ok() && start == RECOGNIZER_MAGIC
     }
 
-    /// The file for results.
+    /// Returns the file's path and hash, for results.
     #[must_use]
     pub fn input(&self) -> &InputFile {
         &self.input
     }
 
-    /// The same recognizer, called otherwise in results and messages.
+    /// Renames the recognizer in results and messages.
     #[must_use]
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.contract.name = name.into();
@@ -112,7 +112,7 @@ impl Recognizer for Firmware {
         &self.contract
     }
 
-    /// Its embedding is its class scores.
+    /// Computes class scores; the embedding is the same numbers.
     fn run(&self, input: &[f32], batch: usize) -> Result<Outputs> {
         self.contract.frames_in(input.len(), batch)?;
         let classes = self.linear.classes();

@@ -1,4 +1,4 @@
-//! What a model takes, as far as its file tells, where no contract stands beside it.
+//! Guesses the contract of a model from its file, if there is none beside it.
 
 use super::contract::{Contract, OutputNames};
 use super::graph::{Dimension, Graph, Port};
@@ -10,13 +10,13 @@ use edgegait_core::silhouette::Size;
 /// Channels of pictures in colour.
 const COLOURS: usize = 3;
 
-/// The contract of a model whose only input has the shape of GEIs or silhouettes of a size that
-/// can be drawn; none where its shape leaves that open.
+/// Returns the contract of a model whose only input has the shape of GEIs or silhouettes of a size
+/// that can be drawn; `None` if its shape leaves that open.
 ///
-/// An input that is called as a template is of it. GEIs come before silhouettes: of `[N, 1, 50, 30]` the 1 is a channel, and of `[N, 3, 50, 30]` the 3 are.
-/// What no shape tells (the template, framing, range and distance) is as [`Contract::default`] has it,
-/// but that bytes are of 0 to 255. Classes are those that a classifier of scikit-learn's names. A second
-/// input of f32 `[N, 2]` is taken for viewpoints.
+/// An input with the name of a template takes that template. GEIs come before silhouettes: the 1 of
+/// `[N, 1, 50, 30]` and the 3 of `[N, 3, 50, 30]` are channels. What a shape does not show (framing,
+/// range and distance) is as in [`Contract::default`], except that bytes are 0 to 255. A
+/// scikit-learn classifier names the classes. A second input, f32 `[N, 2]`, takes viewpoints.
 pub(super) fn contract(graph: &Graph) -> Option<Contract> {
     let (input, view) = match graph.inputs.as_slice() {
         [input] => (input, None),
@@ -27,7 +27,7 @@ pub(super) fn contract(graph: &Graph) -> Option<Contract> {
         Element::U8 => InputRange::Byte,
         Element::F32 | Element::F64 => InputRange::Unit,
     };
-    // Files that were written here call their input as its template.
+    // In files that EdgeGait writes, the input has the name of its template.
     let named = { Template::ALL.into_iter() }.find(|template| template.name() == input.name);
     let templates = [
         (named.unwrap_or(Template::Gei), 1),
@@ -63,12 +63,12 @@ pub(super) fn contract(graph: &Graph) -> Option<Contract> {
     Some(found)
 }
 
-/// Whether an input may be of viewpoints: f32 `[N, 2]`.
+/// Returns whether an input can take viewpoints: f32 `[N, 2]`.
 fn is_of_views(port: &Port) -> bool {
     port.is_pair() && Element::of(port.element) == Some(Element::F32)
 }
 
-/// The output that has a number for each of the classes that the graph names.
+/// Returns the output that has a number for each class that the graph names.
 fn scores(graph: &Graph) -> Option<&Port> {
     let is_scores = |port: &&Port| {
         let width = match port.shape.as_deref() {
@@ -83,8 +83,8 @@ fn scores(graph: &Graph) -> Option<&Port> {
     outputs.find(is_scores)
 }
 
-/// Whether the sizes that a contract fixes are those that an input states; the batch and the number of
-/// frames may be any.
+/// Returns whether an input states the sizes that a contract fixes; batch and number of frames may
+/// differ.
 fn is_shape_of(input: &Port, contract: &Contract) -> bool {
     let Some(shape) = input.shape.as_deref() else {
         return false;
@@ -99,19 +99,19 @@ fn is_shape_of(input: &Port, contract: &Contract) -> bool {
     shape.len() == axes.len() && axes.iter().zip(sizes).all(is_like)
 }
 
-/// What was taken for granted about a model, in words.
+/// Describes the assumptions about a model.
 pub(super) fn said(contract: &Contract) -> String {
     let classes = match contract.classes.len() {
         0 => String::new(),
-        count => format!(", its {count} classes for people"),
+        count => format!(", its {count} classes as people"),
     };
     let view = match &contract.view_input {
         None => String::new(),
-        Some(name) => format!(", its input {name:?} for viewpoints"),
+        Some(name) => format!(", its input {name:?} as viewpoints"),
     };
     format!(
-        "{}: no .toml lies beside it: its shape was taken for {}{classes}{view}, and framing \
-         height, input range {} and {} distance were assumed (edgegait contract writes a .toml to state \
+        "{}: no .toml lies beside it: its shape was read as {}{classes}{view}; framing height, \
+         input range {} and {} distance were assumed (edgegait contract writes a .toml to state \
          otherwise)",
         contract.name,
         contract.given(),
@@ -230,7 +230,7 @@ mod tests {
         for _ in 0..2 {
             let found = contract(&two).expect("a guess");
             assert_eq!(found.view_input.as_deref(), Some("angles"));
-            assert!(said(&found).contains("its input \"angles\" for viewpoints"));
+            assert!(said(&found).contains("its input \"angles\" as viewpoints"));
             two.inputs.reverse();
         }
     }

@@ -1,4 +1,4 @@
-//! Which inputs and outputs of a graph are used, and whether they fit a contract.
+//! The inputs and outputs of a graph that are used, and whether they fit a contract.
 
 use super::contract::Contract;
 use super::graph::{Dimension, Graph, Port};
@@ -6,12 +6,12 @@ use super::input::{InputAxis, InputLayout, InputRange};
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
 
-/// How our own models call the output that is compared by distance, f32 `[N, dims]`.
+/// The name, in our own models, of the output that is compared by distance, f32 `[N, dims]`.
 pub const EMBEDDING: &str = "embedding";
-/// How they call the output whose highest column is the answer, f32 `[N, classes]`.
+/// The name, in our own models, of the output whose highest column decides, f32 `[N, classes]`.
 pub const SCORES: &str = "scores";
 
-/// Which inputs and outputs of a model are used, and how many inputs at once.
+/// The inputs and outputs of a model that are used, and how many inputs a call may have.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Ports {
     pub input: String,
@@ -23,7 +23,7 @@ pub(super) struct Ports {
     pub element: Element,
 }
 
-/// In which numbers a model is given its input.
+/// The element type of a model's input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Element {
     F32,
@@ -32,7 +32,7 @@ pub(super) enum Element {
 }
 
 impl Element {
-    /// By `TensorProto.DataType`; none of what no input is made in.
+    /// Returns the element type for a `TensorProto.DataType`, if inputs can be made in it.
     pub(super) const fn of(kind: u64) -> Option<Self> {
         match kind {
             FLOAT => Some(Self::F32),
@@ -51,30 +51,30 @@ impl Element {
     }
 }
 
-/// A number of 0 to 255 as a byte.
+/// Rounds a number of 0 to 255 to a byte.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "saturates, and contracts of bytes have no other numbers"
+    reason = "saturates, and contracts with bytes have no other numbers"
 )]
 pub(super) fn byte_of(number: f32) -> u8 {
     number.round() as u8
 }
 
-/// How many inputs a model may be given at once.
+/// How many inputs one call of a model may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Batching {
     /// Any number: its batch axis is free.
     Any,
     /// One: its batch axis is 1.
     FixedOne,
-    /// One, though its batch axis is free: it scales numbers to integers by the least and the
-    /// largest of the whole batch, so that a result would depend on its batch mates.
+    /// One, though its batch axis is free: it quantises by the least and the largest number of the
+    /// whole batch, so results would depend on the other inputs.
     DynamicQuantization,
 }
 
 impl Batching {
-    /// Whether inputs are run one by one.
+    /// Returns whether inputs are run one by one.
     #[must_use]
     pub fn is_one(self) -> bool {
         self != Self::Any
@@ -82,7 +82,7 @@ impl Batching {
 }
 
 impl Ports {
-    /// The ports, and the number of frames if the file fixes it.
+    /// Finds the ports, and the number of frames if the file fixes it.
     pub(super) fn find(
         graph: &Graph,
         contract: &Contract,
@@ -143,7 +143,7 @@ impl Ports {
     }
 }
 
-/// The inputs: the one of templates or silhouettes, and that of viewpoints.
+/// Finds the input of templates or silhouettes, and the input of viewpoints if there is one.
 fn inputs<'a>(
     graph: &'a Graph,
     contract: &Contract,
@@ -178,14 +178,14 @@ fn inputs<'a>(
             let pair = graph.inputs.iter().find(|port| port.is_pair());
             let name = pair.map_or("NAME", |port| &port.name);
             Err(format!(
-                "expected one input of {expected}, found {found} (export a graph that takes pictures alone; one that \
-                 takes viewpoints, too, names that input in its .toml: view_input = {name:?})"
+                "expected one input of {expected}, found {found} (export a graph that takes images only; if it also \
+                 takes viewpoints, name their input in its .toml: view_input = {name:?})"
             ))
         }
     }
 }
 
-/// The outputs that are used: embedding and scores.
+/// Finds the outputs that are used: embedding and scores.
 fn outputs<'a>(
     graph: &'a Graph,
     contract: &Contract,
@@ -242,16 +242,16 @@ fn outputs<'a>(
     Ok((embedding, scores))
 }
 
-/// Whether an output is of numbers and of one of these ranks, as far as the file says.
+/// Returns whether an output has floats and one of these ranks, as far as the file states it.
 fn rank_is(port: &Port, ranks: &[usize]) -> bool {
     let rank = port.shape.as_ref().map(Vec::len);
     [FLOAT, DOUBLE].contains(&port.element) && rank.is_none_or(|rank| ranks.contains(&rank))
 }
 
-/// What to do where no output serves as `role`, which has one of these ranks.
+/// Returns the advice if no output serves as `role`, which needs one of these ranks.
 fn remedy_of_outputs(graph: &Graph, role: &str, ranks: &[usize]) -> String {
     if graph.operators.keys().any(|name| name.ends_with("ZipMap")) {
-        return "skl2onnx gives probabilities as a list of maps unless it is told options={\"zipmap\": False}".into();
+        return "skl2onnx gives probabilities as a list of maps unless it gets options={\"zipmap\": False}".into();
     }
     match graph.outputs.iter().find(|port| rank_is(port, ranks)) {
         Some(port) => format!("in its .toml: outputs.{role} = {:?}", port.name),
@@ -261,7 +261,7 @@ fn remedy_of_outputs(graph: &Graph, role: &str, ranks: &[usize]) -> String {
     }
 }
 
-/// The input as the contract has it: `f32 [N, 1, 50, 30]`.
+/// Returns the input that the contract states: `f32 [N, 1, 50, 30]`.
 fn expected_input(element: Option<Element>, contract: &Contract) -> String {
     let size = |axis: &InputAxis| match axis {
         InputAxis::Batch => "N".to_owned(),
@@ -278,7 +278,7 @@ fn expected_input(element: Option<Element>, contract: &Contract) -> String {
     format!("{element} [{}]", sizes.join(", "))
 }
 
-/// Whether a shape may be that of the contract, but for the batch.
+/// Returns whether a shape can be the contract's, whatever the batch.
 fn fits(shape: &[Dimension], contract: &Contract) -> bool {
     let axes = contract.layout.axes();
     shape.len() == axes.len()
@@ -294,14 +294,14 @@ fn fits(shape: &[Dimension], contract: &Contract) -> bool {
         })
 }
 
-/// What to do about an input that does not fit.
+/// Returns the advice for an input that does not fit.
 fn remedy(input: &Port, contract: &Contract) -> String {
     if Element::of(input.element).is_none() {
-        return "export it with an input of f32; f64 and u8 work, too".into();
+        return "export it with an input of f32; f64 and u8 work too".into();
     }
     let shape = input.shape.as_deref().unwrap_or_default();
-    // A free number of frames may be one channel: what the contract has in mind comes first, then
-    // one template of each shape.
+    // A free number of frames can also be one channel: the contract's template comes first, then one
+    // template of each shape.
     let templates = [
         contract.template,
         Template::Gei,
@@ -339,7 +339,7 @@ fn remedy(input: &Port, contract: &Contract) -> String {
     let is_usable = |other: &Contract| other.channels == 1 || other.check_channels().is_ok();
     match all.find(|other| is_usable(other) && fits(shape, other)) {
         Some(other) if is_but_frames(&other) => match frames_of(shape, contract) {
-            Some(frames) => format!("in its .toml: frames = {frames}, or none"),
+            Some(frames) => format!("in its .toml: frames = {frames}, or no such key"),
             None => "in its .toml: another number of frames".into(),
         },
         Some(other) => {
@@ -365,7 +365,7 @@ fn remedy(input: &Port, contract: &Contract) -> String {
     }
 }
 
-/// Frames that a shape fixes.
+/// Returns the number of frames, if the shape fixes it.
 fn frames_of(shape: &[Dimension], contract: &Contract) -> Option<u64> {
     let axes = contract.layout.axes().iter();
     let at = { axes }.position(|axis| *axis == InputAxis::Frame)?;
@@ -375,8 +375,8 @@ fn frames_of(shape: &[Dimension], contract: &Contract) -> Option<u64> {
     }
 }
 
-/// Whether an operator quantises by the numbers that it gets: those of ONNX and ONNX Runtime are
-/// all called so.
+/// Returns whether an operator derives its quantisation from its input: the names of all such
+/// operators in ONNX and ONNX Runtime begin like this.
 fn quantizes(operator: &str) -> bool {
     let name = operator.rsplit('.').next().unwrap_or(operator);
     name.starts_with("DynamicQuantize")

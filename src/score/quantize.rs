@@ -1,11 +1,11 @@
-//! Affine class scores in 8-bit weights, as firmware reads them: the writer of `NAME.egr`.
+//! Writes affine class scores in 8-bit weights, the files `NAME.egr` that firmware reads.
 //!
 //! The largest weight of a class becomes 127 (symmetric, a scale for each class:
 //! Krishnamoorthi 2018, "Quantizing deep convolutional networks for efficient inference",
 //! arXiv:1806.08342, section 2.2). Biases and scales are f32. `no_std_core/FORMAT.md` has the layout.
 //!
-//! Taking the classes' mean weights from all of them, which changes no answer, was tried: of LDA
-//! they are 0 already, and of an SVM's the mean error of scores rose.
+//! Subtracting the mean weights of all classes from each, which changes no answer, does not help:
+//! for LDA the means are 0 already, and for an SVM the mean error of scores rose.
 
 use super::{Affine, Contract};
 use crate::error::{Result, ScoreError};
@@ -17,10 +17,10 @@ use edgegait_core::format::{
 };
 use edgegait_core::silhouette::Size;
 
-/// Greatest magnitude of a weight.
+/// The greatest magnitude of a weight.
 const LARGEST: f64 = 127.0;
 
-/// What a recognizer's file says of the GEIs that it takes.
+/// Size and framing of the GEIs that a recognizer's file takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GeiForm {
     size: Size,
@@ -28,11 +28,11 @@ pub struct GeiForm {
 }
 
 impl GeiForm {
-    /// What a contract asks for, if firmware can draw it.
+    /// Returns the form that a contract asks for, if firmware can draw it.
     ///
     /// # Errors
-    /// For another template than GEIs, another size than can be drawn, and framings that need to
-    /// know a scale.
+    /// For templates other than GEIs, sizes that cannot be drawn, and framings that need a known
+    /// scale.
     pub fn of(contract: &Contract) -> Result<Self> {
         let refuse = |expected, found: &str| {
             Err(ScoreError::NotForFirmware {
@@ -57,14 +57,14 @@ impl GeiForm {
         Ok(Self { size, framing })
     }
 
-    /// The file of a recognizer with the scores of `map`, whose classes are called `names`, or by
+    /// Returns the file of a recognizer with the scores of `map`. Its classes have these `names`, or
     /// their numbers if there are none.
     ///
     /// # Errors
     /// For a name that is longer than 255 bytes.
     ///
     /// # Panics
-    /// If `map` has other pixels or names, or more than 255 classes.
+    /// If `map` has another number of pixels or names, or more than 255 classes.
     pub fn write(self, map: &Affine, names: &[String]) -> Result<Vec<u8>> {
         let classes = map.bias.len();
         assert_eq!(map.weights.dim(), (classes, self.size.pixels()));
@@ -98,12 +98,12 @@ impl GeiForm {
     }
 }
 
-/// The scale of one class for pixels of 0 to 255, and its weights, which are for pixels of 0 to 1,
-/// in rows of so many `columns`.
+/// Quantises the weights of one class, which are for pixels of 0 to 1, in rows of `columns`. Returns
+/// the scale for pixels of 0 to 255, and the 8-bit weights.
 ///
-/// What rounding takes from a weight its neighbours get, right of it and below (Floyd & Steinberg
-/// 1976, "An adaptive algorithm for spatial greyscale"): neighbouring pixels of a GEI are alike, so
-/// that errors in the score cancel.
+/// Rounding errors are diffused to the neighbours right and below (Floyd & Steinberg 1976, "An
+/// adaptive algorithm for spatial greyscale"): neighbouring pixels of a GEI are similar, so errors
+/// in the score cancel.
 fn quantized(weights: &[f32], columns: usize) -> (f32, Vec<u8>) {
     let largest = weights.iter().fold(0.0f32, |most, w| most.max(w.abs()));
     let step = f64::from(largest) / LARGEST;
@@ -206,7 +206,7 @@ mod tests {
             let light: f64 = pixels.iter().map(|&byte| f64::from(byte) / 255.0).sum();
             let bound = 0.5 / 127.0 * light + 1e-3;
             assert!((score - exact).abs() < bound, "{score} {exact}");
-            // Errors of pixels are as often up as down: a bound that a wrong scale would miss.
+            // Errors of pixels have both signs: a tighter bound, which a wrong scale would exceed.
             assert!(
                 (score - exact).abs() < 4.0 * bound / light.sqrt(),
                 "{score} {exact}"

@@ -195,7 +195,7 @@ mod tests {
         fs::write(folder.join("001-nm-01-090-001.png"), "").unwrap();
         let error = check(false).unwrap_err().to_string();
         assert!(
-            error.ends_with("001/nm-01/090: is there already"),
+            error.ends_with("001/nm-01/090: already exists"),
             "{error}"
         );
         check(true).unwrap();

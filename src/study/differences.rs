@@ -1,7 +1,7 @@
 //! What separates synthetic silhouettes from real ones: what each difference costs in likeness, and in
 //! finding real people by what was learnt of their twins.
 
-use super::example::{Example, SIZE};
+use super::example::{Example, RealAndSynthetic, SIZE};
 use super::likeness::{mean, shifted};
 use super::recognition::{AccuracyCurve, AccuracyPoint, Experiment, curve};
 use super::similarity::mean_likeness;
@@ -68,14 +68,15 @@ impl Price {
     pub(crate) fn of(
         view: &str,
         change: impl Into<String>,
-        (real, synthetic): (&[Example], &[Example]),
+        both: RealAndSynthetic<'_>,
         jaccard: Option<f64>,
         seed: u64,
     ) -> Result<Option<Self>> {
         let found = curve(
             Experiment::SyntheticReal,
-            (real, synthetic),
-            (SplitUnit::Cycle, &[seed]),
+            both,
+            SplitUnit::Cycle,
+            &[seed],
             Augmentation::default(),
             &|| (),
         )?;
@@ -109,12 +110,30 @@ pub(crate) fn shared(
     for (name, rows) in BANDS.into_iter().chain(all) {
         let corrected = with_mean_of(synthetic, &difference, &rows);
         let change = format!("the mean difference of GEIs taken out: {name}");
-        prices.extend(Price::of(view, change, (real, &corrected), None, seed)?);
+        prices.extend(Price::of(
+            view,
+            change,
+            RealAndSynthetic {
+                real,
+                synthetic: &corrected,
+            },
+            None,
+            seed,
+        )?);
     }
     let leaning = leaning(synthetic, &offsets(real, synthetic));
     let jaccard = mean_likeness(real, &leaning);
     let change = "rows above the hips moved to where they are on average";
-    prices.extend(Price::of(view, change, (real, &leaning), jaccard, seed)?);
+    prices.extend(Price::of(
+        view,
+        change,
+        RealAndSynthetic {
+            real,
+            synthetic: &leaning,
+        },
+        jaccard,
+        seed,
+    )?);
     Ok(prices)
 }
 

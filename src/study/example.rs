@@ -71,6 +71,26 @@ pub(crate) fn gei<'a>(frames: impl Iterator<Item = &'a Silhouette> + Clone) -> V
     sums.into_iter().map(|sum| byte(sum) as u8).collect()
 }
 
+/// The gait cycles of real people and those of their synthetic twins, from one viewpoint.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RealAndSynthetic<'a> {
+    /// Cycles of recorded silhouettes.
+    pub real: &'a [Example],
+    /// Cycles of the twins.
+    pub synthetic: &'a [Example],
+}
+
+/// What one result of a study was measured with, by name.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StudySetting<'a> {
+    /// The viewpoint.
+    pub view: &'a str,
+    /// How masks were made.
+    pub masks: &'static str,
+    /// How figures were fitted into the image.
+    pub framing: &'static str,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

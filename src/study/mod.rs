@@ -38,7 +38,7 @@ use crate::error::{Error, Result};
 use crate::people::measured::MeasuredPeople;
 use crate::sweep::{FramingMode, View};
 use crate::template::augment::{Augmentation, Crops};
-use example::Example;
+use example::{Example, RealAndSynthetic, StudySetting};
 use likeness::{mean, shifted};
 use serde::Serialize;
 use similarity::mean_likeness;
@@ -233,13 +233,22 @@ pub(crate) fn run(
                 .zip(&real.by_framing)
                 .zip(&synthetic)
             {
-                let setting = (seen.name.as_str(), masks.name(), framing.name());
-                let both = (real.as_slice(), synthetic.as_slice());
+                let setting = StudySetting {
+                    view: &seen.name,
+                    masks: masks.name(),
+                    framing: framing.name(),
+                };
+                let both = RealAndSynthetic { real, synthetic };
                 let found = Similarity::of(setting, both, &plan.people);
                 findings.similarity.push(found);
                 for &augmentation in &choices.augmentations {
-                    let learning = (augmentation, choices.seeds.as_slice());
-                    let found = recognized(setting, both, experiments(number), learning, progress)?;
+                    let found = recognized(
+                        setting,
+                        both,
+                        experiments(number),
+                        (augmentation, &choices.seeds),
+                        progress,
+                    )?;
                     findings.recognition.extend(found);
                 }
             }
@@ -250,15 +259,15 @@ pub(crate) fn run(
             let (Some(real), Some(synthetic)) = (real_all.first(), synthetic_all.first()) else {
                 continue;
             };
-            let both = (real.as_slice(), synthetic.as_slice());
+            let both = RealAndSynthetic { real, synthetic };
             findings
                 .subspaces
                 .extend(ComparedSubspaces::of(&seen.name, real, synthetic)?);
-            let priced = prices(seen, both, (&twins, &others), choices)?;
+            let priced = prices(seen, both, &twins, &others, choices)?;
             findings.prices.extend(priced);
             if let Some((real, synthetic)) = real_all.last().zip(synthetic_all.last()) {
                 let jaccard = mean_likeness(real, synthetic);
-                let both = (real.as_slice(), synthetic.as_slice());
+                let both = RealAndSynthetic { real, synthetic };
                 let price = Price::of(&seen.name, "both framed by box", both, jaccard, seed)?;
                 findings.prices.extend(price);
             }
@@ -352,10 +361,22 @@ pub(crate) fn run_synthetic(
         for (number, &framing) in choices.framings.iter().enumerate() {
             let synthetic = twins.seen(camera, framing, None)?;
             for &augmentation in &choices.augmentations {
-                let both = (&[][..], synthetic.as_slice());
-                let setting = (name.as_str(), Masks::Given.name(), framing.name());
-                let learning = (augmentation, choices.seeds.as_slice());
-                let found = recognized(setting, both, experiments(0), learning, progress)?;
+                let both = RealAndSynthetic {
+                    real: &[],
+                    synthetic: &synthetic,
+                };
+                let setting = StudySetting {
+                    view: &name,
+                    masks: Masks::Given.name(),
+                    framing: framing.name(),
+                };
+                let found = recognized(
+                    setting,
+                    both,
+                    experiments(0),
+                    (augmentation, &choices.seeds),
+                    progress,
+                )?;
                 findings.recognition.extend(found);
             }
             if number > 0 {
@@ -380,8 +401,8 @@ pub(crate) fn run_synthetic(
 
 /// These experiments under one setting.
 fn recognized(
-    (view, masks, framing): (&str, &'static str, &'static str),
-    both: (&[Example], &[Example]),
+    setting: StudySetting<'_>,
+    both: RealAndSynthetic<'_>,
     experiments: impl Iterator<Item = Experiment>,
     (augmentation, seeds): (Augmentation, &[u64]),
     progress: &(dyn Fn() + Sync),
@@ -389,12 +410,11 @@ fn recognized(
     let mut found = Vec::new();
     for experiment in experiments {
         for &unit in experiment.units() {
-            let curve =
-                recognition::curve(experiment, both, (unit, seeds), augmentation, progress)?;
+            let curve = recognition::curve(experiment, both, unit, seeds, augmentation, progress)?;
             found.extend(curve.map(|curve| Recognition {
-                view: view.to_owned(),
-                masks,
-                framing,
+                view: setting.view.to_owned(),
+                masks: setting.masks,
+                framing: setting.framing,
                 augmented: augmentation != Augmentation::default(),
                 curve,
             }));
@@ -406,18 +426,29 @@ fn recognized(
 /// What separates twins from real people, seen from one viewpoint.
 fn prices(
     seen: &plan::StudyView,
-    (real, synthetic): (&[Example], &[Example]),
-    (twins, others): (&Twins, &[(&str, Twins)]),
+    both: RealAndSynthetic<'_>,
+    twins: &Twins,
+    others: &[(&str, Twins)],
     choices: &Choices,
 ) -> Result<Vec<Price>> {
     let (Some(&seed), Some(&framing)) = (choices.seeds.first(), choices.framings.first()) else {
         return Err(Error::Missing("a seed and a framing"));
     };
+    let RealAndSynthetic { real, synthetic } = both;
     let camera = (seen.view, seen.distance_m);
     let mut prices = Vec::new();
     let mut add = |change: &str, (own, changed): (Option<f64>, &[Example])| -> Result<()> {
         let jaccard = mean_likeness(real, changed);
-        let price = Price::of(&seen.name, change, (real, changed), jaccard, seed)?;
+        let price = Price::of(
+            &seen.name,
+            change,
+            RealAndSynthetic {
+                real,
+                synthetic: changed,
+            },
+            jaccard,
+            seed,
+        )?;
         prices.extend(price.map(|price| Price { own, ..price }));
         Ok(())
     };

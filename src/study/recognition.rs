@@ -1,7 +1,7 @@
 //! Whether what is learnt of synthetic silhouettes holds of real ones, and the other way round: PCA and
 //! linear support vector machines over the number of components.
 
-use super::example::{Example, SIZE};
+use super::example::{Example, RealAndSynthetic, SIZE};
 use super::likeness::mean;
 use super::splits::{ExampleSplit, SplitUnit, split};
 use crate::error::Result;
@@ -148,8 +148,9 @@ impl AccuracyCurve {
 /// If nothing is learnt.
 pub(crate) fn curve(
     experiment: Experiment,
-    (real, synthetic): (&[Example], &[Example]),
-    (unit, seeds): (SplitUnit, &[u64]),
+    both: RealAndSynthetic<'_>,
+    unit: SplitUnit,
+    seeds: &[u64],
     augmentation: Augmentation,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Option<AccuracyCurve>> {
@@ -159,7 +160,7 @@ pub(crate) fn curve(
         &seeds[..1]
     };
     let one = |&seed: &u64| -> Result<Option<TrialOutcome>> {
-        let trial = trial(experiment, real, synthetic, unit, seed);
+        let trial = trial(experiment, both.real, both.synthetic, unit, seed);
         let judged = judge(&trial, augmentation)?;
         progress();
         Ok(judged)

@@ -1,6 +1,6 @@
 //! How like real silhouettes are to each other and to those of their synthetic twins, frame by frame.
 
-use super::example::{Example, SIZE};
+use super::example::{Example, RealAndSynthetic, SIZE, StudySetting};
 use super::likeness::{Alignment, BoxPlot, Likeness, PHASES, aligned, lacking, likeness, mean};
 use edgegait_core::silhouette::Silhouette;
 use rayon::prelude::*;
@@ -117,10 +117,16 @@ impl Similarity {
 
     /// Compares all cycles on all cores; `names` are those of the people.
     pub(crate) fn of(
-        (view, masks, framing): (&str, &'static str, &'static str),
-        (real, synthetic): (&[Example], &[Example]),
+        setting: StudySetting<'_>,
+        both: RealAndSynthetic<'_>,
         names: &[String],
     ) -> Self {
+        let StudySetting {
+            view,
+            masks,
+            framing,
+        } = setting;
+        let RealAndSynthetic { real, synthetic } = both;
         let cycles: Vec<Vec<Silhouette>> =
             real.par_iter().map(|one| one.at_phases(PHASES)).collect();
         let mut pairs = [Vec::new(), Vec::new()];

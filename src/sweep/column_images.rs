@@ -1,11 +1,11 @@
-//! The images of one frame and azimuth, by columns.
+//! The renderers of a sweep by columns.
 
 use edgegait_core::raster::Renderer;
 use edgegait_core::raster::columns;
 
-/// What draws by columns.
+/// The renderers of one frame at all elevations of an azimuth.
 pub(super) struct SweepColumns {
     pub(super) columns: columns::ColumnRenderer,
-    /// Tells which share of a figure lies outside of an image.
+    /// The renderer that measures the share of a figure outside of an image.
     pub(super) measure: Renderer,
 }

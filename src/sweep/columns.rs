@@ -1,4 +1,4 @@
-//! Sweeps by columns: all elevations of an azimuth at once.
+//! Sweeps by columns: all elevations of an azimuth in one pass.
 
 use super::column_images::SweepColumns;
 use super::painted_view::PaintedView;
@@ -10,7 +10,7 @@ use edgegait_core::raster::{Rasterizer, Renderer};
 use edgegait_core::silhouette::{AnySilhouette, Size};
 use edgegait_core::template::GeiTally;
 
-/// What draws and sums by columns. 310 kB.
+/// The renderer by columns with its sums of frames, 310 kB.
 pub(super) struct Columns {
     renderer: SweepColumns,
     tally: GeiTally,
@@ -27,7 +27,7 @@ impl Columns {
         }
     }
 
-    /// The GEIs of the views of these numbers; none of the other views.
+    /// Returns the GEIs of the numbered views, and `None` for the others.
     pub(super) fn see(
         &mut self,
         film: &mut Film<'_>,
@@ -62,7 +62,7 @@ impl Columns {
         Ok(seen)
     }
 
-    /// One frame from one view.
+    /// Draws one frame from one view.
     pub(super) fn frame(
         &mut self,
         film: &Film<'_>,

@@ -1,4 +1,4 @@
-//! Frames as a segmentation gives them: drawn finely, confounded, and framed again.
+//! Frames under confounders of the image: rendered finely, confounded, and framed again.
 
 use super::posed_frames::{Film, FilmView};
 use super::recording;
@@ -12,11 +12,11 @@ use edgegait_core::pose::ModelPose;
 use edgegait_core::raster::{self, DrawError};
 
 impl Film<'_> {
-    /// Draws one of the posed frames as a segmentation gives it; none if nothing of the figure is
-    /// left.
+    /// Draws one of the posed frames under confounders of the image. Returns `None` if nothing of
+    /// the figure is left.
     ///
     /// # Errors
-    /// When it cannot be drawn.
+    /// If the frame cannot be drawn.
     pub(super) fn segmented(
         &self,
         index: usize,
@@ -66,7 +66,7 @@ impl Film<'_> {
             image::to_cells(&mut picture, &fine, cell, &mut rng);
         }
         for &Dose { kind, strength } in plan.doses().list() {
-            // What stays with the walker for the whole cycle, and what differs from frame to frame.
+            // Random numbers of the whole cycle, and random numbers of this frame.
             let mut lasting = plan.of_view(kind, view);
             let mut passing = plan.of_picture(kind, view, frame);
             let picture = &mut picture;
@@ -96,7 +96,7 @@ impl Film<'_> {
         Ok(fine.frame(&picture, before))
     }
 
-    /// What stands or walks between the camera and the walker.
+    /// Returns the occluders between the camera and the walker.
     pub(super) fn in_front(&self, index: usize, sight: &FilmView<'_>) -> Vec<InFront> {
         let (posed, extras, plan) = (&self.frames[index], &self.extras[index], self.plan);
         let (stride_m, _) = self.walker.stride();
@@ -120,8 +120,8 @@ impl Film<'_> {
     }
 }
 
-/// The picture of something besides the walker; blank where it is not wholly in front of the
-/// camera, or larger than a picture can be.
+/// Draws a figure other than the walker. The picture is blank if the figure is not wholly in front
+/// of the camera, or larger than a picture can be.
 fn in_sight(
     fine: &Fine,
     renderer: &mut FineRenderer,
@@ -133,16 +133,16 @@ fn in_sight(
     }
 }
 
-/// What is in the way.
+/// An occluder between the camera and the walker.
 pub(super) enum InFront {
-    /// It stands.
+    /// A static pillar.
     Pillar(Box<UnpackedBody>),
-    /// Somebody crosses.
+    /// A person who crosses.
     Walker(Box<ModelPose>),
 }
 
 impl InFront {
-    /// Its figure; `body` is that of who crosses.
+    /// Returns the occluder's figure; `body` is the body of the person who crosses.
     pub(super) fn figure<'f>(&'f self, body: &'f UnpackedBody) -> Figure<'f> {
         match self {
             Self::Pillar(own) => Figure::at_rest(own),

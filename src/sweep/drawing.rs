@@ -1,4 +1,4 @@
-//! What draws the posed frames of one job, and makes of them what is wanted.
+//! Painters: they draw the posed frames of one job and make the requested outputs.
 
 use super::columns::Columns;
 use super::painted_view::PaintedView;
@@ -10,11 +10,11 @@ use crate::template::{Builder, Template};
 use edgegait_core::raster::{Drawing, Placement, Rasterizer, Renderer};
 use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
 
-/// Views whose templates are made at once: few enough for their sums to stay in a processor's
-/// cache, and many enough for a figure to be worth fetching.
+/// Views whose templates are made together: few enough to keep their sums in a processor's cache,
+/// and enough to amortise the loading of a figure.
 const VIEWS_AT_ONCE: usize = 16;
 
-/// What draws, by one of the ways of [`Raster`].
+/// A painter for each kind of [`Raster`].
 pub(super) enum Painter {
     Each(Box<Brush>, Vec<Vec<Builder>>),
     Columns(Box<Columns>),
@@ -30,7 +30,7 @@ impl Painter {
         }
     }
 
-    /// What is wanted of the posed frames; views that are the same are drawn once.
+    /// Makes the requested outputs of the posed frames. Equal views are drawn once.
     pub(super) fn sweep(
         &mut self,
         film: &mut Film<'_>,
@@ -42,7 +42,7 @@ impl Painter {
             Self::Each(brush, builders) => {
                 let seen = see(film, (views, &drawn), wanted, (brush, builders));
                 if seen.is_err() {
-                    // They hold a part of what could not be drawn.
+                    // They hold parts of the frames that could not be drawn.
                     builders.clear();
                 }
                 seen?
@@ -51,7 +51,7 @@ impl Painter {
         };
         let mut swept = Swept::default();
         for (at, &first) in firsts.iter().enumerate() {
-            // The last of equal views takes what was made.
+            // The last of equal views takes the outputs; the others get copies.
             let is_last = firsts[at + 1..].iter().all(|&other| other != first);
             let found = if is_last {
                 seen[first].take()
@@ -71,7 +71,7 @@ impl Painter {
         Ok(swept)
     }
 
-    /// One frame from one view.
+    /// Draws one frame from one view.
     pub(super) fn frame(
         &mut self,
         film: &Film<'_>,
@@ -90,10 +90,10 @@ impl Painter {
     }
 }
 
-/// What draws frames one by one.
+/// The painter that draws frames one by one.
 pub(super) struct Brush {
     renderer: Renderer,
-    /// Of what is confounded before it is framed; made when it is needed.
+    /// The renderer of frames under confounders of the image, created on demand.
     fine: Option<FineRenderer>,
     framed: AnySilhouette,
 }
@@ -107,8 +107,8 @@ impl Brush {
         }
     }
 
-    /// One of the posed frames from several views: gives `take` the number of each view and what
-    /// [`Self::draw`] makes there.
+    /// Draws one of the posed frames from several views, and calls `take` with the number of each
+    /// view and the result of [`Self::draw`].
     fn draw_views(
         &mut self,
         film: &Film<'_>,
@@ -127,7 +127,7 @@ impl Brush {
         Ok(())
     }
 
-    /// One of the posed frames.
+    /// Draws one of the posed frames.
     fn draw(
         &mut self,
         film: &Film<'_>,
@@ -164,13 +164,13 @@ impl Brush {
     }
 }
 
-/// A frame from a view.
+/// A frame that was drawn from a view.
 struct DrawnFrame<'f> {
-    /// None if nothing is left of the figure.
+    /// The frame, or `None` if nothing is left of the figure.
     frame: Option<&'f AnySilhouette>,
     /// The share of the figure outside of the image.
     clipped: f64,
-    /// Where points of the image appear; none if nothing is left.
+    /// The map from image points to pixels, or `None` if nothing is left of the figure.
     placement: Option<Placement>,
 }
 
@@ -188,7 +188,7 @@ fn blank(size: Size) -> AnySilhouette {
     AnySilhouette::Binary(Silhouette::empty(size))
 }
 
-/// What is wanted of the views of these numbers; none of the other views.
+/// Makes the requested outputs of the numbered views, and returns `None` for the others.
 fn see(
     film: &mut Film<'_>,
     (views, numbers): (&[View], &[usize]),

@@ -1,21 +1,21 @@
-//! What stands beside a walker.
+//! Additions to a walker's frame: shadow and exposures.
 
 use super::walker::{Moment, PosedWalker, Walker};
 use crate::confounders::image::{self, Sun};
 use crate::confounders::{ConfounderKind, DosePlan};
 use edgegait_core::body::{Figure, UnpackedBody};
 
-/// What a frame's picture has besides the figure.
+/// The additions to the figure in a frame's picture.
 pub(super) struct Extras<'a> {
-    /// Strides since the first frame.
+    /// The number of strides since the first frame.
     pub(super) strides: f64,
     shadow: Option<Box<UnpackedBody>>,
-    /// The figure at moments around that of the frame, its own among them.
+    /// The figure at the moments of the exposure, which include the frame's own.
     pub exposures: Vec<Figure<'a>>,
 }
 
 impl<'a> Extras<'a> {
-    /// Those of the figure at a moment.
+    /// Computes the additions to the figure at a moment.
     pub(super) fn new(
         plan: &DosePlan,
         walker: &Walker<'a>,
@@ -43,21 +43,21 @@ impl<'a> Extras<'a> {
 }
 
 impl Extras<'_> {
-    /// The figure's shadow.
+    /// Returns the figure's shadow, if there is one.
     pub(super) fn shadow(&self) -> Option<Figure<'_>> {
         self.shadow.as_deref().map(Figure::at_rest)
     }
 }
 
-/// Pictures that an exposure is made of.
+/// The number of pictures in an exposure.
 pub(super) const EXPOSURES: u32 = 7;
 
 pub(super) fn sun() -> Option<Sun> {
     Sun::from_degrees(SUN_AZIMUTH_DEG, SUN_ELEVATION_DEG).ok()
 }
 
-/// Where the sun stands that casts shadows, degrees: ahead of the walker to the left. Ours: a summer
-/// afternoon's, with shadows as long as figures.
+/// The direction of the sun, degrees: ahead of the walker to the left. Ours: a summer afternoon,
+/// with shadows as long as the figures are high.
 pub(super) const SUN_AZIMUTH_DEG: f32 = 60.0;
 
 pub(super) const SUN_ELEVATION_DEG: f32 = 45.0;

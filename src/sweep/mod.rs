@@ -1,7 +1,7 @@
-//! Many silhouettes at once: walks and cycles on all cores, seen from many viewpoints.
+//! Sweeps: silhouettes and templates of many walks from many viewpoints, on all cores.
 //!
-//! A job is one cycle of one walk. Its frames are decoded and posed once and then seen
-//! from every viewpoint. Results come in the jobs' order, whatever the number of threads.
+//! A job is one cycle of one walk. Its frames are decoded and posed once, then rendered from every
+//! viewpoint. Results come in the jobs' order, whatever the number of threads.
 
 mod column_images;
 mod columns;
@@ -35,22 +35,22 @@ use std::borrow::Cow;
 use std::ops::Range;
 use walker::Dressed;
 
-/// Frames of a take that are posed at once, where they do not depend on others: 9 MB.
+/// Frames of an uncut motion that are posed together, if frames are independent: 9 MB.
 const FRAMES_AT_ONCE: u32 = 1_024;
 
 /// One cycle of one walk, under one condition.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Job<'c> {
-    /// Number of the walk in its pack.
+    /// The number of the walk in its pack.
     pub walk: usize,
-    /// Which variation of the stored cycle; 0 is the cycle itself.
+    /// The number of the variation of the stored cycle; 0 is the cycle itself.
     pub variation: u32,
-    /// What acts on it, if anything does.
+    /// The condition of the walk, if there is one.
     pub condition: Option<&'c Condition>,
 }
 
 impl<'c> Job<'c> {
-    /// A cycle on which nothing acts.
+    /// Creates a job without a condition.
     #[must_use]
     pub const fn plain(walk: usize, variation: u32) -> Self {
         Self {
@@ -60,7 +60,7 @@ impl<'c> Job<'c> {
         }
     }
 
-    /// The same cycles under each of the conditions; as they are without any.
+    /// Returns the jobs under each of the conditions, or the jobs themselves without conditions.
     #[must_use]
     pub fn under(jobs: &[Self], conditions: &'c [Condition]) -> Vec<Self> {
         if conditions.is_empty() {
@@ -76,17 +76,17 @@ impl<'c> Job<'c> {
         each.collect()
     }
 
-    /// What results call its condition.
+    /// Returns the condition's name in results.
     #[must_use]
     pub fn condition_name(&self) -> &'c str {
         self.condition.map_or(NORMAL, |condition| &condition.name)
     }
 }
 
-/// The same variations of each walk's cycle, walk by walk.
+/// Returns jobs for the same variations of each walk's cycle, walk by walk.
 ///
 /// # Errors
-/// Naming the first walk that is a take: it has no cycles.
+/// If a walk is an uncut motion, which has no cycles; the error names the first such walk.
 pub fn jobs(pack: &Pack<'_>, walks: &[usize], variations: Range<u32>) -> Result<Vec<Job<'static>>> {
     if let Some(take) = walks.iter().copied().find(|&walk| is_take(pack, walk)) {
         return Err(SweepError::TakeHasNoCycle(walk_name(pack, take)).into());
@@ -99,73 +99,73 @@ pub fn jobs(pack: &Pack<'_>, walks: &[usize], variations: Range<u32>) -> Result<
     Ok(walks.iter().flat_map(of).collect())
 }
 
-/// Whether a walk is stored as a take, not as a cycle.
+/// Returns whether a walk is stored as an uncut motion, not as a cycle.
 #[must_use]
 pub fn is_take(pack: &Pack<'_>, walk: usize) -> bool {
     let clip = pack.walk(walk).and_then(|walk| pack.clip(walk.clip));
     clip.is_some_and(|clip| clip.as_uncut().is_some())
 }
 
-/// A walk's number and name, for errors.
+/// Returns a walk's number and name, for errors.
 #[must_use]
 pub fn walk_name(pack: &Pack<'_>, walk: usize) -> String {
     let name = pack.walk(walk).map_or("", |walk| walk.name);
     format!("walk {walk} ({name:?})")
 }
 
-/// The moments at which a walk is seen.
+/// The moments of a walk for which frames are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Moments {
-    /// One cycle, evenly: [`Settings::frames_per_cycle`] phases from 0 on.
+    /// One cycle: [`Settings::frames_per_cycle`] evenly spaced phases from 0 on.
     Cycle,
-    /// Seconds from the clip's first frame.
+    /// Moments in seconds from the clip's first frame.
     Seconds {
         /// The first moment.
         start_s: f64,
         /// Frames a second.
         fps: f64,
-        /// How many.
+        /// The number of frames.
         frames: u32,
     },
 }
 
-/// What is seen of one job.
+/// A job with the moments and views for which it is drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct Shot<'a> {
-    /// Which walk, and which of its cycles.
+    /// The walk and its cycle.
     pub job: Job<'a>,
-    /// When.
+    /// The moments of the frames.
     pub moments: Moments,
-    /// From where.
+    /// The views from which the walker is seen.
     pub views: &'a [View],
 }
 
-/// What was made of one job.
+/// The outputs of one job.
 #[derive(Clone, Debug, Default)]
 pub struct Swept {
-    /// In the order of the views, and of each view in the order in which they are wanted: the bytes
-    /// of each template, as many as its shape has, and of silhouettes that for each frame.
+    /// The bytes of each template, view by view, and for each view in the order of the request.
+    /// A template has as many bytes as its shape; silhouettes have as many for each frame.
     pub templates: Vec<Vec<u8>>,
-    /// How many frames there were.
+    /// The number of frames.
     pub frames: u32,
-    /// Where the joints are, metres, if that is wanted: `[frames][19][3]`, f32, little-endian.
+    /// The joint positions, metres, if requested: `[frames][19][3]`, f32, little-endian.
     pub joints: Vec<u8>,
-    /// Of each view where the joints appear, if that is wanted: columns from the left and rows from
-    /// the top, pixels, of frames without a figure no numbers; `[frames][19][2]`, f32,
-    /// little-endian.
+    /// The joints in the images of each view, if requested: columns from the left and rows from the
+    /// top, pixels, NaN in frames without a figure; `[frames][19][2]`, f32, little-endian.
     pub keypoints: Vec<Vec<u8>>,
-    /// Sum over all frames and views of the share that lay outside of the image.
+    /// The sum over all frames and views of the share of the figure outside of the image.
     pub clipped: f64,
-    /// Frames in which nothing was left of the figure, over all views: no template has them.
+    /// The number of frames in which nothing was left of the figure, over all views. Templates
+    /// leave these frames out.
     pub empty: u64,
 }
 
-/// Sees every job from every view. `map` runs on all cores and turns a job's templates into
-/// what is wanted of them; `sink` takes the results one by one, in the jobs' order.
-/// At most two jobs' templates for each thread are alive at once.
+/// Draws every job from every view. `map` runs on all cores and converts a job's templates;
+/// `sink` takes the results one by one, in the jobs' order. At most two jobs' templates a thread
+/// are in memory at the same time.
 ///
 /// # Errors
-/// The first, in job order, of `map`'s, `sink`'s, and of what could not be drawn.
+/// The first error, in job order, of `map`, of `sink`, or of drawing.
 pub fn sweep<'c, R: Send>(
     pack: &Pack<'_>,
     jobs: &[Job<'c>],
@@ -186,11 +186,11 @@ pub fn sweep<'c, R: Send>(
     )
 }
 
-/// The same of jobs that are seen from views of their own, which `map` is given too, and of which
-/// more than a template may be `wanted`; the settings' is one of those.
+/// Draws jobs from views of their own, which `map` gets too, and makes all `wanted` outputs, which
+/// must include the settings' template.
 ///
 /// # Errors
-/// As [`sweep`], as `views_of`, and as [`Wanted::check`].
+/// The errors of [`sweep`], of `views_of`, and of [`Wanted::check`].
 pub fn sweep_each<'c, R: Send>(
     pack: &Pack<'_>,
     jobs: &[Job<'c>],
@@ -207,7 +207,7 @@ pub fn sweep_each<'c, R: Send>(
     sweep_from(pack, jobs, (settings, wanted), seen, map, sink)
 }
 
-/// Views, and for each of them the first one that is the same.
+/// Views, and for each of them the number of the first equal one.
 type Seeing<'v> = (Cow<'v, [View]>, Cow<'v, [usize]>);
 
 fn sweep_from<'c, 'v, R: Send>(
@@ -244,7 +244,7 @@ fn sweep_from<'c, 'v, R: Send>(
     Ok(())
 }
 
-/// Draws one job after another, with buffers that are kept.
+/// A drawer that draws one job after another and keeps its buffers.
 pub struct Drawer {
     painter: Painter,
     settings: Settings,
@@ -252,10 +252,10 @@ pub struct Drawer {
 }
 
 impl Drawer {
-    /// One that makes what is `wanted`.
+    /// Creates a drawer that makes the `wanted` outputs.
     ///
     /// # Errors
-    /// As [`Settings::check`] and [`Wanted::check`].
+    /// The errors of [`Settings::check`] and [`Wanted::check`].
     pub fn new(settings: Settings, wanted: &Wanted) -> Result<Self> {
         settings.check()?;
         wanted.check(&settings)?;
@@ -266,10 +266,10 @@ impl Drawer {
         })
     }
 
-    /// What is wanted of one job, seen from these views.
+    /// Makes the outputs of one job from these views.
     ///
     /// # Errors
-    /// When it cannot be drawn.
+    /// If the job cannot be drawn.
     pub fn draw(&mut self, pack: &Pack<'_>, job: Job<'_>, views: &[View]) -> Result<Swept> {
         let firsts = views::firsts(views);
         swept(
@@ -282,7 +282,7 @@ impl Drawer {
     }
 }
 
-/// What is wanted of one job.
+/// Makes the outputs of one job.
 fn swept(
     pack: &Pack<'_>,
     job: Job<'_>,
@@ -300,7 +300,7 @@ fn swept(
     {
         return Err(SweepError::Undrawn {
             what: format!("condition {}", job.condition_name()),
-            cause: "it distorts images, in which joints are not known".into(),
+            cause: "it distorts images, in which joint positions are unknown".into(),
         }
         .into());
     }
@@ -318,8 +318,8 @@ fn swept(
     Ok(swept)
 }
 
-/// The frames of a job that are posed together, one range after another: all of a cycle, as its
-/// templates need them.
+/// Returns the ranges of frames that are posed together. A cycle is one range, since its templates
+/// need all frames.
 fn chunks(moments: Moments, settings: &Settings) -> impl Iterator<Item = Range<u32>> {
     let frames = moments.count(settings.frames_per_cycle);
     let step = if moments == Moments::Cycle || settings.needs_all_frames() {
@@ -332,7 +332,7 @@ fn chunks(moments: Moments, settings: &Settings) -> impl Iterator<Item = Range<u
 }
 
 impl Swept {
-    /// Adds what was made of later frames of the same job.
+    /// Appends the outputs of later frames of the same job.
     fn append(&mut self, later: Self) {
         self.clipped += later.clipped;
         self.empty += later.empty;
@@ -349,10 +349,10 @@ impl Swept {
     }
 }
 
-/// The figures of a job at these moments: of each frame the points of each hull, metres.
+/// Returns the figures of a job at these moments: the points of each hull of each frame, metres.
 ///
 /// # Errors
-/// When there is no such walk or variation.
+/// If there is no such walk or variation.
 pub fn figures(
     pack: &Pack<'_>,
     job: Job<'_>,
@@ -365,10 +365,10 @@ pub fn figures(
     Ok(film.figures())
 }
 
-/// The frames of one shot from each view: `[view][frame]`.
+/// Draws the frames of one shot from each view: `[view][frame]`.
 ///
 /// # Errors
-/// When a figure cannot be drawn.
+/// If a figure cannot be drawn.
 pub fn silhouettes(
     pack: &Pack<'_>,
     shot: Shot<'_>,

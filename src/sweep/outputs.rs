@@ -1,33 +1,33 @@
-//! What is made of each job, and of which of its moments.
+//! The requested outputs of each job, and the moments for which they are made.
 
 use super::{Job, Moments, Raster, Settings, is_take, walk_name};
 use crate::error::{ChoiceError, Result, SweepError};
 use crate::template::{Builder, Template};
 use edgegait_core::pack::Pack;
 
-/// Frames a second of takes, unless a user says otherwise: those of CASIA-B's video.
+/// The default frame rate of uncut motions, frames a second, after CASIA-B's video.
 pub const TAKE_FPS: f64 = 25.0;
 
-/// Most frames of one job: an hour at 25 a second.
+/// The most frames of one job: an hour at 25 frames a second.
 pub const MAX_FRAMES: u32 = 90_000;
 
-/// What is made of each job.
+/// The requested outputs of each job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wanted {
-    /// At least one, each once.
+    /// The templates to make: at least one, each once.
     pub templates: Vec<Template>,
-    /// Whether joints are told besides, where they are and where they appear.
+    /// Whether to output joints too: their positions in space and in the images.
     pub joints: bool,
-    /// Whether frames in which nothing is left of the figure are blank silhouettes, rather than
-    /// left out.
+    /// Whether frames without any visible part of the figure become blank silhouettes; otherwise
+    /// they are left out.
     pub blanks: bool,
-    /// Frames a second, in place of [`Settings::frames_per_cycle`]; of takes [`TAKE_FPS`] if it is
-    /// not said.
+    /// Frames a second, instead of [`Settings::frames_per_cycle`]; the default for uncut motions is
+    /// [`TAKE_FPS`].
     pub fps: Option<f64>,
 }
 
 impl Wanted {
-    /// One template of a cycle.
+    /// Requests one template of a cycle.
     #[must_use]
     pub fn one(template: Template) -> Self {
         Self {
@@ -38,10 +38,10 @@ impl Wanted {
         }
     }
 
-    /// Refuses what cannot be made.
+    /// Checks that the rasteriser can make these outputs.
     ///
     /// # Errors
-    /// If frames are wanted that [`Raster::Columns`] does not draw one by one.
+    /// If an output requires single frames, which [`Raster::Columns`] does not draw.
     pub fn check(&self, settings: &Settings) -> Result<()> {
         let other = self.templates.iter().find(|one| **one != Template::Gei);
         let what = match other {
@@ -55,10 +55,10 @@ impl Wanted {
         Ok(())
     }
 
-    /// The moments of a job, and the settings with as many frames a cycle as it has.
+    /// Returns the moments of a job, and the settings with the job's frames a cycle.
     ///
     /// # Errors
-    /// If a template is wanted of a take, or there are too many frames.
+    /// If a template of an uncut motion is requested, or there are too many frames.
     pub(super) fn moments(
         &self,
         pack: &Pack<'_>,
@@ -85,11 +85,11 @@ impl Wanted {
         Ok((Moments::Cycle, settings))
     }
 
-    /// How many frames of a job there are: of a cycle the nearest number to its duration at
-    /// [`Self::fps`], of a take all from its first moment to its last.
+    /// Returns the number of frames of a job: for a cycle, its duration at [`Self::fps`], rounded;
+    /// for an uncut motion, all frames from its first moment to its last.
     ///
     /// # Errors
-    /// If a template is wanted of a take, or there are too many frames.
+    /// If a template of an uncut motion is requested, or there are too many frames.
     pub fn frames(&self, pack: &Pack<'_>, job: Job<'_>, settings: &Settings) -> Result<u32> {
         let duration_s = || {
             let clip = pack.walk(job.walk).and_then(|walk| pack.clip(walk.clip));

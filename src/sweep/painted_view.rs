@@ -1,14 +1,14 @@
-//! The images of one viewpoint.
+//! The outputs of one viewpoint.
 
-/// What was made of a view.
+/// The outputs that were made from one view.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PaintedView {
-    /// In the order in which they are wanted.
+    /// The templates in the order of the request.
     pub(super) templates: Vec<Vec<u8>>,
-    /// Sum over the frames of the share that lay outside of the image.
+    /// The sum over frames of the share of the figure outside of the image.
     pub(super) clipped: f64,
-    /// Frames in which nothing was left of the figure.
+    /// The number of frames in which nothing was left of the figure.
     pub(super) empty: u64,
-    /// As [`Swept::keypoints`] has them.
+    /// The keypoints, in the format of [`Swept::keypoints`](super::Swept::keypoints).
     pub(super) keypoints: Vec<u8>,
 }

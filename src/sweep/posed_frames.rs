@@ -1,4 +1,4 @@
-//! The frames of one job, posed once and seen from any view.
+//! The frames of one job, posed once and drawn from any view.
 
 use super::column_images::SweepColumns;
 use super::extras::Extras;
@@ -15,35 +15,35 @@ use edgegait_core::silhouette::Size;
 use glam::{DVec3, Vec2, Vec3};
 use std::ops::Range;
 
-/// Share of the scale that a fitted framing gives up, so that rounding never clips: 0.005 of 50
-/// pixels, where coordinates of walkers within 100 m are rounded by 0.0003.
+/// The share of the scale that a fitted framing gives up, so that rounding never clips: 0.005 of
+/// 50 pixels, while coordinates of walkers within 100 m are rounded by 0.0003.
 const MARGIN: f32 = 1e-4;
 
-/// Points that are fitted together: whole registers of any processor.
+/// The number of points that are fitted together: a multiple of any processor's registers.
 const CHUNK: usize = 16;
 
-/// Posed frames of one job.
+/// The posed frames of one job.
 pub(super) struct Film<'a> {
     job: Job<'a>,
-    /// For errors.
+    /// The walk's number and name, for errors.
     name: String,
     pub(super) settings: Settings,
     pub(super) plan: &'a DosePlan,
     pub(super) frames: Vec<PosedWalker<'a>>,
-    /// What their pictures have besides the figure, if anything acts on these.
+    /// The additions to the figure in each frame, if confounders act on images.
     pub(super) extras: Vec<Extras<'a>>,
-    /// Which frame each of them shows: itself, unless it was lost.
+    /// The number of the frame that each frame shows: its own, unless it was lost.
     pub(super) sources: Vec<u32>,
-    /// Mean position of the pelvis.
+    /// The mean position of the pelvis.
     mean: Vec3,
     pub(super) walker: Walker<'a>,
-    /// Points of all frames by axis, to fit them.
+    /// The points of all frames by axis, for the fitted framing.
     points: [Vec<f32>; 3],
-    /// The framing fitted last, and for which direction of the image's right.
+    /// The last fitted framing, and the direction to the image's right for which it was fitted.
     fitted: Option<(Vec3, camera::Framing)>,
 }
 
-/// A view, and the framing that all frames share there, if they do.
+/// A view, and the framing that all frames share there, if there is one.
 #[derive(Clone, Copy)]
 pub(super) struct FilmView<'v> {
     view: &'v View,
@@ -52,22 +52,22 @@ pub(super) struct FilmView<'v> {
 }
 
 impl<'v> FilmView<'v> {
-    /// The view that it is one of.
+    /// Returns the view as requested.
     pub(super) const fn view(&self) -> &'v View {
         self.view
     }
 
-    /// From where it is.
+    /// Returns the viewpoint under the job's condition.
     pub(super) const fn viewpoint(&self) -> Viewpoint {
         self.viewpoint
     }
 }
 
 impl<'a> Film<'a> {
-    /// The job's figure, dressed for it, without any frame.
+    /// Creates a film of the job's dressed figure, without frames.
     ///
     /// # Errors
-    /// When there is no such walk or variation.
+    /// If there is no such walk or variation.
     pub(super) fn new(
         pack: &Pack<'a>,
         job: Job<'a>,
@@ -93,7 +93,7 @@ impl<'a> Film<'a> {
         })
     }
 
-    /// Poses these frames in place of those before.
+    /// Poses these frames, which replace the previous ones.
     pub(super) fn pose(&mut self, moments: Moments, frames: Range<u32>) {
         let all = moments.count(self.settings.frames_per_cycle);
         self.sources = recording::sources(self.plan, frames, all);
@@ -116,7 +116,7 @@ impl<'a> Film<'a> {
         }
     }
 
-    /// Gathers the points of all frames, the last one again to fill up a chunk.
+    /// Gathers the points of all frames, and repeats the last one to fill up a chunk.
     fn gather(&mut self) {
         let all = self.frames.iter().flat_map(|frame| frame.figure.points());
         for (axis, coordinates) in self.points.iter_mut().enumerate() {
@@ -127,40 +127,40 @@ impl<'a> Film<'a> {
         }
     }
 
-    /// The points of each hull, frame by frame, metres.
+    /// Returns the points of each hull, frame by frame, metres.
     pub(super) fn figures(&self) -> Vec<Vec<Vec<Vec3>>> {
         let points =
             |posed: &PosedWalker<'_>| posed.figure.hulls().map(Iterator::collect).collect();
         self.frames.iter().map(points).collect()
     }
 
-    /// How many frames are posed.
+    /// Returns the number of posed frames.
     pub(super) fn len(&self) -> usize {
         self.frames.len()
     }
 
-    /// Whether silhouettes are [`Self::segmented`] rather than drawn.
+    /// Returns whether silhouettes are made by [`Self::segmented`], not drawn directly.
     pub(super) fn acts_on_images(&self) -> bool {
         recording::acts_on_images(self.plan, self.settings.framing)
     }
 
-    /// Rows and columns of what is drawn.
+    /// Returns rows and columns of the silhouettes.
     pub(super) const fn size(&self) -> Size {
         self.settings.size
     }
 
-    /// Where the joints are, metres: `[frames][19][3]`, f32, little-endian.
+    /// Returns the joint positions, metres: `[frames][19][3]`, f32, little-endian.
     pub(super) fn joints(&self) -> Vec<u8> {
         let positions = self.frames.iter().flat_map(|frame| frame.model.positions);
         let numbers = positions.flat_map(|at| at.to_array());
         numbers.flat_map(f32::to_le_bytes).collect()
     }
 
-    /// Where the joints of one of the posed frames appear that was `placed` so, pixels: `[19][2]`,
-    /// f32, little-endian; no numbers where nothing is known.
+    /// Returns the joints of one of the posed frames in the image with this placement, pixels:
+    /// `[19][2]`, f32, little-endian; NaN where the position is unknown.
     ///
     /// # Errors
-    /// As [`Self::draw`].
+    /// The errors of [`Self::draw`].
     pub(super) fn keypoints(
         &self,
         index: usize,
@@ -181,10 +181,10 @@ impl<'a> Film<'a> {
             .collect())
     }
 
-    /// A view with the framing that the frames share there.
+    /// Returns a view with the framing that the frames share there.
     ///
     /// # Errors
-    /// When the condition puts the camera where none can be.
+    /// If the condition moves the camera to an invalid viewpoint.
     pub(super) fn sight<'v>(&mut self, view: &'v View) -> Result<FilmView<'v>> {
         let viewpoint = recording::viewpoint(self.plan, view)?;
         let framing = match self.settings.framing {
@@ -203,7 +203,7 @@ impl<'a> Film<'a> {
     /// Draws one of the posed frames.
     ///
     /// # Errors
-    /// When it cannot be drawn.
+    /// If the frame cannot be drawn.
     pub(super) fn draw<'r>(
         &self,
         index: usize,
@@ -225,7 +225,7 @@ impl<'a> Film<'a> {
     /// number of its view.
     ///
     /// # Errors
-    /// When it cannot be drawn; the first of `take`.
+    /// If the frame cannot be drawn, or the first error of `take`.
     pub(super) fn draw_views(
         &self,
         index: usize,
@@ -243,11 +243,12 @@ impl<'a> Film<'a> {
         })
     }
 
-    /// Draws one of the posed frames at all elevations of an azimuth: the share of it that lies
-    /// outside of each image, measured with bit rows; none if all of it is known to be inside.
+    /// Draws one of the posed frames at all elevations of an azimuth. Returns the share of the
+    /// figure outside of each image, measured with bit rows, or an empty list if all of it is
+    /// inside.
     ///
     /// # Errors
-    /// When it cannot be drawn.
+    /// If the frame cannot be drawn.
     pub(super) fn draw_elevations(
         &self,
         index: usize,
@@ -286,7 +287,7 @@ impl<'a> Film<'a> {
         sights.iter().map(&mut clipped).collect()
     }
 
-    /// How one of the posed frames is drawn.
+    /// Returns camera, framing and jitter of one of the posed frames.
     pub(super) fn seen(&self, index: usize, sight: &FilmView<'_>) -> Result<raster::RenderView> {
         let (camera, framing) = self.placed(sight, &self.frames[index])?;
         let jitter = self.settings.jitter.of_frame(self.sources[index]);
@@ -297,7 +298,7 @@ impl<'a> Film<'a> {
         })
     }
 
-    /// The camera and the framing of one frame: what a sensor sees, unless frames share one.
+    /// Returns the camera and the framing of one frame: the sensor's, unless frames share one.
     fn placed(
         &self,
         sight: &FilmView<'_>,
@@ -323,18 +324,18 @@ impl<'a> Film<'a> {
         Ok((camera, framing))
     }
 
-    /// The framing that all frames share at this azimuth: nothing is clipped, whatever the
-    /// elevation is.
+    /// Returns the framing that all frames share at this azimuth. It clips nothing at any
+    /// elevation.
     ///
-    /// Turning the elevation turns height and depth about the image's right: what is within a
-    /// circle around their middle stays within the rows.
+    /// A change of elevation turns height and depth about the image's right: points within a circle
+    /// around their middle stay within the rows.
     fn fit(&mut self, viewpoint: Viewpoint) -> camera::Framing {
         let right = viewpoint.right();
         if let Some((_, fitted)) = self.fitted.filter(|(known, _)| *known == right) {
             return fitted;
         }
         let depth = Vec3::new(-right.z, 0.0, right.x);
-        // Sums and products in the order of a dot product: many at once, and the same numbers.
+        // Sums and products in the order of a dot product: vectorised, with the same results.
         let [x, y, z] = self
             .points
             .each_ref()

@@ -1,4 +1,4 @@
-//! How a walk is recorded: which frames a recorder keeps, and where the camera stands.
+//! Confounders of recording: the choice of frames, and the camera.
 
 use super::settings::{FramingMode, Lens, Raster, Settings};
 use super::views::View;
@@ -8,17 +8,17 @@ use edgegait_core::camera::Viewpoint;
 use rand::RngExt as _;
 use std::ops::Range;
 
-/// Share of the frames that a recorder still takes at strength 1 of `frame-rate`.
+/// The share of frames that remain at strength 1 of `frame-rate`.
 const LEAST_RATE: f64 = 0.1;
-/// Metres from the aim to the camera at strength 1.
+/// The distance from the aim to the camera at strength 1 of `distance`, metres.
 const NEAREST_M: f64 = 1.5;
-/// Share of the focal length that is left at strength 1.
+/// The share of the focal length that remains at strength 1 of `focal-length`.
 const LEAST_FOCAL_LENGTH: f64 = 0.25;
 
-/// Which frame of `all` is shown at the place of each of `frames`.
+/// Returns the number of the frame, of `all`, that is shown for each of `frames`.
 ///
-/// At a lower rate a frame is shown until the next one is taken. In place of a lost one
-/// the one before is shown again, in place of the first ones the last of the cycle.
+/// At a lower rate, each frame is repeated until the next one. A lost frame is replaced by the one
+/// before it; lost frames at the start of the cycle by the last of the cycle.
 pub(super) fn sources(plan: &DosePlan, frames: Range<u32>, all: u32) -> Vec<u32> {
     let kept = plan
         .strength(ConfounderKind::FrameRate)
@@ -46,7 +46,7 @@ pub(super) fn sources(plan: &DosePlan, frames: Range<u32>, all: u32) -> Vec<u32>
     frames.map(shown).collect()
 }
 
-/// The settings with which a condition is drawn: a camera that comes nearer is one of perspective.
+/// Returns the settings under a condition. A camera that comes nearer has a perspective lens.
 pub(super) fn settings(plan: &DosePlan, settings: Settings) -> Settings {
     let mut settings = settings;
     if let Some(strength) = plan.strength(ConfounderKind::Distance) {
@@ -56,7 +56,7 @@ pub(super) fn settings(plan: &DosePlan, settings: Settings) -> Settings {
         };
         let inverse = far + strength * (1.0 / NEAREST_M - far);
         if settings.framing == FramingMode::Camera && settings.lens == Lens::Ortho {
-            // A figure of parallel rays is as large as at the sensor's distance.
+            // With parallel rays, the figure is as large as at the sensor's distance.
             let own = 1.0 / settings.sensor.distance_m;
             settings.sensor.distance_m = 1.0 / (own + strength * (1.0 / NEAREST_M - own));
         } else {
@@ -71,28 +71,28 @@ pub(super) fn settings(plan: &DosePlan, settings: Settings) -> Settings {
     settings
 }
 
-/// The share of the focal length that is left, if the condition changes it.
+/// Returns the remaining share of the focal length, if the condition changes it.
 fn focal_length(plan: &DosePlan) -> Option<f64> {
     let strength = plan.strength(ConfounderKind::FocalLength)?;
     Some(libm::pow(LEAST_FOCAL_LENGTH, strength))
 }
 
-/// How many fine samples of a figure that fills the image fall on one of a shorter lens; none
-/// where framing does not hide how large the figure is.
+/// Returns the size in fine samples of one sample under a shorter lens, for a figure that fills
+/// the image, or `None` where framing shows the figure's size.
 pub(super) fn coarseness(plan: &DosePlan, framing: FramingMode) -> Option<f64> {
     let left = focal_length(plan).filter(|_| framing != FramingMode::Camera)?;
     Some(1.0 / left)
 }
 
-/// Whether silhouettes are confounded after they are drawn, before they are framed.
+/// Returns whether confounders act on pictures after rendering, before framing.
 pub(super) fn acts_on_images(plan: &DosePlan, framing: FramingMode) -> bool {
     plan.acts_at(Stage::Image) || coarseness(plan, framing).is_some()
 }
 
-/// From where a view is seen under a condition.
+/// Returns the viewpoint of a view under a condition.
 ///
 /// # Errors
-/// Never: azimuths are within a few turns, and elevations stop straight above and below.
+/// Never: azimuths are within a few turns, and elevations stop vertically above and below.
 pub(super) fn viewpoint(plan: &DosePlan, view: &View) -> Result<Viewpoint> {
     if !plan.acts_at(Stage::Camera) {
         return Ok(view.viewpoint());
@@ -103,10 +103,10 @@ pub(super) fn viewpoint(plan: &DosePlan, view: &View) -> Result<Viewpoint> {
     Ok(Viewpoint::from_degrees(azimuth, elevation)?.rolled(degrees(ConfounderKind::Roll)))
 }
 
-/// Refuses what cannot be drawn by columns or in grey under a condition.
+/// Checks that the rasteriser can draw under a condition.
 ///
 /// # Errors
-/// Naming the raster and the condition.
+/// If it cannot, because it draws by columns or in grey; the error names rasteriser and condition.
 pub(super) fn check(plan: &DosePlan, settings: &Settings) -> Result<()> {
     let refuse = |why| {
         Err(ChoiceError::RasterUnderCondition {
@@ -121,7 +121,7 @@ pub(super) fn check(plan: &DosePlan, settings: &Settings) -> Result<()> {
             refuse("moves the camera, which all elevations of an azimuth share")
         }
         raster if acts_on_images(plan, settings.framing) && !raster.is_binary() => {
-            refuse("acts on silhouettes as a segmentation gives them, one by one and without greys")
+            refuse("acts on segmented silhouettes, which are binary and drawn one by one")
         }
         _ => Ok(()),
     }
@@ -151,7 +151,7 @@ mod tests {
         // A tenth of 20 frames.
         let two = sources(&plan(&[(ConfounderKind::FrameRate, 1.0)]), 0..20, 20);
         assert_eq!(two, [[0; 10], [10; 10]].concat());
-        // 1 - 0.9 x 0.5 of 8 frames are 4.4: 4.
+        // 1 - 0.9 x 0.5 of 8 frames is 4.4, rounded to 4.
         let four = sources(&plan(&[(ConfounderKind::FrameRate, 0.5)]), 0..8, 8);
         assert_eq!(four, [0, 0, 2, 2, 4, 4, 6, 6]);
         assert_eq!(
@@ -177,7 +177,7 @@ mod tests {
             .filter(|(at, source)| *at == **source as usize);
         // A tenth of 1,000, with a standard deviation of 9.5.
         assert!((60..=140).contains(&kept.count()));
-        // All lost: nothing is left to be shown but the frames themselves.
+        // If all frames are lost, each shows itself.
         assert_eq!(
             sources(&plan(&[(ConfounderKind::DroppedFrames, 1.0)]), 0..1, 1),
             [0]

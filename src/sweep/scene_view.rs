@@ -1,4 +1,4 @@
-//! What there is to be seen of a frame, for pictures of the scene itself.
+//! The scene of a frame: hulls, camera and floor, for pictures of the scene itself.
 
 use super::posed_frames::Film;
 use super::walker::Dressed;
@@ -12,43 +12,44 @@ use edgegait_core::camera::Camera;
 use edgegait_core::pack::Pack;
 use glam::Vec3;
 
-/// What a hull of a scene is.
+/// The kind of a hull in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Thing {
-    /// A part of the walker, and what it wears and carries.
+    /// A part of the walker, its clothes or its loads.
     Worn(BodyPart),
-    /// Of the walker's shadow on the floor.
+    /// A part of the walker's shadow on the floor.
     Shadow,
-    /// Between camera and walker.
+    /// A part of an occluder between camera and walker.
     Occluder,
 }
 
-/// Convex hulls, each as its points in the walker's space, metres.
+/// Convex hulls with their points in the walker's space, metres.
 pub type SceneHulls = Vec<(Thing, Vec<Vec3>)>;
 
-/// One frame of a walk as it is before a camera, a lens and a segmentation take part.
+/// The scene of one frame of a walk, before camera, lens and segmentation.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// All hulls.
+    /// All hulls of the scene.
     pub hulls: SceneHulls,
-    /// Those of the walker at moments of the exposure, if that blurs.
+    /// The walker's hulls at the moments of the exposure, if there is motion blur.
     pub exposures: Vec<SceneHulls>,
-    /// From where it is seen.
+    /// The camera that sees the scene.
     pub camera: Camera,
-    /// What it is walked on.
+    /// The floor on which the walker walks.
     pub floor: Floor,
-    /// Where the pelvis is, metres.
+    /// The position of the pelvis, metres.
     pub pelvis: Vec3,
-    /// What acts on it.
+    /// The confounders that act on the scene.
     pub doses: Doses,
-    /// How many fine samples make one of a shorter lens, if one hides how large the figure is.
+    /// The size in fine samples of one sample under a shorter lens, if framing hides the figure's
+    /// size.
     pub coarseness: Option<f64>,
 }
 
-/// The scene of one frame of a job's cycle.
+/// Returns the scene of one frame of a job's cycle.
 ///
 /// # Errors
-/// When there is no such walk, or it cannot be seen so.
+/// If there is no such walk, or it cannot be seen from the view.
 pub fn scene(
     pack: &Pack<'_>,
     job: Job<'_>,
@@ -62,7 +63,7 @@ pub fn scene(
     film.scene(frame as usize % film.len(), view, dressed.parts())
 }
 
-/// The hulls of a figure, each of its part.
+/// Returns the hulls of a figure, each with its kind.
 fn worn(figure: &Figure<'_>, parts: &[BodyPart]) -> SceneHulls {
     let hulls = figure.hulls().map(Iterator::collect);
     let things = parts.iter().map(|&part| Thing::Worn(part));

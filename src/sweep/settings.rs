@@ -1,4 +1,4 @@
-//! How silhouettes are drawn: everything of which a result depends, but for who walks.
+//! Settings of a sweep: everything on which its results depend, except the walkers.
 
 use crate::error::{ChoiceError, Result};
 use crate::template::Template;
@@ -8,31 +8,31 @@ use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Frames of a cycle, unless a user says otherwise. Ours: a GEI of 32 frames is 4.2 of 255
-/// (root mean square) off one of 512, of 64 frames 2.2, of 16 frames 7.8 (two people, 20
-/// viewpoints, `render --template gei --frames-per-cycle N`).
+/// The default number of frames of a cycle. Ours: a GEI of 32 frames differs by 4.2 of 255 (root
+/// mean square) from one of 512 frames, a GEI of 64 frames by 2.2, of 16 frames by 7.8 (two people,
+/// 20 viewpoints, `render --template gei --frames-per-cycle N`).
 pub const FRAMES_PER_CYCLE: u32 = 32;
 
-/// How a sweep draws.
+/// The settings of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Which rasteriser.
+    /// The rasteriser that fills pixels.
     pub rasterizer: Raster,
-    /// Rows and columns.
+    /// Rows and columns of the silhouettes.
     pub size: Size,
-    /// How figures are fitted into the image.
+    /// The placement and scale of figures in the image.
     pub framing: FramingMode,
-    /// How rays run.
+    /// The lens: parallel rays or perspective.
     pub lens: Lens,
-    /// Where the sensor stands, for a perspective lens or the framing of a camera.
+    /// The sensor, for a perspective lens or the framing of a camera.
     pub sensor: Sensor,
-    /// Where in its pixel each frame is sampled.
+    /// The place in the pixel at which each frame is sampled.
     pub jitter: Jitter,
-    /// Frames of each cycle.
+    /// The number of frames of each cycle.
     pub frames_per_cycle: u32,
-    /// Seed of the cycles' variations.
+    /// The seed of the cycles' variations.
     pub seed: u64,
-    /// What is made of each cycle's silhouettes.
+    /// The template of each cycle's silhouettes.
     pub template: Template,
 }
 
@@ -53,21 +53,21 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Whether it matters where the sensor stands.
+    /// Returns whether the results depend on the sensor.
     #[must_use]
     pub fn uses_sensor(&self) -> bool {
         self.lens == Lens::Persp || self.framing == FramingMode::Camera
     }
 
-    /// Whether a frame's place depends on the other frames.
+    /// Returns whether the placement of a frame depends on the other frames.
     pub(super) fn needs_all_frames(&self) -> bool {
         self.framing == FramingMode::Cycle || (self.uses_sensor() && self.sensor.aim == Aim::Mean)
     }
 
-    /// Refuses what cannot be drawn.
+    /// Checks that the settings can be drawn.
     ///
     /// # Errors
-    /// When a number is out of its range, or the lens does not go with the framing.
+    /// If a number is out of its range, or the settings are incompatible.
     pub fn check(&self) -> Result<()> {
         if self.framing == FramingMode::Cycle && self.lens == Lens::Persp {
             return Err(ChoiceError::CycleNeedsParallelRays.into());
@@ -78,7 +78,7 @@ impl Settings {
             fov_deg,
             aim,
         } = self.sensor;
-        // A NaN is in no range.
+        // NaN is in no range.
         if !(0.1..=1e6).contains(&distance_m) {
             return Err(ChoiceError::Distance(distance_m).into());
         }
@@ -93,7 +93,7 @@ impl Settings {
         }
     }
 
-    /// Refuses what has no scale that all elevations share.
+    /// Checks that rendering by columns makes GEIs, with one scale for all elevations.
     fn check_columns(&self) -> Result<()> {
         let is_summed = !matches!(self.template, Template::Gei | Template::Silhouettes);
         if self.rasterizer == Raster::Columns && is_summed {
@@ -115,17 +115,17 @@ impl Settings {
     }
 }
 
-/// What fills pixels.
+/// A rasteriser that fills pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Raster {
     /// One of the core's rasterisers, viewpoint by viewpoint.
     Each(Rasterizer),
-    /// All elevations of an azimuth at once, column by column.
+    /// All elevations of an azimuth in one pass, column by column.
     Columns,
 }
 
 impl Raster {
-    /// The name under which flags and results state it.
+    /// Returns the name in flags and results.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -134,13 +134,13 @@ impl Raster {
         }
     }
 
-    /// Whether it draws frames one by one, of pixels that are on or off.
+    /// Returns whether frames are drawn one by one, with pixels that are on or off.
     #[must_use]
     pub const fn is_binary(self) -> bool {
         matches!(self, Self::Each(Rasterizer::Skia | Rasterizer::Rows))
     }
 
-    /// How far apart the samples are, pixels.
+    /// Returns the distance between samples, pixels.
     #[must_use]
     pub const fn spacing(self) -> f32 {
         match self {
@@ -149,7 +149,7 @@ impl Raster {
         }
     }
 
-    /// All of them.
+    /// Returns all rasterisers.
     pub fn all() -> impl Iterator<Item = Self> {
         let each = Rasterizer::ALL.iter().map(|&rasterizer| rasterizer.into());
         each.chain([Self::Columns])
@@ -168,7 +168,8 @@ impl fmt::Display for Raster {
     }
 }
 
-/// How a figure is fitted into the image. GEIs of different framings cannot be compared.
+/// The placement and scale of figures in the image. GEIs of different framings are not
+/// comparable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FramingMode {
@@ -179,12 +180,12 @@ pub enum FramingMode {
     Box,
     /// One scale and centre for a whole cycle and all elevations.
     Cycle,
-    /// What a sensor there sees.
+    /// The view of a sensor at the viewpoint.
     Camera,
 }
 
 impl FramingMode {
-    /// The name under which flags, contracts and results state it.
+    /// Returns the name in flags, contracts and results.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -196,18 +197,18 @@ impl FramingMode {
     }
 }
 
-/// How rays run.
+/// A lens: parallel rays or perspective.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lens {
-    /// In parallel.
+    /// Parallel rays.
     #[default]
     Ortho,
-    /// From one eye.
+    /// Perspective: rays from one eye.
     Persp,
 }
 
 impl Lens {
-    /// The name under which flags and results state it.
+    /// Returns the name in flags and results.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -217,14 +218,14 @@ impl Lens {
     }
 }
 
-/// Where a sensor stands and what it sees of the world.
+/// A sensor with its distance, field of view and aim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensor {
-    /// Metres from the aim to the eye, in the direction of the viewpoint.
+    /// The distance from the aim to the eye in the direction of the viewpoint, metres.
     pub distance_m: f64,
-    /// Vertical field of view, degrees.
+    /// The vertical field of view, degrees.
     pub fov_deg: f64,
-    /// What it looks at.
+    /// The point at which the sensor looks.
     pub aim: Aim,
 }
 
@@ -240,7 +241,7 @@ impl Default for Sensor {
 }
 
 impl Sensor {
-    /// Pixels for each metre at the aim, in an image of `size`.
+    /// Returns pixels a metre at the aim, in an image of `size`.
     #[must_use]
     pub fn pixels_per_metre(&self, size: Size) -> f32 {
         let half = libm::tan(0.5 * self.fov_deg.to_radians());
@@ -248,7 +249,7 @@ impl Sensor {
     }
 }
 
-/// What a sensor looks at. Cycles are walked on the spot.
+/// The point at which a sensor looks. Cycles are walked on the spot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aim {
     /// The pelvis of each frame: the sensor follows the walker.
@@ -259,18 +260,18 @@ pub enum Aim {
     Point(Vec3),
 }
 
-/// Where in its pixel each frame is sampled.
+/// The place in the pixel at which each frame is sampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Jitter {
-    /// At the centre.
+    /// The pixel's centre.
     #[default]
     None,
-    /// At a point of the R2 sequence, another for each frame (Roberts 2018).
+    /// A point of the R2 sequence, a different one for each frame (Roberts 2018).
     R2,
 }
 
 impl Jitter {
-    /// The name under which flags and results state it.
+    /// Returns the name in flags and results.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -279,8 +280,8 @@ impl Jitter {
         }
     }
 
-    /// How far from its samples' places a frame is sampled, to the right and down, in
-    /// [`Rasterizer::spacing`] of them.
+    /// Returns the offset at which a frame is sampled, to the right and down, in units of
+    /// [`Rasterizer::spacing`].
     ///
     /// R2 steps by the inverses of the plastic number and of its square: Roberts, "The
     /// Unreasonable Effectiveness of Quasirandom Sequences" (2018).

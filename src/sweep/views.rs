@@ -6,22 +6,22 @@ use edgegait_core::camera::Viewpoint;
 use edgegait_core::raster::columns::Azimuth;
 use std::path::Path;
 
-/// A viewpoint with the angles that it was asked for by.
+/// A viewpoint with the angles by which the user requested it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Degrees; 0 is in front of the walker, 90 on the walker's left.
+    /// The azimuth, degrees; 0 is in front of the walker, 90 on the walker's left.
     pub azimuth_deg: f32,
-    /// Degrees; 0 is level, 90 straight above.
+    /// The elevation, degrees; 0 is level, 90 vertically above.
     pub elevation_deg: f32,
     viewpoint: Viewpoint,
 }
 
 impl View {
-    /// A view from degrees.
+    /// Creates a view from degrees.
     ///
     /// # Errors
-    /// For angles that are no viewpoint, and azimuths beyond a turn, which no
-    /// dataset holds.
+    /// For angles out of the range of viewpoints, and azimuths beyond a turn, which no dataset
+    /// holds.
     pub fn new(azimuth_deg: f32, elevation_deg: f32) -> Result<Self> {
         if !(-360.0..=360.0).contains(&azimuth_deg) {
             return Err(Error::Usage(format!(
@@ -36,40 +36,40 @@ impl View {
         })
     }
 
-    /// A view from the angles that [`Self::angles_deg`] gives.
+    /// Creates a view from the angles of [`Self::angles_deg`].
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// The errors of [`Self::new`].
     #[expect(clippy::cast_possible_truncation, reason = "degrees")]
     pub fn at((azimuth_deg, elevation_deg): (f64, f64)) -> Result<Self> {
         Self::new(azimuth_deg as f32, elevation_deg as f32)
     }
 
-    /// (Azimuth, elevation), degrees.
+    /// Returns (azimuth, elevation), degrees.
     #[must_use]
     pub fn angles_deg(&self) -> (f64, f64) {
         (f64::from(self.azimuth_deg), f64::from(self.elevation_deg))
     }
 
-    /// The direction for the core.
+    /// Returns the core's viewpoint.
     #[must_use]
     pub const fn viewpoint(&self) -> Viewpoint {
         self.viewpoint
     }
 }
 
-/// A list of views, not empty.
+/// A list of at least one view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Views {
-    /// What the user asked for, for results.
+    /// The name that the user requested, for results.
     pub name: String,
     /// The views in order.
     pub list: Vec<View>,
 }
 
 impl Views {
-    /// The grid of Charalambous & Bharath (BMVC 2016): azimuth 0, 5, ..., 180 by
-    /// elevation 0, 5, ..., 90 degrees, azimuth-major: 703 pairs, 667 directions.
+    /// Returns the grid of Charalambous & Bharath (BMVC 2016): azimuth 0, 5, ..., 180 by elevation
+    /// 0, 5, ..., 90 degrees, azimuth-major: 703 pairs, 667 directions.
     ///
     /// # Errors
     /// Never.
@@ -78,7 +78,7 @@ impl Views {
         Self::grid("paper", degrees(180), degrees(90))
     }
 
-    /// The side view: azimuth 90, elevation 0.
+    /// Returns the side view: azimuth 90, elevation 0.
     ///
     /// # Errors
     /// Never.
@@ -86,10 +86,10 @@ impl Views {
         Self::grid("side", [90.0], [0.0])
     }
 
-    /// Every azimuth with every elevation, azimuth-major.
+    /// Combines every azimuth with every elevation, azimuth-major.
     ///
     /// # Errors
-    /// For an angle that is no viewpoint's, or an empty list.
+    /// For an angle out of the range of viewpoints, or an empty list.
     pub fn grid(
         name: impl Into<String>,
         azimuths: impl IntoIterator<Item = f32>,
@@ -111,11 +111,11 @@ impl Views {
         })
     }
 
-    /// By name (`paper`, `side`) or from a CSV file with the columns `azimuth_deg` and
-    /// `elevation_deg`.
+    /// Returns views by name (`paper`, `side`), or reads them from a CSV file with the columns
+    /// `azimuth_deg` and `elevation_deg`.
     ///
     /// # Errors
-    /// When the file cannot be read or a row is no viewpoint.
+    /// If the file cannot be read, or a row is not a viewpoint.
     pub fn named(name: &str) -> Result<Self> {
         match name {
             "paper" => Self::paper(),
@@ -168,8 +168,8 @@ impl Views {
     }
 }
 
-/// For each view the first one that is the same (azimuths 0 and 360, -90 and 270): itself, or
-/// one before it.
+/// Returns for each view the number of the first equal one (azimuths 0 and 360, -90 and 270 are
+/// equal): its own, or an earlier one.
 pub(super) fn firsts(views: &[View]) -> Vec<usize> {
     let first = |(at, view): (usize, &View)| {
         let before = views.iter().take(at);
@@ -181,15 +181,15 @@ pub(super) fn firsts(views: &[View]) -> Vec<usize> {
     views.iter().enumerate().map(first).collect()
 }
 
-/// Views of one azimuth that are drawn at once.
+/// Views of one azimuth that are drawn in one pass.
 pub(super) struct Elevations {
-    /// How they are seen.
+    /// The directions of the azimuth, as the core draws them.
     pub azimuth: Azimuth,
-    /// Numbers of the views.
+    /// The numbers of the views.
     pub views: Vec<usize>,
 }
 
-/// The views of these numbers by azimuth, as many at once as can be drawn.
+/// Groups the numbered views by azimuth, with as many in each group as one pass can draw.
 pub(super) fn by_azimuth(views: &[View], numbers: &[usize]) -> Result<Vec<Elevations>> {
     let right = |at: usize| views[at].viewpoint.right();
     let mut groups: Vec<Vec<usize>> = Vec::new();
@@ -260,7 +260,7 @@ mod tests {
             let groups = by_azimuth(&views, &numbers).expect("groups");
             groups.into_iter().map(|it| it.views).collect::<Vec<_>>()
         };
-        // A whole turn apart is the same azimuth.
+        // Azimuths a whole turn apart are equal.
         assert_eq!(
             of(&[0.0, 5.0, 360.0], &[0.0, 9.0]),
             [vec![0, 1, 4, 5], vec![2, 3]]

@@ -1,4 +1,4 @@
-//! One job's figure at any moment.
+//! The figure of one job, dressed and posed at any moment.
 
 use super::{Job, Moments, walk_name};
 use crate::confounders::appearance::{self, BodyPart, Outfit, Wearer};
@@ -16,20 +16,20 @@ use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::skeleton::Skeleton;
 use glam::{DVec3, Vec3};
 
-/// Poses from which the mean of a walk is taken.
+/// The number of poses from which the mean of a walk is computed.
 const MEAN_POSES: u32 = 64;
 
 /// A moment of a walk.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Moment {
-    /// In cycles.
+    /// The phase, in cycles.
     Phase(f32),
-    /// From the clip's first frame.
+    /// The time from the clip's first frame, seconds.
     Seconds(f64),
 }
 
 impl Moments {
-    /// The moment of a frame.
+    /// Returns the moment of a frame.
     pub(super) fn of_frame(self, frame: u32, frames_per_cycle: u32) -> Moment {
         match self {
             Self::Cycle => Moment::Phase(frame as f32 / frames_per_cycle as f32),
@@ -37,7 +37,7 @@ impl Moments {
         }
     }
 
-    /// How many frames there are.
+    /// Returns the number of frames.
     pub(super) const fn count(self, frames_per_cycle: u32) -> u32 {
         match self {
             Self::Cycle => frames_per_cycle,
@@ -46,24 +46,24 @@ impl Moments {
     }
 }
 
-/// A job's body, unpacked and dressed: 81 kB, and as much again where it is not as the pack has it.
+/// A job's body, unpacked and dressed: 81 kB, and twice that if it differs from the pack's.
 pub(super) struct Dressed {
     plan: DosePlan,
     body: Box<UnpackedBody>,
     skeleton: Skeleton,
-    /// The body as the pack has it.
+    /// The pack's body, if a condition changed the body.
     bare: Option<Box<UnpackedBody>>,
-    /// That of somebody of another size who crosses.
+    /// The body of the person who crosses, if there is one.
     crossing: Option<Box<UnpackedBody>>,
-    /// What each of the body's hulls is.
+    /// The kind of each of the body's hulls.
     parts: Vec<BodyPart>,
 }
 
 impl Dressed {
-    /// The body of a job's walker under its condition.
+    /// Dresses the body of a job's walker for its condition.
     ///
     /// # Errors
-    /// When there is no such walk, or too much is worn.
+    /// If there is no such walk, or clothes and loads exceed the budget.
     pub(super) fn new(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<Self> {
         let (walk, subject, avatar, _) = parts(pack, job)?;
         let plan = DosePlan::new(job.condition, seed_of(job, seed, &walk, &subject));
@@ -90,7 +90,7 @@ impl Dressed {
         Ok(dressed)
     }
 
-    /// Changes the body as the condition asks, and makes that of who crosses.
+    /// Changes the body for the condition, and makes the body of the person who crosses.
     fn put_on(&mut self, avatar: &Avatar<'_>, subject: &SubjectEntry<'_>) -> Result<()> {
         let wearer = Wearer::new(avatar.skeleton(), subject);
         if let Some(strength) = self.plan.strength(ConfounderKind::Age) {
@@ -112,23 +112,23 @@ impl Dressed {
         Ok(())
     }
 
-    /// The body as the pack has it.
+    /// Returns the body as it is in the pack.
     fn bare(&self) -> &UnpackedBody {
         self.bare.as_ref().unwrap_or(&self.body)
     }
 
-    /// What each of the body's hulls is.
+    /// Returns the kind of each of the body's hulls.
     pub(super) fn parts(&self) -> &[BodyPart] {
         &self.parts
     }
 
-    /// What acts.
+    /// Returns the doses for the job.
     pub(super) const fn plan(&self) -> &DosePlan {
         &self.plan
     }
 }
 
-/// The hulls of an avatar and of all that it wears and carries.
+/// Returns the hulls of an avatar with its clothes and loads.
 fn outfit(plan: &DosePlan, avatar: &Avatar<'_>, wearer: &Wearer) -> Outfit {
     let mut outfit = Outfit::of(avatar);
     for dose in plan.doses().list() {
@@ -159,15 +159,15 @@ pub(super) struct PosedWalker<'a> {
     pub pelvis: Vec3,
 }
 
-/// One job's figure at any moment.
+/// The walker of one job, from which a figure can be posed at any moment.
 pub(super) struct Walker<'a> {
     dressed: &'a Dressed,
-    /// Where the joints of the body are in what it wears, and of the pack's.
+    /// The skeleton of the dressed body, and the pack's skeleton.
     skeleton: Skeleton,
     bare: Skeleton,
     clip: Clip<'a>,
     variation: Variation,
-    /// What motion effects and those of time know of the walk.
+    /// Facts of the walk for effects on motion and time.
     gait: GaitFacts,
     floor_m: f32,
 }
@@ -184,7 +184,7 @@ impl<'a> Walker<'a> {
             return Err(SweepError::TakeHasNoVariations(walk_name(pack, job.walk)).into());
         }
         let duration_s = clip.duration_s();
-        // Of a walk on which nothing acts no mean is needed, and no floor.
+        // Without confounders, neither the mean pose nor the floor is needed.
         let poses = match dressed.plan.doses().list() {
             [] => 0,
             _ => MEAN_POSES,
@@ -204,8 +204,8 @@ impl<'a> Walker<'a> {
         })
     }
 
-    /// Metres walked in a cycle and the seconds that it takes, as the condition has it; of a take
-    /// all of it is one.
+    /// Returns length (metres) and duration (seconds) of a cycle under the condition. A whole uncut
+    /// motion counts as one cycle.
     pub(super) fn stride(&self) -> (f64, f64) {
         let plan = &self.dressed.plan;
         let paces = [
@@ -221,7 +221,7 @@ impl<'a> Walker<'a> {
             })
     }
 
-    /// Strides since the first frame.
+    /// Returns the number of strides since the first frame.
     pub(super) fn strides(&self, moment: Moment) -> f64 {
         match moment {
             Moment::Phase(phase) => f64::from(phase),
@@ -229,8 +229,8 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// The figure so many seconds later, as far ahead as it is then: before a camera that stands
-    /// still. A cycle is walked on the spot otherwise; a take has its own way.
+    /// Returns the figure `seconds` later, before a static camera: a cycle, which is otherwise
+    /// walked on the spot, moves ahead; an uncut motion has its own path.
     pub(super) fn passing(&self, moment: Moment, seconds: f64) -> Figure<'a> {
         let (stride_m, duration_s) = self.stride();
         let later = match moment {
@@ -254,12 +254,12 @@ impl<'a> Walker<'a> {
         figure
     }
 
-    /// The body of who crosses: the walker's, as large as the condition says.
+    /// Returns the body of the person who crosses: the walker's, scaled by the condition.
     pub(super) fn crossing(&self) -> &'a UnpackedBody {
         self.dressed.crossing.as_ref().unwrap_or(&self.dressed.body)
     }
 
-    /// What is walked on, below a pelvis: as low as the stored cycle's lowest point.
+    /// Returns the floor below a pelvis, at the height of the stored cycle's lowest point.
     pub(super) fn floor(&self, pelvis: Vec3) -> Floor {
         Floor {
             point: Vec3::new(pelvis.x, self.floor_m, pelvis.z),
@@ -267,13 +267,13 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// The upward normal of the floor, a unit vector.
+    /// Returns the upward normal of the floor, a unit vector.
     fn floor_normal(&self) -> DVec3 {
         let slope = self.dressed.plan.strength(ConfounderKind::Slope);
         slope.map_or(DVec3::Y, motion::floor_normal)
     }
 
-    /// The posed figure; one that was changed keeps the stored cycle's clearance from the floor.
+    /// Poses the figure. A changed figure keeps the stored cycle's clearance from the floor.
     pub(super) fn at(&self, moment: Moment) -> PosedWalker<'a> {
         let (mut pose, phase) = self.stored(moment);
         let model = |pose: &Pose| ModelPose::new(&self.skeleton, pose);
@@ -311,7 +311,7 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// The pose that the pack has for a moment, and in which phase of the cycle that is.
+    /// Returns the pack's pose at a moment, and its phase in the cycle.
     fn stored(&self, moment: Moment) -> (Pose, f32) {
         let duration_s = self.clip.duration_s();
         match (moment, self.clip.as_loop()) {
@@ -334,7 +334,7 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// Changes a pose as the condition asks.
+    /// Applies the condition's effects on motion to a pose.
     fn act(&self, pose: &mut Pose) {
         let effects: [(ConfounderKind, motion::Effect); 8] = [
             (ConfounderKind::Speed, motion::speed),
@@ -354,11 +354,11 @@ impl<'a> Walker<'a> {
     }
 }
 
-/// What was drawn for a job of what its condition leaves to chance, such as `coat=0.5`: everything
-/// that acts; empty if nothing is left to chance.
+/// Returns all doses of a job whose condition is random, such as `coat=0.5`, or an empty text if
+/// the condition is fixed.
 ///
 /// # Errors
-/// When there is no such walk.
+/// If there is no such walk.
 pub fn drawn(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<String> {
     if job.condition.is_none_or(Condition::is_fixed) {
         return Ok(String::new());
@@ -368,12 +368,12 @@ pub fn drawn(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<String> {
     Ok(plan.doses().to_string())
 }
 
-/// What draws for a person depend on, whatever else is in the pack.
+/// Returns the hash that seeds a person's random numbers, whatever else is in the pack.
 fn subject_hash(name: &str) -> u64 {
     u64::from(crc32(name.as_bytes()))
 }
 
-/// Of what a cycle's variation and all that is drawn for it depend.
+/// Returns the seed of a cycle's variation and of its other random numbers.
 fn seed_of(job: Job<'_>, seed: u64, walk: &WalkEntry<'_>, subject: &SubjectEntry<'_>) -> CycleSeed {
     CycleSeed {
         seed,
@@ -385,7 +385,7 @@ fn seed_of(job: Job<'_>, seed: u64, walk: &WalkEntry<'_>, subject: &SubjectEntry
 
 type JobParts<'a> = (WalkEntry<'a>, SubjectEntry<'a>, Avatar<'a>, Clip<'a>);
 
-/// What a job is made of.
+/// Returns walk, subject, avatar and clip of a job.
 fn parts<'a>(pack: &Pack<'a>, job: Job<'_>) -> Result<JobParts<'a>> {
     let walk = pack.walk(job.walk);
     let subject = walk.and_then(|walk| pack.subject(walk.subject));
@@ -402,7 +402,7 @@ fn parts<'a>(pack: &Pack<'a>, job: Job<'_>) -> Result<JobParts<'a>> {
     })
 }
 
-/// The height of the lowest point of a body in all poses, metres; 0 of none.
+/// Returns the height of the lowest point of a body in all poses, metres; 0 without poses.
 fn floor_m(body: &UnpackedBody, skeleton: &Skeleton, poses: &[Pose]) -> f32 {
     let height = |pose| {
         lowest(
@@ -414,8 +414,8 @@ fn floor_m(body: &UnpackedBody, skeleton: &Skeleton, poses: &[Pose]) -> f32 {
     poses.iter().map(height).reduce(f32::min).unwrap_or(0.0)
 }
 
-/// The least height of a figure's points over a floor that rises by so much for each metre ahead
-/// of `z`, metres.
+/// Returns the least height of a figure's points over a floor that rises by `rise` metres for each
+/// metre ahead of `z`, metres.
 pub(super) fn lowest(figure: &Figure<'_>, rise: f32, z: f32) -> f32 {
     let heights = figure.points().map(|p| p.y - rise * (p.z - z));
     heights.fold(f32::MAX, f32::min)

@@ -323,7 +323,7 @@ fn trees_are_read_again_as_they_were_drawn() {
         ),
         (
             "sweep --format casia-b --joints --out t",
-            "no place for joints",
+            "does not store joints",
         ),
         (
             "sweep --format npz --shard 1/2 --out t",
@@ -437,7 +437,7 @@ fn shards_put_together_are_the_bytes_of_one_run() {
         at,
         &words(merge),
         1,
-        &["it is of another run than sweep/s1: "],
+        &["it belongs to another run than sweep/s1: "],
     );
     refused(
         at,
@@ -480,7 +480,7 @@ fn an_npz_holds_the_arrays_and_the_columns_and_is_the_same_again() {
     assert!(bytes == fs::read(at.join("b.npz")).expect("a file"));
     fs::write(at.join("c.npz"), "mine").expect("written");
     let other = format!("{sweep} --format npz --out c.npz");
-    refused(at, &words(&other), 2, &["is there already", "--overwrite"]);
+    refused(at, &words(&other), 2, &["already exists", "--overwrite"]);
 
     // Of two splits the first is whole when the second is ended.
     fs::write(at.join("d.toml"), DESIGN).expect("a design");

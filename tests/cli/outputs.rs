@@ -121,7 +121,7 @@ fn an_earlier_result_is_replaced_and_anything_else_only_when_asked() {
         done(at, &arguments);
         done(at, &arguments);
     }
-    let words = ["is there already", "use --overwrite"];
+    let words = ["already exists", "use --overwrite"];
     for (arguments, name) in [
         ("cohort --people 1 --speeds-kmh 5 --out mine", "mine"),
         ("render two.egp --out mine.png", "mine.png"),

@@ -76,7 +76,7 @@ fn a_full_disk_loses_nothing_that_was_done() {
         .expect("the shell starts");
     let error = text(&output.stderr);
     assert_eq!(code(&output), 1, "{error}");
-    let told = "full.unfinished keeps what is done: go on with --resume";
+    let told = "full.unfinished keeps the finished part: continue with --resume";
     assert!(
         error.contains("File too large") && error.contains(told),
         "{error}"
@@ -86,7 +86,7 @@ fn a_full_disk_loses_nothing_that_was_done() {
         at,
         &words(&format!("{LONG} --out full")),
         2,
-        &["go on with --resume"],
+        &["continue with --resume"],
     );
     let other = LONG.replace("--cycles 120", "--cycles 121");
     let other = format!("{other} --out full --resume");

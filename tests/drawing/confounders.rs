@@ -433,7 +433,7 @@ fn confounders_are_measured_by_strength_whatever_the_protocol() {
     std::fs::write(folder.path().join("other.svg"), "<svg></svg>").expect("a file");
     for (out, words) in [
         ("c.png", "--out c.png: expected a name that ends in .svg"),
-        ("other.svg", "is there already, and is not known to be"),
+        ("other.svg", "already exists, and is not known to be"),
     ] {
         let arguments = ["confounders", "two.egp", "--out", out];
         refused(folder.path(), &arguments, 2, &[words]);

@@ -266,7 +266,7 @@ def the_command_writes_whole_files_or_none(model, cube):
         (("text.onnx", "out.onnx"), 1, "text.onnx: expected an ONNX model"),
         (("none.onnx", "out.onnx"), 1, "none.onnx: No such file"),
         (("net.onnx", "none/out.onnx"), 1, "none/out.onnx: expected the folder none"),
-        (("net.onnx", "net.onnx"), 1, "net.onnx: is there already (--overwrite"),
+        (("net.onnx", "net.onnx"), 1, "net.onnx: already exists (--overwrite"),
         (("net.onnx",), 2, "usage"),
     ):
         files = sorted(os.listdir("."))

@@ -138,8 +138,12 @@ fn recorded_people_are_looked_for_by_cycle() {
     }
     for (command, code, said) in [
         ("literature tree --people 5", 2, "--people and --cycles"),
-        ("literature --fps 30", 2, "no tree is named"),
-        ("literature tree --whole-recordings", 2, "by gait cycle"),
+        ("literature --fps 30", 2, "no tree is given"),
+        (
+            "literature tree --whole-recordings",
+            2,
+            "probes are gait cycles",
+        ),
         ("literature nothing", 1, "nothing"),
     ] {
         refused(at, &words(command), code, &[said]);

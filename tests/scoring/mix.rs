@@ -221,7 +221,7 @@ fn what_cannot_be_trained_on_together_is_refused() {
         ),
         (
             "made.egp real --framing cycle",
-            "framing cycle: it follows from where the camera stood",
+            "framing cycle: it depends on the camera's position",
         ),
         ("real own --raster rows", "--raster: a folder is used whole"),
         ("real own --cycles 3", "all gait cycles of a tree"),

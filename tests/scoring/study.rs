@@ -317,12 +317,7 @@ fn what_does_not_fit_together_is_refused_before_the_work() {
     fs::remove_file(&odd).expect("removed");
     // A folder of figures that are not a study's.
     fs::create_dir_all(at.join("mine/figures")).expect("a folder");
-    refuses(
-        at,
-        "--out mine",
-        2,
-        &["--out mine: figures is there already"],
-    );
+    refuses(at, "--out mine", 2, &["--out mine: figures already exists"]);
     let error = ["study", "people", "--out", "a"];
     refused(at, &error, 2, &["--manifest"]);
     assert!(!at.join("a").exists());

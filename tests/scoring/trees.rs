@@ -312,6 +312,6 @@ fn pictures_of_mixed_sizes_are_refused_before_any_is_read() {
     assert!(at.join(&other).exists());
     let picture = image::GrayImage::new(31, 50);
     picture.save(at.join(&other)).expect("written");
-    let problem = "expected 50x30 pixels as the frames before, found 50x31";
+    let problem = "expected 50x30 pixels as in the frames before, found 50x31";
     refused(at, &words("score pixels tree"), 1, &[&other, problem]);
 }

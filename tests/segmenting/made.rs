@@ -133,7 +133,7 @@ fn the_median_is_the_background_of_who_crosses_and_not_of_who_stays() {
         let path = stays.join(format!("{number:02}.png"));
         frame(Some(40 + number / 4)).save(path).expect("a frame");
     }
-    let way_out = "(--background names a picture of the empty scene, or a folder of several)";
+    let way_out = "(give a picture of the empty scene, or a folder of several, with --background)";
     refused(
         at,
         &["segment", "stays", "--out", "other"],
@@ -251,7 +251,7 @@ fn a_sequence_that_is_there_is_replaced_only_if_asked() {
         at,
         &arguments,
         2,
-        &["090: is there already", "use --overwrite"],
+        &["090: already exists", "use --overwrite"],
     );
     fs::remove_file(at.join("frames/f20.png")).expect("a frame less");
     let again = [&arguments[..], &["--overwrite"]].concat();

@@ -1,4 +1,4 @@
-//! From one frame after the other to cycles.
+//! The detector: it finds gait cycles in a stream of frames.
 
 use super::wave::{Wave, WaveSample};
 use super::{FrameRateError, LowerBody, NoCycle};
@@ -7,80 +7,81 @@ use crate::budget::{
 };
 use heapless::HistoryBuf;
 
-/// Steps that a wave is fitted to: Hann's window tells a wave from one of twice its length if it is
-/// two of the latter long.
+/// Steps in the window to which a wave is fitted: Hann's window separates a wave from one of twice
+/// its period if it spans two periods of the latter.
 const STEPS: f32 = 4.0;
-/// Share of what changes that has to be one wave. Ours: of the people for choices nearly all walks reach
-/// it from each view, and of those that have the wrong period some do not.
+/// The least share of the change that one wave must explain. Ours: among the people used for
+/// tuning, nearly all walks reach it from each view, and some with the wrong period do not.
 const LEAST_REGULAR: f32 = 0.25;
-/// The same in a window of few samples, times their number: the strongest wave of white noise is less than
-/// that in most windows. Ours.
+/// The least share in a window of few samples, times their number: the strongest wave of white
+/// noise stays below it in most windows. Ours.
 const OF_NOISE: f32 = 14.0;
-/// But no more than this: clean walks seen from a side reach it in ten samples.
+/// The upper bound of that share: clean walks seen from the side reach it in ten samples.
 const MOST_REGULAR: f32 = 0.5;
-/// Legs whose outline swings less stand. Ours: nine of ten walkers seen from in front reach thrice that.
+/// The least swing of the outline of walking legs. Ours: nine of ten walkers seen from in front
+/// reach three times as much.
 const LEAST_SWING: f32 = 0.03;
-/// Steps after a peak from which on the next one is looked for. Ours: closer ones are the same.
+/// Steps after a peak from which the next one is sought. Ours: a closer one is the same peak.
 const NEXT_FROM: f32 = 0.6;
-/// By which share of a step the next peak may be early or late. Ours: beyond, the walker stopped, turned
-/// or was lost, and cycles are counted anew.
+/// The share of a step by which the next peak may be early or late. Ours: beyond it the walker
+/// stopped, turned or was lost, and a new cycle begins.
 const TOLERANCE: f32 = 0.3;
-/// The wave is looked at so often that a step of the fastest walker is seen thrice.
+/// Fits of the wave in a step of the fastest walker.
 const LOOKS_A_STEP: f32 = 3.0;
 
-/// A gait cycle: two steps, from one widest stance to the next but one. Whether it begins with the left or
-/// the right foot ahead, silhouettes do not tell.
+/// A gait cycle: two steps, from one widest stance to the next but one. Silhouettes do not show
+/// whether it begins with the left or the right foot ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetectedCycle {
-    /// Where it begins, in frames from the first, which is 0: a real number.
+    /// Where it begins, in frames from the first, which is 0; a real number.
     pub start: f64,
     /// Where it ends, and the next one begins.
     pub end: f64,
-    /// Share of what changed about the legs that a steady wave explains, 0..1: the least of the three
-    /// steps that bound it. Above 0.25; from a side 0.9.
+    /// The share of the change in the legs' outline that a steady wave explains, 0..1: the least at
+    /// the three peaks of its two steps. Above 0.25; about 0.9 from the side.
     pub regular: f32,
 }
 
 impl DetectedCycle {
-    /// How many frames it lasts.
+    /// Returns its duration in frames.
     #[must_use]
     pub fn period_frames(&self) -> f64 {
         self.end - self.start
     }
 }
 
-/// Somebody who walks at present.
+/// The current gait of a walking person.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Walking {
-    /// How many frames a cycle lasts, two steps of the last four.
+    /// The duration of a cycle in frames, from the last four steps.
     pub period_frames: f32,
-    /// By which share of its mean the legs' outline swings.
+    /// The share of its mean by which the legs' outline swings.
     pub swing: f32,
-    /// Share of what changes about it that one steady wave explains, 0..1.
+    /// The share of the outline's change that one steady wave explains, 0..1.
     pub regular: f32,
 }
 
-/// Finds gait cycles while frames come in. 1 kB at most; see [the module](super).
+/// A detector of gait cycles in a stream of frames. At most 1 kB; see [the module](super).
 #[derive(Clone, Debug)]
 pub struct CycleDetector {
-    /// Frames of a sample.
+    /// Frames per sample.
     every: u8,
-    /// Samples a second.
+    /// Samples per second.
     rate_hz: f32,
-    /// Samples until the wave is looked at again, and from one time to the next.
+    /// Samples until the next fit of the wave, and between two fits.
     looks: [u8; 2],
-    /// Frames that were taken.
+    /// Frames received so far.
     frames: u64,
-    /// Sums over the frames of the sample to come in which somebody was, and their number.
+    /// Sums over those frames of the next sample that show a person, and their number.
     sums: WaveSample,
     present: u8,
     /// The last samples.
     samples: HistoryBuf<WaveSample, CYCLE_SAMPLES>,
-    /// The wave of the last samples, or why there is none.
+    /// The wave of the last samples, or the reason why there is none.
     seen: Result<Wave, NoCycle>,
     /// Where the last step was widest, in samples from the first.
     peak: Option<f64>,
-    /// Where the cycle that is not complete began, and with which of its steps we are.
+    /// The start of the incomplete cycle, and which of its steps is current.
     begun: Option<Begun>,
 }
 
@@ -93,7 +94,7 @@ struct Begun {
 }
 
 impl CycleDetector {
-    /// Nothing seen yet, of so many frames a second.
+    /// Makes a detector for this many frames a second.
     ///
     /// # Errors
     /// Unless there are 10 to 120 frames a second.
@@ -123,7 +124,7 @@ impl CycleDetector {
         })
     }
 
-    /// Takes the next frame, `None` if nobody is on it; a cycle if one is complete.
+    /// Adds the next frame, `None` if it shows nobody, and returns a cycle if one is complete.
     pub fn push(&mut self, lower_body: Option<LowerBody>) -> Option<DetectedCycle> {
         self.frames = self.frames.saturating_add(1);
         if let Some(body) = lower_body.filter(LowerBody::is_somebody) {
@@ -145,16 +146,16 @@ impl CycleDetector {
         None
     }
 
-    /// How many frames were taken.
+    /// Returns the number of frames received so far.
     #[must_use]
     pub const fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// How the last four steps were; or why that is not known.
+    /// Returns the gait in the last four steps.
     ///
     /// # Errors
-    /// If nobody is there, nobody walks, or not for long enough.
+    /// If nobody is visible, nobody walks, or there were too few frames.
     pub fn walking(&self) -> Result<Walking, NoCycle> {
         let wave = self.seen.map_err(|reason| match reason {
             NoCycle::TooShort { .. } => NoCycle::TooShort {
@@ -169,16 +170,16 @@ impl CycleDetector {
         })
     }
 
-    /// No frame comes after those that were taken: the cycles that are still open, in order. The
-    /// last wave goes on to the last frame. The last 3 frames, at most, count for nothing where
-    /// several are one sample: above 32 a second.
+    /// Ends the stream and returns the cycles that are still open, in order. The last wave is
+    /// extended to the last frame. Above 32 frames a second, where several frames make one sample,
+    /// up to 3 last frames are ignored.
     #[must_use]
     pub fn finish(mut self) -> OpenCycles {
         self.look(StreamState::Final);
         OpenCycles(self)
     }
 
-    /// Takes the mean of the frames as a sample.
+    /// Adds the mean of the frames as a sample.
     fn sample(&mut self) {
         let mean = |sum| {
             if self.present > 0 {
@@ -202,7 +203,7 @@ impl CycleDetector {
         };
     }
 
-    /// The wave of the last four steps, of fewer if no more come.
+    /// Returns the wave of the last four steps, or of fewer at the end of the stream.
     fn last_steps(&self, ending: StreamState) -> Result<Wave, NoCycle> {
         let held = count(self.samples.len());
         let (shortest, longest) = step_range(self.rate_hz);
@@ -229,24 +230,25 @@ impl CycleDetector {
         if is_enough { Ok(wave) } else { Err(too_short) }
     }
 
-    /// The wave of so many samples, or all.
+    /// Returns the wave of the last `samples` samples, or of all.
     fn wave(&self, samples: f32) -> Option<Wave> {
         let skipped = self.samples.len().saturating_sub(whole(samples).into());
         let samples = self.samples.oldest_ordered().skip(skipped).copied();
         Wave::of(samples, self.rate_hz)
     }
 
-    /// Where the next step is widest, in samples from the first, if it is certain.
+    /// Returns where the next step is widest, in samples from the first, if it is certain.
     fn next_peak(&self, wave: &Wave, ending: StreamState) -> Option<f64> {
         let newest = exact(self.frames / u64::from(self.every)) - 1.0;
         let (step, middle) = (f64::from(wave.step), f64::from(wave.middle));
         let window = newest + 2.0 * middle;
         let oldest = if window < step {
-            // Nothing was before, so that the first steps are like those behind them. Half a sample early
-            // is still within the first one.
+            // The stream begins here, so the first steps are taken to be like those after them.
+            // Half a sample early is still within the first sample.
             window - 0.5
         } else {
-            // Somebody may have stood until the window's middle, whom the wave goes back beyond.
+            // The person may have stood still until the window's middle, and the wave reaches back
+            // further.
             newest + middle - 0.5 * step
         };
         let next = self.peak.map(|last| last + f64::from(NEXT_FROM) * step);
@@ -260,7 +262,7 @@ impl CycleDetector {
         (peak <= until).then_some(peak)
     }
 
-    /// Goes on to a peak; the cycle that it completes.
+    /// Moves on to a peak, and returns the cycle that it completes.
     fn go_on(&mut self, wave: &Wave, peak: f64) -> Option<DetectedCycle> {
         let step = f64::from(wave.step);
         let last = self.peak.replace(peak);
@@ -287,7 +289,7 @@ impl CycleDetector {
             return None;
         }
         self.begun = Some(from_here);
-        // A sample lies in the middle of its frames.
+        // A sample lies at the middle of its frames.
         let every = f64::from(self.every);
         let in_frames = |samples: f64| (samples * every + (every - 1.0) / 2.0).max(0.0);
         Some(DetectedCycle {
@@ -297,10 +299,10 @@ impl CycleDetector {
         })
     }
 
-    /// Goes on until a cycle is complete or nothing more is certain.
+    /// Moves on until a cycle is complete or no further peak is certain.
     fn next_cycle(&mut self, ending: StreamState) -> Option<DetectedCycle> {
         let wave = self.seen.ok()?;
-        // Each peak is later than the one before by more than half a step, so that they end.
+        // Each peak is more than half a step after the previous one, so this ends.
         while let Some(peak) = self.next_peak(&wave, ending) {
             let cycle = self.go_on(&wave, peak);
             if cycle.is_some() {
@@ -311,12 +313,12 @@ impl CycleDetector {
     }
 }
 
-/// Cycles that were still open at the end; [`CycleDetector::finish`].
+/// The cycles that were still open at the end; see [`CycleDetector::finish`].
 #[derive(Clone, Debug)]
 pub struct OpenCycles(CycleDetector);
 
 impl OpenCycles {
-    /// The detector at its end.
+    /// Returns the detector at the end of the stream.
     #[must_use]
     pub const fn detector(&self) -> &CycleDetector {
         &self.0
@@ -331,41 +333,41 @@ impl Iterator for OpenCycles {
     }
 }
 
-/// Whether frames are still to come.
+/// Whether more frames may come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum StreamState {
     Open,
     Final,
 }
 
-/// Share of what changes in a wave's window that the wave has to be.
+/// Returns the least share of the change in its window that a wave must explain.
 const fn least_regular(wave: &Wave) -> f32 {
     let samples = 1.0 - 2.0 * wave.middle;
     LEAST_REGULAR.max(MOST_REGULAR.min(OF_NOISE / samples))
 }
 
-/// Samples of the shortest and of the longest step.
+/// Returns the samples in the shortest and the longest step.
 fn step_range(rate_hz: f32) -> (f32, f32) {
     let (slow, fast) = CYCLE_STEPS_PER_MINUTE;
     (60.0 / fast * rate_hz, 60.0 / slow * rate_hz)
 }
 
-/// A number of samples, which a byte holds.
+/// Converts a number of samples, which a byte holds.
 fn count(samples: usize) -> f32 {
     f32::from(u8::try_from(samples).unwrap_or(u8::MAX))
 }
 
-/// The whole part of a number, at most 255.
+/// Returns the whole part of a number, at most 255.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "clamped; the fraction is what is dropped"
+    reason = "clamped; only the fraction is dropped"
 )]
 const fn whole(value: f32) -> u8 {
     value.clamp(0.0, 255.0) as u8
 }
 
-/// As a real number.
+/// Converts a number of samples to a real number.
 #[expect(
     clippy::cast_precision_loss,
     reason = "exact for 2^53 samples, which take three million years"

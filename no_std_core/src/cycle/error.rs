@@ -1,29 +1,30 @@
-//! Why there are no gait cycles.
+//! The reasons why there are no gait cycles.
 
 use crate::budget::{CYCLE_FRAME_RATES_HZ, CYCLE_STEPS_PER_MINUTE};
 use core::fmt;
 
-/// Why no gait cycle is seen.
+/// The reason why no gait cycle is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum NoCycle {
-    /// There are too few frames: a cycle has to be there as a whole, from one step's widest stance to
-    /// the widest but one behind it. Two cycles are enough wherever they begin.
+    /// There are too few frames: a whole cycle is needed, from one widest stance to the next but
+    /// one. Two cycles are enough wherever they begin.
     TooShort {
-        /// How many frames there are.
+        /// The number of frames.
         frames: u64,
     },
-    /// Nobody is there in more than half of the frames.
+    /// More than half of the frames show nobody.
     Absent,
-    /// Somebody is there whose legs do not swing.
+    /// A person is visible whose legs do not swing.
     Standing {
-        /// By which share of its mean the legs' outline swings, at most.
+        /// The share of its mean by which the legs' outline swings, at most.
         swing: f32,
     },
-    /// The legs' outline changes, but not as steps do: seen from in front or behind, where it hardly
-    /// changes, or turning, half hidden, badly segmented, or at a cadence that nobody walks at.
+    /// The legs' outline changes, but not in steps: the walker is seen from in front or behind,
+    /// where it hardly changes, turns, is partly hidden or badly segmented, or has a cadence at
+    /// which nobody walks.
     Irregular {
-        /// Share of the changes that one steady wave explains, 0..1.
+        /// The share of the change that one steady wave explains, 0..1.
         regular: f32,
     },
 }
@@ -36,18 +37,18 @@ impl fmt::Display for NoCycle {
                 "expected a whole gait cycle, found {frames} frames, which are too few (record two cycles or more)"
             ),
             Self::Absent => f.write_str(
-                "expected somebody in half of the frames or more, found fewer (see to the segmentation)",
+                "expected a person in at least half of the frames, found fewer (check the segmentation)",
             ),
             Self::Standing { swing } => write!(
                 f,
-                "expected legs that swing, found somebody who stands: their outline changes by {:.1} %",
+                "expected swinging legs, found a person standing still: the outline of the legs changes by {:.1} %",
                 100.0 * swing
             ),
             Self::Irregular { regular } => {
                 let (slow, fast) = CYCLE_STEPS_PER_MINUTE;
                 write!(
                     f,
-                    "expected {slow} to {fast} steady steps a minute, found changes of which a steady wave explains {:.0} % (seen from in front or behind? turn the camera to a side)",
+                    "expected {slow} to {fast} steady steps a minute, found changes of which a steady wave explains {:.0} % (if the camera sees the walker from in front or behind, move it to the side)",
                     100.0 * regular
                 )
             }
@@ -57,10 +58,10 @@ impl fmt::Display for NoCycle {
 
 impl core::error::Error for NoCycle {}
 
-/// Cycles are not looked for at such a frame rate.
+/// The error that a frame rate is out of range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameRateError {
-    /// Frames a second.
+    /// The frame rate that was found, frames per second.
     pub found_hz: f32,
 }
 

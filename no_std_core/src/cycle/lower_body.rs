@@ -1,31 +1,33 @@
-//! What is measured of the legs in one frame.
+//! The measurements of the legs in one frame.
 
 use crate::silhouette::Silhouette;
 
-/// What a frame shows of the legs. In pixels, of any size of image; only how both change matters.
+/// The measurements of the legs in one frame, in pixels of an image of any size. Only how both
+/// change matters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LowerBody {
-    /// Pixels that are on in the lowest third of the figure's height; 0 if nobody is there.
+    /// Pixels that are on in the lowest third of the figure's height; 0 if nobody is visible.
     pub pixels: f32,
-    /// Columns from the leftmost to the rightmost pixel in the lowest fifth of it, both included; 0 if
-    /// that is not known.
+    /// Columns from the leftmost to the rightmost pixel in the lowest fifth of the height, both
+    /// included; 0 if unknown.
     pub width: f32,
 }
 
-/// Shares of the figure's height that are measured, as numerator and denominator. Ours, chosen by
-/// the people for choices: of the half, the third and the fifth, pixels swing most steadily in the
-/// third and the width does in the fifth.
+/// Shares of the figure's height that are measured, as numerator and denominator. Ours: among the
+/// people used for tuning, of the half, the third and the fifth, pixels swing most steadily in the
+/// third and the width in the fifth.
 const THIRD: (usize, usize) = (1, 3);
 const FIFTH: (usize, usize) = (1, 5);
 
 impl LowerBody {
-    /// A count of pixels alone, as a sensor may give it; 0 if nobody is there. Good from the side.
+    /// Makes the measurements from a count of pixels alone, as a simple sensor may give it; 0 if
+    /// nobody is visible. Works well from the side.
     #[must_use]
     pub const fn counted(pixels: f32) -> Self {
         Self { pixels, width: 0.0 }
     }
 
-    /// That of a silhouette; `None` if no pixel is on.
+    /// Measures a silhouette; `None` if no pixel is on.
     #[must_use]
     pub fn of(silhouette: &Silhouette) -> Option<Self> {
         let rows = silhouette.rows();
@@ -41,8 +43,8 @@ impl LowerBody {
         ))
     }
 
-    /// That of an image, `[rows][columns]`, as a camera or a tree has it; pixels of 128 and more are
-    /// on. `None` if none is, or if there are no columns. Rows that are not complete are left out.
+    /// Measures an image, `[rows][columns]`, of a camera or a tree; pixels of 128 and more are on.
+    /// `None` if none is on, or if there are no columns. Ignores an incomplete last row.
     #[must_use]
     pub fn of_pixels(pixels: &[u8], columns: usize) -> Option<Self> {
         const ON: u8 = 128;
@@ -80,17 +82,17 @@ impl LowerBody {
         }
     }
 
-    /// Whether somebody is there, in numbers that can be computed with.
+    /// Returns whether a person is visible, with plausible numbers.
     pub(super) fn is_somebody(&self) -> bool {
-        // Far from where squares of f32 end.
+        // Squares of these are far from overflow in f32.
         let plausible = |value: f32| (0.0..=1e12).contains(&value);
         self.pixels > 0.0 && plausible(self.pixels) && plausible(self.width)
     }
 }
 
-/// First row of the lowest share of the rows `top..bottom`.
+/// Returns the first row of the lowest share of the rows `top..bottom`.
 const fn start(top: usize, bottom: usize, (part, of): (usize, usize)) -> usize {
-    // Whole rows that lie in the share: at least one of any figure.
+    // Whole rows in the share, at least one.
     let rows = (bottom - top) * part / of;
     bottom - if rows == 0 { 1 } else { rows }
 }

@@ -1,20 +1,21 @@
-//! Gait cycles from silhouettes, while they are seen.
+//! Detection of gait cycles in a stream of silhouettes.
 //!
-//! A [`CycleDetector`] takes what is seen of the legs in each frame, a [`LowerBody`], and says where
-//! gait cycles begin and end. As Charalambous & Bharath (BMVC 2016) do it, after Sarkar et al. (IEEE
-//! TPAMI 27(2), 2005): the legs' outline grows and shrinks once a step, and every second of its
-//! largest extents bounds a cycle, since the left and the right step take turns. What differs:
+//! A [`CycleDetector`] receives the measurements of the legs in each frame, a [`LowerBody`], and
+//! returns where gait cycles begin and end. The method follows Charalambous & Bharath (BMVC 2016),
+//! after Sarkar et al. (IEEE TPAMI 27(2), 2005): the legs' outline grows and shrinks once a step,
+//! and every second maximum bounds a cycle, because left and right steps alternate. The differences
+//! are:
 //!
-//! * Two things are measured, the pixels of the lowest third and the width of the lowest fifth. The
-//!   paper's pixels swing well from the side alone; seen obliquely they swing once a cycle, not once a
-//!   step, and the width does better. From in front neither does well, and both together do best.
-//! * The peaks are those of the wave that fits four steps best, not of the smoothed signal: one wave has
-//!   no side peaks, its phase is a real number, and its share of all that swings tells how sure it is.
+//! * Two numbers are measured, the pixels of the lowest third and the width of the lowest fifth. The
+//!   paper's pixels swing well only from the side. Seen obliquely they swing once a cycle, not once
+//!   a step, and the width is better. From in front neither is good, and both together are best.
+//! * The peaks are those of the wave that fits four steps best, not of the smoothed signal: one wave
+//!   has no side peaks, its phase is a real number, and its share of the swing is a confidence.
 //!
 //! ```
 //! use edgegait_core::cycle::{CycleDetector, LowerBody};
 //!
-//! // The legs of somebody who makes two steps a second, in 3 seconds at 30 frames a second.
+//! // The legs of a person who makes two steps a second, in 3 seconds at 30 frames a second.
 //! let mut detector = CycleDetector::new(30.0)?;
 //! let mut found = Vec::new();
 //! for frame in 0..90u8 {
@@ -30,12 +31,12 @@
 //!
 //! # Guarantees
 //!
-//! A detector takes at most 1,024 bytes, allocates nothing, and at most once a frame looks twice at a
-//! window of [`crate::budget::CYCLE_SAMPLES`] samples, which takes some 30 waves times as many steps of
-//! arithmetic and about 2 kB of stack. A boundary is reported two steps after it was seen, and 0.2
-//! seconds at most: as soon as the wave before and after it is known. The same frames give the same
-//! boundaries on every target. No number of frames and no number in them makes it panic; what is not
-//! finite counts as nobody.
+//! A detector takes at most 1,024 bytes and allocates nothing. At most once a frame it reads a
+//! window of [`crate::budget::CYCLE_SAMPLES`] samples twice, which takes some 30 waves times that
+//! many steps of arithmetic, and about 2 kB of stack. A boundary is reported two steps and at most
+//! 0.2 seconds after it was seen, as soon as the wave before and after it is known. The same frames
+//! give the same boundaries on every target. It does not panic, whatever the frames and their
+//! number; numbers that are not finite count as nobody.
 
 mod detector;
 mod error;

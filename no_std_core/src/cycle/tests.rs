@@ -1,4 +1,4 @@
-//! Walkers made of waves whose cycles are known, and what is no walk.
+//! Tests with waves whose cycles are known, and with signals that are not walks.
 
 extern crate std;
 
@@ -8,8 +8,8 @@ use std::string::ToString;
 use std::vec;
 use std::vec::Vec;
 
-/// A cycle of so many seconds, from the side, at a time in seconds: the width is that of legs that swing
-/// with the step, is larger when the one leg is ahead than the other, and has side peaks.
+/// Returns the legs from the side at a time in seconds, with a cycle of `cycle_s` seconds: the
+/// width swings with the step, is larger when one of the legs is ahead, and has side peaks.
 fn side(time_s: f64, cycle_s: f64) -> LowerBody {
     let phase = TAU * time_s / cycle_s;
     let width = 40.0 + 16.0 * (2.0 * phase).cos() + 5.0 * phase.cos() + 4.0 * (4.0 * phase).cos();
@@ -19,7 +19,7 @@ fn side(time_s: f64, cycle_s: f64) -> LowerBody {
     }
 }
 
-/// Cycles of frames, and the detector at its end.
+/// Returns the cycles in frames, and the gait at the end.
 fn found(
     rate_hz: f32,
     frames: impl IntoIterator<Item = Option<LowerBody>>,
@@ -38,13 +38,14 @@ fn found(
     (cycles, rest.detector().walking())
 }
 
-/// Frames of a walk of so many seconds.
+/// Returns the frames of a walk of this many seconds.
 fn walk(rate_hz: f32, cycle_s: f64, seconds: f64) -> impl Iterator<Item = Option<LowerBody>> {
     let frames = (f64::from(rate_hz) * seconds) as u32;
     (0..frames).map(move |frame| Some(side(f64::from(frame) / f64::from(rate_hz), cycle_s)))
 }
 
-/// A number from -1 to 1 for each frame: a linear congruential generator's high bits (Knuth).
+/// Returns a number from -1 to 1 for each frame: a linear congruential generator's high bits
+/// (Knuth).
 fn noise(frame: u32) -> f64 {
     let mut state = u64::from(frame) ^ 0x9e37_79b9_7f4a_7c15;
     for _ in 0..3 {
@@ -56,8 +57,8 @@ fn noise(frame: u32) -> f64 {
     f64::from((state >> 40) as u32) / f64::from(1 << 23) - 1.0
 }
 
-/// That the boundaries of all cycles are where a step is widest, every half cycle, to `close` frames, and
-/// that so many cycles or more were found.
+/// Asserts that the boundaries of all cycles are where a step is widest, every half cycle, to
+/// `close` frames, and that at least `fewest` cycles were found.
 #[track_caller]
 fn assert_cycles(cycles: &[DetectedCycle], cycle_frames: f64, (fewest, close): (usize, f64)) {
     assert!(cycles.len() >= fewest, "{}: {cycles:?}", cycles.len());
@@ -84,7 +85,7 @@ fn a_walk_has_its_cycles_at_any_frame_rate_and_cadence() {
             let close = 0.01 * f64::from(rate_hz) + 0.1;
             assert_cycles(&cycles, frames, (whole - 1, close));
             let period = f64::from(end.expect("a walk").period_frames);
-            // Three frames a step show its side peaks as other ones.
+            // With three frames a step, its side peaks alias.
             let close = if frames < 8.0 { 0.03 } else { 0.02 };
             let off = (period / frames - 1.0).abs();
             assert!(off < close, "{rate_hz} {cadence} {period}");
@@ -94,8 +95,8 @@ fn a_walk_has_its_cycles_at_any_frame_rate_and_cadence() {
 
 #[test]
 fn the_paper_s_peaks_are_found_between_the_frames_that_show_them() {
-    // Sarkar's lower-body pixels with left and right steps of 9 and 10 (peaks 2, 8, 14, 20, 26): a cycle is
-    // every second of them. Ten frames a second.
+    // Sarkar's lower-body pixels with left and right steps of 9 and 10 (peaks 2, 8, 14, 20, 26):
+    // every second peak bounds a cycle. Ten frames a second.
     let counts = [
         5, 7, 9, 7, 5, 3, 5, 7, 10, 7, 5, 3, 5, 7, 9, 7, 5, 3, 5, 7, 10, 7, 5, 3, 5, 7, 9, 7_u8,
     ];
@@ -134,7 +135,7 @@ fn a_cycle_is_reported_one_cycle_after_it_ended() {
 
 #[test]
 fn frames_that_are_missing_or_full_of_holes_move_boundaries_little() {
-    // Every 7th frame is blank, and 6 in a row once.
+    // Every 7th frame is blank, and once 6 in a row.
     let gaps = walk(30.0, 1.1, 12.0).enumerate().map(|(number, frame)| {
         let is_blank = number % 7 == 3 || (100..106).contains(&number);
         frame.filter(|_| !is_blank)
@@ -163,14 +164,14 @@ fn somebody_who_stands_and_then_walks_has_cycles_from_the_first_step_on() {
     assert_eq!(cycles, []);
     assert!(matches!(end, Err(NoCycle::Standing { .. })), "{end:?}");
     let (cycles, _) = found(30.0, standing.chain(walk(30.0, 1.0, 6.0)));
-    // The first steps may be lost to the fit, and none is seen before they are made.
+    // The fit may lose the first steps, but finds none before them.
     assert_cycles(&cycles, 30.0, (4, 2.0));
     assert!(cycles[0].start > 110.0, "{cycles:?}");
 }
 
 #[test]
 fn a_turn_breaks_the_row_of_cycles_and_no_cycle_has_it_within() {
-    // From the side, frontal in between with legs that swing at another phase, from the other side.
+    // From the side, then frontal with legs that swing at another phase, then from the other side.
     let turn = |number: u32| {
         let time_s = f64::from(number) / 30.0;
         let legs = side(time_s, 1.0);
@@ -217,7 +218,7 @@ fn nobody_and_nothing_that_moves_says_so() {
     );
     let short = &mut walk(30.0, 1.0, 0.5);
     assert_eq!(reason(short), NoCycle::TooShort { frames: 15 });
-    // Who is there in every third frame.
+    // A person in every third frame.
     let mostly_absent = &mut (0..150).map(|number| still.filter(|_| number % 3 == 0));
     assert_eq!(reason(mostly_absent), NoCycle::Absent);
     let growing = &mut (0..150_u8).map(|number| {
@@ -307,7 +308,7 @@ fn a_million_frames_have_as_many_cycles_as_steps_are_made() {
 #[test]
 fn the_legs_of_a_silhouette_are_its_lowest_third_and_fifth() {
     use crate::silhouette::{Silhouette, Size};
-    // Fifteen rows, from row 10 on: twelve of them 4 wide; then legs that reach from column 2 to 9.
+    // Fifteen rows, from row 10 on: twelve of them 4 wide, then legs.
     let mut rows = [0_u64; 25];
     rows[10..22].fill(0b1111_0000);
     rows[22..24].fill(0b0110_0110_0000);

@@ -1,45 +1,46 @@
-//! The wave that the legs' outline makes: one period a step.
+//! The wave in the legs' outline: one period a step.
 //!
-//! A window of samples is weighted by Hann's window, which sees little of waves that are two steps or
-//! half a step long once it spans four steps. Its trend is taken out (a walker who comes nearer
-//! grows), what is left is taken as a share of the mean, and the frequency is that of the highest
-//! power among those at which people step.
+//! A window of samples is weighted by Hann's window, which suppresses waves of two steps or half a
+//! step once it spans four steps. The trend is removed (an approaching walker grows), the rest is
+//! divided by the mean, and the frequency is the one with the highest power within the range of
+//! human steps.
 
 use crate::budget::{CYCLE_FREQUENCIES, CYCLE_FREQUENCY_STEP_HZ, CYCLE_LOWEST_HZ, CYCLE_SAMPLES};
 use core::f32::consts::TAU;
 
-/// The width alone is used where it swings by this share of its mean. Ours: of the people for choices
-/// it swings by 0.17 or more when seen from 45, 90 or 135 degrees, and seen from in front or behind by
-/// 0.05 (median). From 0.09 to 0.16 it makes no difference.
+/// The swing of the width, as a share of its mean, from which the width alone is used. Ours: for
+/// the people used for tuning it is 0.17 or more from 45, 90 or 135 degrees, and 0.05 (median) from
+/// in front or behind. Values from 0.09 to 0.16 make no difference.
 const WIDE_SWING: f32 = 0.12;
-/// How much the pixels count beside the width where it does not. Ours: from in front they swing by 0.04
-/// of their mean and more steadily than the width; 2 and 3 find most cycles of the people for choices.
+/// The weight of the pixels beside the width below that swing. Ours: from in front they swing by
+/// 0.04 of their mean and more steadily than the width; 2 and 3 find most cycles of the people used
+/// for tuning.
 const PIXELS_WEIGHT: f32 = 3.0;
 
-/// What is measured in one sample: width and pixels; both 0 where nobody is there.
+/// The measurements of one sample: width and pixels; both 0 if nobody is visible.
 pub(super) type WaveSample = [f32; 2];
 
 /// A steady wave.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wave {
-    /// Samples a step.
+    /// Samples per step.
     pub step: f32,
     /// The maximum nearest to the window's middle, in samples from the window's last: negative.
     pub peak: f32,
-    /// The window's middle likewise.
+    /// The window's middle, in samples from the window's last.
     pub middle: f32,
-    /// Amplitude, as a share of the mean.
+    /// The amplitude, as a share of the mean.
     pub swing: f32,
-    /// Share of all that swings in the window, 0..1.
+    /// The share of the change in the window that it explains, 0..1.
     pub regular: f32,
 }
 
-/// A window of samples, weighted, and as shares of their trend.
+/// A window of samples, weighted, and relative to their trend.
 struct SampleWindow {
     len: usize,
     /// Index of the middle.
     middle: f32,
-    /// Hann's window, 0 where nobody is there.
+    /// Hann's window, 0 for samples that show nobody.
     weights: [f32; CYCLE_SAMPLES],
     /// Width and pixels as differences from their trends, over their means, weighted.
     weighted: [WaveSample; CYCLE_SAMPLES],
@@ -51,7 +52,7 @@ struct SampleWindow {
 type WaveParts = [[f32; 2]; 2];
 
 impl Wave {
-    /// That of these samples, so many a second; `None` if nobody is there in most of them.
+    /// Fits a wave to these samples at `rate_hz`; `None` if most of them show nobody.
     pub(super) fn of(samples: impl Iterator<Item = WaveSample>, rate_hz: f32) -> Option<Self> {
         let window = SampleWindow::new(samples)?;
         let spectrum = window.spectrum(rate_hz);
@@ -127,7 +128,7 @@ impl SampleWindow {
         })
     }
 
-    /// The parts at each frequency that is tried.
+    /// Returns the parts at each frequency that is tried.
     fn spectrum(&self, rate_hz: f32) -> [WaveParts; CYCLE_FREQUENCIES] {
         let mut frequency_hz = CYCLE_LOWEST_HZ;
         core::array::from_fn(|_| {
@@ -137,7 +138,7 @@ impl SampleWindow {
         })
     }
 
-    /// The strongest wave of width and weighted pixels.
+    /// Returns the strongest wave of width and weighted pixels.
     fn best(
         &self,
         spectrum: &[WaveParts; CYCLE_FREQUENCIES],
@@ -174,7 +175,8 @@ impl SampleWindow {
         }
     }
 
-    /// Width and pixels times a wave of so many periods a sample whose phase is 0 in the middle, summed.
+    /// Sums width and pixels times a wave of `frequency` periods a sample, whose phase is 0 in the
+    /// middle.
     fn at(&self, frequency: f32) -> WaveParts {
         let mut parts: WaveParts = [[0.0; 2]; 2];
         let turn = Turn::new(frequency, self.middle);
@@ -188,7 +190,7 @@ impl SampleWindow {
     }
 }
 
-/// Real and imaginary part of width and weighted pixels.
+/// Returns the real and imaginary part of width plus weighted pixels.
 fn together([width, pixels]: WaveParts, pixels_weight: f32) -> [f32; 2] {
     let ([re, im], [pixels_re, pixels_im]) = (width, pixels);
     [
@@ -197,9 +199,9 @@ fn together([width, pixels]: WaveParts, pixels_weight: f32) -> [f32; 2] {
     ]
 }
 
-/// The frequency of the highest power that is higher than its neighbours, Hz: the vertex of the
-/// parabola through the three. What is highest at the edge of the range belongs to a wave beyond, as
-/// that of a whole cycle. `None` if nothing else is there.
+/// Returns the frequency of the highest local maximum of power, Hz: the vertex of the parabola
+/// through it and its neighbours. A maximum at the edge of the range belongs to a wave outside,
+/// such as that of a whole cycle. `None` if there is no other.
 fn highest(powers: &[f32; CYCLE_FREQUENCIES]) -> Option<f32> {
     let (mut best, mut most) = (None, 0.0);
     let mut middle_hz = CYCLE_LOWEST_HZ;
@@ -218,13 +220,14 @@ fn highest(powers: &[f32; CYCLE_FREQUENCIES]) -> Option<f32> {
     best
 }
 
-/// A number of samples or frequencies, which a byte holds.
+/// Converts a number of samples or frequencies, which a byte holds.
 fn count(number: usize) -> f32 {
     f32::from(u8::try_from(number).unwrap_or(u8::MAX))
 }
 
-/// Times from the middle of a window, with cosine and sine of a wave whose phase is 0 there. Turns
-/// on by one rotation a sample: over a window its error stays below 1e-5.
+/// An iterator over times from the middle of a window, with the cosine and sine of a wave whose
+/// phase is 0 there. It advances by one rotation a sample: over a window its error stays below
+/// 1e-5.
 struct Turn {
     t: f32,
     now: [f32; 2],

@@ -1,4 +1,4 @@
-//! Surfaces by hand, and of random integer points against exact integer arithmetic.
+//! Tests of surfaces: by hand, and random integer points against exact integer arithmetic.
 
 use super::*;
 
@@ -8,7 +8,7 @@ fn cube() -> [Vec3; 8] {
     })
 }
 
-/// Every edge is a side of exactly two triangles, and they run through it in opposite
+/// Asserts that every edge is a side of exactly two triangles, which traverse it in opposite
 /// directions.
 fn assert_closed(facets: &Facets) {
     for (number, edge) in facets.edges.iter().enumerate() {
@@ -102,7 +102,7 @@ fn along(a: Whole, b: Whole) -> i128 {
     (0..3).map(|axis| a[axis] * b[axis]).sum()
 }
 
-/// How many dimensions the points span, by trying all of them.
+/// Returns how many dimensions the points span, by trying all combinations.
 fn dimensions(points: &[Whole]) -> usize {
     let from_first = || points.iter().map(|&p| minus(p, points[0]));
     let mut most = 0;
@@ -118,7 +118,7 @@ fn dimensions(points: &[Whole]) -> usize {
     most
 }
 
-/// SplitMix64 (Steele, Lea & Flood 2014).
+/// Returns a random number below `end`, by SplitMix64 (Steele, Lea & Flood 2014).
 fn below(state: &mut u64, end: u64) -> i128 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut z = *state;
@@ -127,8 +127,8 @@ fn below(state: &mut u64, end: u64) -> i128 {
     i128::from((z ^ (z >> 31)) % end)
 }
 
-/// Whole points whose boxes measure a power of two of cells, so that nothing is rounded: a
-/// kind each of spaces, grids, balls, planes, lines and heaps.
+/// Returns whole points whose boxes measure a power of two of cells, so that nothing is rounded: of
+/// one kind among spaces, grids, balls, planes, lines and heaps.
 fn whole_points(state: &mut u64, kind: usize) -> heapless::Vec<Whole, 32> {
     let len = 2 + below(state, 31) as usize;
     let wide = 1u64 << 16;
@@ -148,7 +148,7 @@ fn whole_points(state: &mut u64, kind: usize) -> heapless::Vec<Whole, 32> {
             0 => [number(wide), number(wide), number(wide)],
             1 => [number(1), number(2), number(4)],
             2 => {
-                // As far as it goes from the middle of the box.
+                // A point on the ball in the box.
                 let inner = [0; 3].map(|_| number(wide) - i128::from(wide) / 2);
                 let reach = along(inner, inner).isqrt().max(1);
                 let whole = i128::from(wide) / 2;
@@ -170,7 +170,7 @@ fn whole_points(state: &mut u64, kind: usize) -> heapless::Vec<Whole, 32> {
                 let x = number(wide);
                 [x, -2 * x, 4 * x]
             }
-            // Nine points of the middle, again and again.
+            // Nine points in the middle, repeated.
             _ => match corner {
                 Some(corner) => [8 * corner; 3],
                 None => [2 + number(2), 4, 3 + number(2)],
@@ -181,7 +181,7 @@ fn whole_points(state: &mut u64, kind: usize) -> heapless::Vec<Whole, 32> {
     points
 }
 
-/// Asserts that these edges are one ring around all points in one plane.
+/// Asserts that these edges are one ring around all points of a plane.
 fn assert_ring(edges: &[[u8; 2]], points: &[Whole]) {
     let at = |corner: u8| points[usize::from(corner)];
     let mut normals = edges.iter().flat_map(|&[a, b]| {
@@ -199,7 +199,7 @@ fn assert_ring(edges: &[[u8; 2]], points: &[Whole]) {
         assert!(turns().all(|turn| turn >= 0) || turns().all(|turn| turn <= 0));
         assert!(turns().any(|turn| turn != 0));
     }
-    // Walk from edge to edge: back at the first after all.
+    // Walk from edge to edge: the walk returns to the first one after all edges.
     let [start, mut here] = edges[0];
     let mut before = 0;
     let mut steps = 1;
@@ -250,7 +250,7 @@ fn surfaces_of_ten_thousand_sets_of_whole_points_are_their_convex_hulls() {
                         is_corner[usize::from(corner)] = true;
                     }
                 }
-                // Euler: one sphere.
+                // Euler's formula for a sphere.
                 let corners = is_corner.iter().filter(|&&is_corner| is_corner).count();
                 assert_eq!(corners + facets.facets.len(), facets.edges.len() + 2);
             }
@@ -258,7 +258,7 @@ fn surfaces_of_ten_thousand_sets_of_whole_points_are_their_convex_hulls() {
             _ => assert!(facets.edges.is_empty(), "{points:?}"),
         }
     }
-    // Of each there were enough.
+    // Each case occurred often enough.
     assert!(
         spans.iter().skip(1).all(|&count| count > 1_000),
         "{spans:?}"

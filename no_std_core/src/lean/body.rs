@@ -1,4 +1,4 @@
-//! A body in a few kilobytes, and what a camera sees of it in a pose.
+//! A body in a few kilobytes, and its pose.
 
 mod extent;
 mod visible;
@@ -20,27 +20,27 @@ use core::ops::Range;
 use core::slice;
 use glam::Vec3;
 
-/// A body of at most `POINTS` points and `FACETS` facets: 6 bytes a point, 2 a facet, and 404
-/// more. A made body has 485 points and at most 894 facets, 2 n - 4 of each of 19 hulls
-/// (Euler); [`Room::of`] counts those of any. [`super::LeanRows`] asks for facets; tiny-skia does
-/// not, and where there is room for none, none are looked for.
+/// A body of at most `POINTS` points and `FACETS` facets: 6 bytes a point, 2 a facet, and 404 more.
+/// A built-in body has 485 points and at most 894 facets, 2 n - 4 for each of 19 hulls (Euler);
+/// [`Room::of`] counts those of any avatar. [`super::LeanRows`] needs facets. tiny-skia does not:
+/// with room for none, none are computed.
 #[derive(Clone, Debug)]
 pub struct LeanBody<const POINTS: usize, const FACETS: usize> {
     scale: BodyScale,
     hulls: heapless::Vec<LeanHull, MAX_HULLS>,
-    /// In steps of their hull, in the frame of its joint.
+    /// Points in steps, in the frame of their hull's joint.
     points: heapless::Vec<[i16; 3], POINTS>,
     facets: heapless::Vec<FacetCorners, FACETS>,
 }
 
-/// How large a body is.
+/// The scale and size of a body.
 #[derive(Clone, Copy, Debug)]
 struct BodyScale {
-    /// How long the steps of all points are, metres.
+    /// The length of a step of all points, metres.
     step: f32,
-    /// The greatest coordinate of all points, without its sign, steps.
+    /// The greatest absolute coordinate of all points, steps.
     reach: u16,
-    /// Steps in one of the [`LeanHull::bounds`]' units.
+    /// Steps in a unit of [`LeanHull::bounds`].
     unit: u16,
 }
 
@@ -55,17 +55,17 @@ impl BodyScale {
 #[derive(Clone, Copy, Debug)]
 struct LeanHull {
     carrier: LeanCarrier,
-    /// Whether its points' x are to be turned round.
+    /// Whether the x of its points has to be negated.
     is_image: bool,
-    /// Behind its last point and its last facet.
+    /// The ends of its points and facets.
     points_end: u16,
     facets_end: u16,
-    /// From where to where its points reach along each axis, in units of the body's.
+    /// The least and greatest coordinate of its points along each axis, in the body's units.
     bounds: [[i8; 2]; 3],
 }
 
-/// A hull's joint in the low bits, and in the high ones the number of the draped hull that it is
-/// a part of, counted from 1; 0 for a hull of its own.
+/// A hull's joint in the low bits, and in the high ones the number of the draped hull that it is a
+/// part of, counted from 1; 0 for a separate hull.
 #[derive(Clone, Copy, Debug)]
 struct LeanCarrier(u8);
 
@@ -85,19 +85,19 @@ impl LeanCarrier {
     }
 }
 
-/// How much room an avatar needs in a [`LeanBody`].
+/// The room that an avatar needs in a [`LeanBody`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Room {
     /// Hulls, and parts of draped ones.
     pub hulls: usize,
     /// Points of all hulls.
     pub points: usize,
-    /// Facets of all hulls but draped ones, and sides of those that are flat.
+    /// Facets of all hulls except draped ones, and sides of those that are flat.
     pub facets: usize,
 }
 
 impl Room {
-    /// That of an avatar.
+    /// Returns the room that an avatar needs.
     #[must_use]
     pub fn of(avatar: &Avatar<'_>) -> Self {
         avatar.hulls().fold(Self::default(), |room, hull| Self {
@@ -110,7 +110,7 @@ impl Room {
         })
     }
 
-    /// Enough for either.
+    /// Returns the room that is enough for both.
     #[must_use]
     pub fn max(self, other: Self) -> Self {
         Self {
@@ -120,8 +120,8 @@ impl Room {
         }
     }
 
-    /// Bytes of a [`LeanBody`] of exactly so many points and facets, on the target that asks: each
-    /// list is filled up to whole `usize`s.
+    /// Returns the bytes of a [`LeanBody`] of exactly this many points and facets on the current
+    /// target: each list is padded to whole `usize`s.
     #[must_use]
     pub const fn bytes(self) -> usize {
         type Empty = LeanBody<0, 0>;
@@ -133,7 +133,7 @@ impl Room {
 }
 
 impl<const POINTS: usize, const FACETS: usize> LeanBody<POINTS, FACETS> {
-    /// No hulls.
+    /// A body without hulls.
     pub const EMPTY: Self = Self {
         scale: BodyScale::NONE,
         hulls: heapless::Vec::new(),
@@ -141,12 +141,12 @@ impl<const POINTS: usize, const FACETS: usize> LeanBody<POINTS, FACETS> {
         facets: heapless::Vec::new(),
     };
 
-    /// Unpacks an avatar in the place of what there was, and finds its facets: once for all
-    /// poses. Most of the time goes into the facets.
+    /// Replaces the body by that of an avatar and finds its facets, once for all poses. Most of the
+    /// time goes into the facets.
     ///
     /// # Errors
-    /// When it needs more room, or has coordinates of more than 32,767 steps; the body is then
-    /// empty.
+    /// When the avatar needs more room, or has coordinates of more than 32,767 steps; the body is
+    /// then empty.
     pub fn load(&mut self, avatar: &Avatar<'_>) -> Result<(), OverBudget> {
         self.clear();
         let loaded = avatar.hulls().try_for_each(|hull| self.push(&hull));
@@ -157,7 +157,7 @@ impl<const POINTS: usize, const FACETS: usize> LeanBody<POINTS, FACETS> {
         loaded
     }
 
-    /// Finds how far the points reach.
+    /// Measures how far the points reach.
     fn measure(&mut self) {
         let coordinates = self.points.as_flattened().iter();
         let reach = coordinates
@@ -213,7 +213,7 @@ impl<const POINTS: usize, const FACETS: usize> LeanBody<POINTS, FACETS> {
         self.hulls.push(hull).map_err(|_| OverBudget)
     }
 
-    /// The body in a pose.
+    /// Returns the body in a pose.
     #[must_use]
     pub fn posed<'b>(&'b self, pose: &'b ModelPose) -> LeanFigure<'b> {
         LeanFigure {
@@ -226,24 +226,24 @@ impl<const POINTS: usize, const FACETS: usize> LeanBody<POINTS, FACETS> {
     }
 }
 
-/// A body in a pose, in the walker's space: nothing is computed yet.
+/// A body in a pose, in the walker's space. Points are computed only when they are drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct LeanFigure<'a> {
     scale: BodyScale,
     hulls: &'a [LeanHull],
     points: &'a [[i16; 3]],
-    /// None where there is no room for any.
+    /// `None` if there is no room for facets.
     facets: Option<&'a [FacetCorners]>,
     pose: &'a ModelPose,
 }
 
 impl<'a> LeanFigure<'a> {
-    /// All points, hull by hull, metres.
+    /// Returns all points, hull by hull, metres.
     pub fn points(&self) -> impl Iterator<Item = Vec3> {
         self.places_of(0..self.hulls.len())
     }
 
-    /// The numbers of the parts of each hull: one, but of a draped hull.
+    /// Returns the numbers of the parts of each hull: one, except for a draped hull.
     pub(super) fn wholes(&self) -> impl Iterator<Item = Range<usize>> + use<'a> {
         let hulls = self.hulls;
         let mut start = 0;
@@ -259,7 +259,7 @@ impl<'a> LeanFigure<'a> {
         })
     }
 
-    /// Where the points of these parts are, metres.
+    /// Returns the places of the points of these parts, metres.
     fn places_of(&self, parts: Range<usize>) -> PointPlaces<'_> {
         PointPlaces {
             posed: self,
@@ -270,13 +270,13 @@ impl<'a> LeanFigure<'a> {
         }
     }
 
-    /// Its hulls and the parts of draped ones, one after another.
+    /// Returns its hulls and the parts of draped ones.
     pub(super) fn hull_parts(&self) -> impl Iterator<Item = PosedHull<'a>> + use<'a> {
         let posed = *self;
         (0..self.hulls.len()).filter_map(move |number| posed.hull(number))
     }
 
-    /// One of them.
+    /// Returns one hull, or part of a draped one.
     #[inline]
     fn hull(&self, number: usize) -> Option<PosedHull<'a>> {
         let hull = self.hulls.get(number)?;
@@ -313,28 +313,28 @@ impl PosedHulls for LeanFigure<'_> {
     }
 
     fn extent(&self, camera: &Camera) -> Result<Extent, DrawError> {
-        // What is wrong with a figure is found out one point after another.
+        // The slow path finds the error of a figure that has one.
         let extent = self.known_extent(camera);
         extent.map_or_else(|| framing::extent(self.points(), camera), Ok)
     }
 }
 
-/// A hull, and where a pose puts it.
+/// A hull with its place in a pose.
 #[derive(Debug)]
 pub struct PosedHull<'a> {
     place: JointPlace,
     is_draped: bool,
-    /// How long the steps of its points are, metres.
+    /// The length of a step along each axis, metres.
     step: Vec3,
     points: &'a [[i16; 3]],
     facets: &'a [FacetCorners],
     bounds: [[i8; 2]; 3],
 }
 
-/// Where the points of some parts are, metres.
+/// An iterator over the places of the points of some parts, metres.
 struct PointPlaces<'a> {
     posed: &'a LeanFigure<'a>,
-    /// Those that are still to come.
+    /// Parts still to come.
     parts: Range<usize>,
     place: JointPlace,
     step: Vec3,
@@ -356,21 +356,21 @@ impl Iterator for PointPlaces<'_> {
     }
 }
 
-/// A point in the frame of its joint, metres.
+/// Converts a point from steps to metres, in the frame of its joint.
 #[inline]
 fn local(point: [i16; 3], step: Vec3) -> Vec3 {
     Vec3::from(point.map(f32::from)) * step
 }
 
-/// The corners of a facet, or of a flat hull's side, by their numbers in the hull, which do not
-/// fall.
+/// The corners of a facet, or of a flat hull's side, as numbers of points in the hull, in ascending
+/// order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct FacetCorners(u16);
 
 impl FacetCorners {
-    /// Bits of a number below [`MAX_HULL_POINTS`].
+    /// Bits of a point's number, below [`MAX_HULL_POINTS`].
     const BITS: u32 = MAX_HULL_POINTS.ilog2();
-    /// Set if they turn clockwise for a viewer outside.
+    /// The bit that is set if they turn clockwise for a viewer outside.
     const CLOCKWISE: u16 = 1 << (3 * Self::BITS);
 
     fn of(numbers: [u8; 3]) -> Self {
@@ -380,7 +380,7 @@ impl FacetCorners {
         Self(turn | a | b << Self::BITS | c << (2 * Self::BITS))
     }
 
-    /// Whether it is the side of a flat hull.
+    /// Returns whether it is the side of a flat hull.
     fn is_side(self) -> bool {
         let [_, b, c] = self.numbers();
         b == c
@@ -392,21 +392,21 @@ impl FacetCorners {
         [0, Self::BITS, 2 * Self::BITS].map(|shift| bits >> shift & (MAX_HULL_POINTS - 1))
     }
 
-    /// All bits, if they turn clockwise.
+    /// Returns a word with all bits set if they turn clockwise, otherwise 0.
     #[inline]
     const fn turned(self) -> i32 {
         (self.0.cast_signed() >> (3 * Self::BITS)) as i32
     }
 
-    /// The sign of an [`f32`], if they turn clockwise.
+    /// Returns the sign bit of an [`f32`] if they turn clockwise, otherwise 0.
     #[inline]
     const fn turn(self) -> u32 {
         ((self.0 & Self::CLOCKWISE) as u32) << 16
     }
 }
 
-/// Gives `take` the facets of a hull, or the sides of a flat one; none of a line or a point,
-/// which have no outline.
+/// Calls `take` with the facets of a hull, or the sides of a flat one; not at all for a line or a
+/// point, which have no outline.
 #[inline(never)]
 fn each_facet<E>(
     hull: &Hull<'_>,
@@ -415,7 +415,7 @@ fn each_facet<E>(
     each_triangle(&hull.read_all(), |corners| take(FacetCorners::of(corners)))
 }
 
-/// How many there are.
+/// Returns the number of facets of a hull, or of sides of a flat one.
 fn facets_of(hull: &Hull<'_>) -> usize {
     let mut count = 0;
     let _: Result<(), Infallible> = each_facet(hull, |_| {

@@ -1,4 +1,4 @@
-//! What it takes to draw the walks of a pack.
+//! The memory that drawing the walks of a pack takes.
 
 use super::{LeanFigure, Room};
 use crate::avatar::Avatar;
@@ -12,23 +12,23 @@ use crate::silhouette::Size;
 use crate::skeleton::Skeleton;
 use crate::template::{GeiBuilder, GeiInPlace};
 
-/// What making the GEI of any walk of a pack takes, for one that is made after another.
+/// The memory that making the GEIs of a pack's walks takes, one at a time.
 ///
-/// All follows from the pack and from the sizes of types on the target that asks: those that
-/// hold references are smaller where pointers have 32 bits. Code, and the stack of functions
-/// on their way, are measured with the firmware that has them.
+/// All numbers follow from the pack and from the sizes of types on the current target: types that
+/// hold references are smaller with 32-bit pointers. Code and the stack of functions have to be
+/// measured in the firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget {
-    /// Bytes of the pack, which is read where it lies: in flash.
+    /// Bytes of the pack, which is read in place, in flash.
     pub pack_bytes: usize,
-    /// What is enough for each avatar.
+    /// The room that is enough for each avatar.
     pub room: Room,
-    /// Bytes of RAM that unpack any loop ([`crate::clip::Loop::expand`]), which nothing needs
-    /// but poses in a 15th of the time; 0 without loops.
+    /// Bytes of RAM in which any loop can be unpacked ([`crate::clip::Loop::expand`]). They are
+    /// optional, for poses in a 15th of the time; 0 without loops.
     pub expanded_bytes: usize,
 }
 
-/// Bytes of the values that are there at once while a GEI is made, but for what it is drawn
+/// Bytes of the values that are alive together while a GEI is made, except those that it is drawn
 /// from and with.
 const WALK_BYTES: usize = size_of::<Pack<'_>>()
     + size_of::<Avatar<'_>>()
@@ -39,9 +39,9 @@ const WALK_BYTES: usize = size_of::<Pack<'_>>()
     + size_of::<Camera>();
 
 impl Budget {
-    /// Bytes of RAM that a GEI takes with [`Renderer`] and the types that it draws,
-    /// which have room for every avatar, on a host: tiny-skia's heap comes on top, of
-    /// [`crate::budget::SKIA_HEAP_BYTES`].
+    /// Bytes of RAM that a GEI takes on a host, with [`Renderer`] and the types that it draws,
+    /// which have room for every avatar. tiny-skia's heap of [`crate::budget::SKIA_HEAP_BYTES`]
+    /// comes on top.
     pub const UNPACKED_BYTES: usize = WALK_BYTES
         + size_of::<body::UnpackedBody>()
         + size_of::<body::Figure<'_>>()
@@ -50,7 +50,7 @@ impl Budget {
         + size_of::<GeiBuilder>()
         + Size::S64x64.pixels();
 
-    /// That of a pack. Finds the facets of each avatar: about 4 us a hull on a host.
+    /// Returns the budget of a pack. Finds the facets of each avatar: about 4 us a hull on a host.
     #[must_use]
     pub fn of(pack: &Pack<'_>) -> Self {
         let avatars = (0..pack.avatar_count()).filter_map(|number| pack.avatar(number));
@@ -67,9 +67,9 @@ impl Budget {
         }
     }
 
-    /// Bytes of RAM of a GEI of this size that a window draws, with a [`super::LeanBody`] of this
-    /// room, without facets where none are asked for, be they static or on the stack. The heap
-    /// of `raster::Skia` comes on top.
+    /// Returns the bytes of RAM, static or on the stack, that a GEI of this size takes with the
+    /// window `W` and a [`super::LeanBody`] of this room, without facets if `W` needs none. The
+    /// heap of `raster::Skia` comes on top.
     #[must_use]
     pub const fn ram_bytes<W: for<'a> Window<LeanFigure<'a>>>(&self, size: Size) -> usize {
         let facets = if W::NEEDS_FACETS { self.room.facets } else { 0 };

@@ -1,17 +1,17 @@
 //! Bodies in a few kilobytes, drawn hull by hull.
 //!
 //! [`crate::body::UnpackedBody`] is fast to draw because it is unpacked once and keeps everything
-//! that poses and viewpoints share, 170 kB in all. A microcontroller has less than that. Here
-//! nothing of a body is kept but its points, in whole steps (6 bytes a point), and which of
-//! them are the corners of which facets (2 bytes a facet); everything else is found again for
-//! each drawing. The same [`crate::raster::Renderer`] draws it, into [`LeanRows`] or
-//! `raster::Skia`: the arithmetic is the same, and so are the bytes of every silhouette
-//! (`tests/lean.rs`). [`Budget`] says what a pack needs.
+//! that poses and viewpoints share, 170 kB in all. A microcontroller has less than that. A
+//! [`LeanBody`] keeps only its points, in whole steps (6 bytes a point), and the corners of its
+//! facets (2 bytes a facet); everything else is computed again for each drawing. The same
+//! [`crate::raster::Renderer`] draws it, into [`LeanRows`] or `raster::Skia`: the arithmetic is the
+//! same, and so are the bytes of every silhouette (`tests/drawing/lean.rs`). [`Budget`] computes
+//! what a pack needs.
 //!
 //! ```
 //! use edgegait_core::camera::{Camera, Framing, Viewpoint};
 //! use edgegait_core::glam::Vec2;
-//! use edgegait_core::lean::{Body, Rows};
+//! use edgegait_core::lean::{LeanBody, LeanRows};
 //! use edgegait_core::pack::Pack;
 //! use edgegait_core::pose::ModelPose;
 //! use edgegait_core::raster::Renderer;
@@ -25,10 +25,10 @@
 //!     let avatar = pack.avatar(walk.avatar)?;
 //!     let cycle = pack.clip(walk.clip)?.as_loop()?;
 //!     let skeleton = avatar.skeleton();
-//!     let mut body = Body::<512, 1024>::EMPTY;
+//!     let mut body = LeanBody::<512, 1024>::EMPTY;
 //!     body.load(&avatar).ok()?;
 //!     let camera = Camera::orthographic(Viewpoint::from_degrees(90.0, 0.0).ok()?);
-//!     let mut renderer = Renderer::of(Rows::new(Size::S50x30));
+//!     let mut renderer = Renderer::of(LeanRows::new(Size::S50x30));
 //!     let mut gei = GeiInPlace::new(Size::S50x30, pixels).ok()?;
 //!     for frame in 0..32u8 {
 //!         let pose = ModelPose::new(&skeleton, &cycle.pose(f32::from(frame) / 32.0));

@@ -1,4 +1,4 @@
-//! A window of bit rows for one number at a time: what `raster/rows.rs` does for sixteen.
+//! A window of bit rows that processes one number at a time, where `raster/rows` processes sixteen.
 
 use super::LeanFigure;
 use super::body::{LeanSight, SeenHull};
@@ -13,24 +13,25 @@ use core::ops::Range;
 /// Columns of a word.
 const WORD: usize = 32;
 const MAX_WORDS: usize = WINDOW_COLUMNS / WORD;
-/// The samples of one place in their pixels by row, by word. Bit `c` is column `c` of the word.
+/// The samples at one place in their pixels, by row and word. Bit `c` is column `c` of the word.
 type RowBits = [[u32; MAX_WORDS]; MAX_ROWS];
 
-/// Bit rows of `N` by `N` samples a pixel, 1 or 3; no heap. 1,552 bytes, or 10,768.
+/// A window of bit rows with `N` by `N` samples a pixel, `N` = 1 or 3; no heap. 1,552 bytes, or
+/// 10,768.
 #[derive(Clone, Debug)]
 pub struct LeanRows<const N: usize = 1> {
     size: Size,
     /// Words of a row in use.
     words: usize,
-    /// By place in the pixel, to the right and then down.
+    /// The samples by their place in the pixel, to the right and then down.
     bits: [[RowBits; N]; N],
-    /// What the hull at hand covers of each row of samples.
+    /// The part of each row of samples that the current hull covers.
     spans: [[RowSpan; N]; MAX_ROWS],
 }
 
-/// What a hull covers of a row of samples: from where to where, pixels, as the bits of two
-/// [`f32`]. In a `NARROW` window, of one word and one sample a pixel, instead the bits from the
-/// first column on, and those from behind the last one on: a quarter of the instructions.
+/// The part of a row of samples that a hull covers: its left and right end, pixels, as the bits of
+/// two [`f32`]. In a `NARROW` window, of one word and one sample a pixel, it is instead the bits
+/// from the first column on, and those after the last one: a quarter of the instructions.
 #[derive(Clone, Copy, Debug)]
 struct RowSpan([u32; 2]);
 
@@ -43,7 +44,7 @@ impl RowSpan {
         }
     }
 
-    /// Widens it to reach `x`.
+    /// Widens the span to reach `x`.
     #[inline]
     fn widen<const NARROW: bool>(&mut self, x: f32) {
         let Self([left, right]) = self;
@@ -61,8 +62,8 @@ impl RowSpan {
         }
     }
 
-    /// From which column to before which one it covers samples at this place in their pixels; of
-    /// a `NARROW` window its bits.
+    /// Returns the first column in which it covers samples at this place in their pixels, and the
+    /// column after the last; in a `NARROW` window its bits.
     #[inline]
     fn columns<const NARROW: bool>(self, place: f32) -> [u32; 2] {
         let Self(sides) = self;
@@ -72,7 +73,7 @@ impl RowSpan {
         sides.map(|x| first_column(f32::from_bits(x), place))
     }
 
-    /// What these columns are of a word.
+    /// Returns the bits of these columns in a word.
     #[inline]
     fn bits<const NARROW: bool>(columns: [u32; 2], word: usize) -> u32 {
         let [left, right] = if NARROW {
@@ -111,7 +112,7 @@ where
     }
 }
 
-/// What is drawn, of which samples.
+/// The image of a window with a fixed number of samples a pixel.
 pub trait Sampled {
     type Image;
     const RASTERIZER: Rasterizer;
@@ -182,7 +183,7 @@ where
         self.empty(MAX_WORDS);
     }
 
-    /// A sample counts `N`, so that places in a pixel do.
+    /// Counts each sample `N` times, so that places in a pixel are whole numbers.
     fn moments(&self) -> AreaMoments {
         let mut moments = AreaMoments::default();
         for (across, images) in self.bits.iter().enumerate() {
@@ -231,7 +232,7 @@ impl<const N: usize> LeanRows<N> {
         N == 1 && self.words == 1
     }
 
-    /// Takes so many words into use, which alone are read, and empties them.
+    /// Sets the number of words in use, which alone are read, and empties them.
     fn empty(&mut self, words: usize) {
         if words != self.words {
             self.words = words;
@@ -247,7 +248,7 @@ impl<const N: usize> LeanRows<N> {
         }
     }
 
-    /// How many samples are on, and the sum of 2 c + 1 over their columns.
+    /// Returns the number of samples that are on, and the sum of 2 c + 1 over their columns.
     fn moments_of(&self, bits: &RowBits) -> (u64, u64) {
         let (mut area, mut doubled) = (0, 0);
         let words = self.words.min(MAX_WORDS);
@@ -259,7 +260,7 @@ impl<const N: usize> LeanRows<N> {
                     let run = (bits >> from).trailing_ones();
                     area += run;
                     doubled += run * (2 * (32 * word + from) + run);
-                    // A carry runs through the run and ends behind it.
+                    // The carry passes through the run and ends after it.
                     bits &= bits.wrapping_add(1 << from);
                 }
             }
@@ -267,7 +268,7 @@ impl<const N: usize> LeanRows<N> {
         (u64::from(area), u64::from(doubled))
     }
 
-    /// The columns from `left` on; how many of them are on.
+    /// Copies the columns from `left` on, and returns the number of pixels that are on.
     fn cut_samples(&self, bits: &RowBits, left: isize, silhouette: &mut Silhouette) -> u64 {
         *silhouette = Silhouette::empty(self.size);
         for word in 0..self.words {
@@ -298,8 +299,8 @@ impl<const N: usize> LeanRows<N> {
         }
     }
 
-    /// Widens the spans of the rows of samples that the lines of a hull's outline cross, which
-    /// are among those that are returned.
+    /// Widens the spans of the rows of samples that the lines of a hull's outline cross, and
+    /// returns a range of rows that contains them.
     fn cross<const NARROW: bool>(
         &mut self,
         seen: &mut SeenHull<'_>,
@@ -351,7 +352,7 @@ impl<const N: usize> LeanRows<N> {
     }
 }
 
-/// The first row of samples that lies below `y`, `N` a pixel.
+/// Returns the first row of samples below `y`, with `N` rows a pixel.
 fn first_row<const N: usize>(y: f32) -> u32 {
     #[expect(
         clippy::cast_possible_truncation,
@@ -360,7 +361,8 @@ fn first_row<const N: usize>(y: f32) -> u32 {
     )]
     let whole = |rows: f32| rows as usize;
     let row = if N == 1 {
-        // The sum with the greatest number below a half is a whole one from halves on.
+        // With the greatest number below a half, the sum reaches the next whole number exactly from
+        // a half on.
         whole(y + 0.5f32.next_down())
     } else {
         let first = N * whole(y).min(MAX_ROWS);
@@ -370,13 +372,13 @@ fn first_row<const N: usize>(y: f32) -> u32 {
     u32::try_from(row).unwrap_or(u32::MAX)
 }
 
-/// Where a row of samples lies, pixels.
+/// Returns where a row of samples lies, pixels.
 fn sample<const N: usize>(row: usize) -> f32 {
     as_pixels(row / N) + const { places::<N>() }[row % N]
 }
 
-/// The first column whose sample at this place is right of an edge at `x`, which may be beyond the
-/// window's sides.
+/// Returns the first column whose sample at this place is right of an edge at `x`, which may be
+/// beyond the window's sides.
 fn first_column(x: f32, place: f32) -> u32 {
     #[expect(
         clippy::cast_possible_truncation,
@@ -387,7 +389,7 @@ fn first_column(x: f32, place: f32) -> u32 {
     column
 }
 
-/// The bits of a word from this column on.
+/// Returns the bits of a word from this column on.
 fn bits_from(column: u32) -> u32 {
     u32::MAX.checked_shl(column).unwrap_or(0)
 }
@@ -398,7 +400,7 @@ mod tests {
 
     #[test]
     fn the_first_row_is_that_of_the_first_middle_that_is_not_above() {
-        // Around each half and each whole number, every float for some way, and a few between.
+        // All floats around each whole number, half and quarter.
         for quarters in 0..=4 * MAX_ROWS {
             let at = quarters as f32 / 4.0;
             let (mut below, mut above) = (at, at);

@@ -215,8 +215,8 @@ fn leaning_under_a_load_tips_the_chest_and_leaves_limbs_and_eyes() {
                 .to_array()
                 .map(f32::to_degrees)
         };
-        // About the walker's left, whichever way pelvis and chest are turned: by 8 degrees, whose
-        // cosine is 0.99.
+        // The lean is about the walker's left axis, although pelvis and chest are turned by up to
+        // 8 degrees (cosine 0.99).
         let [forward, ..] = turned(Joint::Thorax);
         assert!((forward - 10.0).abs() < 0.2, "{forward}");
         let [head, ..] = turned(Joint::Head);

@@ -1,4 +1,4 @@
-//! The files of one sequence: which of them are its pictures, and what is in them.
+//! The picture files of one sequence, and how they are read.
 
 use std::fs;
 use std::io::{BufReader, Read as _};
@@ -11,20 +11,20 @@ use super::frame::GreyPicture;
 use super::{MAX_BYTES, MAX_FRAMES, MAX_SIDE, Modality, pickle};
 use crate::error::{Error, FilePlace, Remedy, Result};
 
-/// Most names that a message lists.
+/// The most names that a message lists.
 const LISTED: usize = 12;
 
-/// What the pictures of a sequence are read from.
+/// The files that hold the pictures of a sequence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum FrameFiles {
-    /// One for each frame, in order.
+    /// One PNG for each frame, in order.
     Pngs(Vec<PathBuf>),
-    /// All of them in one.
+    /// One pickle of all frames.
     Pickle(PathBuf),
 }
 
 impl FrameFiles {
-    /// Those in a folder, or those of them that belong to a modality.
+    /// Lists the files in a folder, or those of a modality.
     pub(super) fn of(folder: &Path, modality: Option<&Modality>) -> Result<Self> {
         let all = files(folder)?;
         let refuse = |problem: String| Err(Error::input(folder, problem));
@@ -81,7 +81,7 @@ impl FrameFiles {
         }
     }
 
-    /// Shows the pictures of these numbers, in order, with the file that each is from.
+    /// Calls `show` with the pictures of these numbers, in order, and the file of each.
     pub(super) fn show(
         &self,
         frames: Range<usize>,
@@ -103,7 +103,7 @@ impl FrameFiles {
         }
     }
 
-    /// How many pictures there are, by the beginning of a pickle; none where it does not begin so.
+    /// Counts the pictures, in a pickle from its beginning; none if the beginning has no shape.
     ///
     /// # Errors
     /// If a file cannot be read.
@@ -114,8 +114,8 @@ impl FrameFiles {
         }
     }
 
-    /// Rows and columns of the pictures, by the beginnings of the files; none where a file does not
-    /// begin with them.
+    /// Returns the rows and columns of the pictures from the beginnings of the files; none if a
+    /// file does not begin with its size.
     ///
     /// # Errors
     /// If pictures of one sequence have different sizes, or a file cannot be read.
@@ -128,7 +128,7 @@ impl FrameFiles {
             Self::Pngs(paths) => {
                 let mut first = None;
                 for path in paths {
-                    // What cannot be read is said when it is read in full.
+                    // Unreadable files are reported when they are read in full.
                     let Ok((columns, rows)) = reader(path)?.into_dimensions() else {
                         return Ok(None);
                     };
@@ -141,10 +141,10 @@ impl FrameFiles {
     }
 }
 
-/// Bytes of a pickle within which NumPy has written the shape.
+/// The number of bytes of a pickle within which NumPy writes the shape.
 const BEGINNING: u64 = 512;
 
-/// The shape that a pickle begins with, if it does.
+/// Reads the shape of the array in a pickle from its beginning, if it is there.
 fn beginning(path: &Path) -> Result<Option<[usize; 3]>> {
     let mut start = Vec::new();
     let file = fs::File::open(path);
@@ -160,13 +160,13 @@ fn check_same(path: &Path, size: (usize, usize), expected: (usize, usize)) -> Re
     Err(Error::input(
         path,
         format!(
-            "expected {}x{} pixels as the frames before, found {}x{}",
+            "expected {}x{} pixels as in the frames before, found {}x{}",
             expected.0, expected.1, size.0, size.1
         ),
     ))
 }
 
-/// The names of some files, for a message.
+/// Lists the names of files for a message.
 fn listed(files: &[PathBuf]) -> String {
     let names = files
         .iter()
@@ -180,8 +180,8 @@ fn listed(files: &[PathBuf]) -> String {
     }
 }
 
-/// The files in a folder, by name, without hidden ones and without `gei.png`, which CASIA-B's
-/// tools leave among the frames and OpenGait's pretreatment passes over.
+/// Lists the files in a folder by name, without hidden ones and without `gei.png`, which CASIA-B's
+/// tools leave among the frames and OpenGait's pretreatment ignores.
 fn files(path: &Path) -> Result<Vec<PathBuf>> {
     let io = |error| Error::io(path, error);
     let mut files = Vec::new();
@@ -199,7 +199,7 @@ fn files(path: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// What reads a PNG of bounded size.
+/// Opens a reader of a PNG with limits on its size.
 fn reader(path: &Path) -> Result<ImageReader<BufReader<fs::File>>> {
     let file = fs::File::open(path).map_err(|error| Error::io(path, error))?;
     let mut limits = image::Limits::default();
@@ -210,7 +210,7 @@ fn reader(path: &Path) -> Result<ImageReader<BufReader<fs::File>>> {
     Ok(reader)
 }
 
-/// A PNG's pixels as grey, and how many columns they are.
+/// Decodes a PNG; returns its grey pixels and the number of columns.
 fn decode(path: &Path) -> Result<(Vec<u8>, usize)> {
     let picture = reader(path)?
         .decode()
@@ -234,7 +234,8 @@ fn decode(path: &Path) -> Result<(Vec<u8>, usize)> {
     Ok((picture.into_luma8().into_raw(), columns))
 }
 
-/// Shows those pictures of a pickled array `[frames][rows][columns]` that are wanted of so many.
+/// Calls `show` with pictures of a pickled array `[frames][rows][columns]`; `wanted` chooses them
+/// given the number of frames.
 fn unpickle(
     path: &Path,
     wanted: impl Fn(usize) -> Range<usize>,

@@ -1,10 +1,10 @@
-//! Fits a figure in a picture into a silhouette, as the core frames the figures that it draws.
+//! Frames a figure in a picture, as the core frames the figures that it draws.
 
 use crate::error::{Error, Result};
 use crate::sweep::FramingMode;
 use edgegait_core::silhouette::{Silhouette, Size};
 
-/// From which grey on a pixel belongs to the figure. Ours: half of 255, rounded up.
+/// The lowest grey value of the figure. Our choice: half of 255, rounded up.
 const ON: u8 = 128;
 
 /// A grey picture, rows from the top.
@@ -26,7 +26,7 @@ impl PictureFraming {
             FramingMode::Height => Ok(Self::Height),
             FramingMode::Box => Ok(Self::Box),
             FramingMode::Cycle | FramingMode::Camera => Err(Error::Usage(format!(
-                "framing {}: it follows from where the camera stood, which a tree of silhouettes does not say (use height or box)",
+                "framing {}: it depends on the camera's position, which a tree of silhouettes does not state (use height or box)",
                 framing.name()
             ))),
         }
@@ -68,14 +68,14 @@ impl GreyPicture<'_> {
         found
     }
 
-    /// Appends the figure as 0 and 255, `[rows][columns]`; the share of it that is cut off at
-    /// the sides, 0..1. `None`, and nothing appended, if there is no figure.
+    /// Appends the framed figure as 0 and 255, `[rows][columns]`. Returns the share of it that is
+    /// cut off at the sides, 0..1, or `None` if there is no figure; then nothing is appended.
     ///
-    /// A pixel is what the picture has at its centre. By height, the picture's scale is that at
-    /// which the figure fills all rows; the middle between its leftmost and rightmost column
-    /// comes to lie between two columns, and the whole is shifted by columns until the centroid
-    /// of the pixels (centres at i + 0.5, rounded half up) is in the middle. In whole numbers, so
-    /// exact.
+    /// Each pixel samples the picture at its centre. With the framing by height, the figure is
+    /// scaled to fill all rows. The midpoint of its leftmost and rightmost columns is placed
+    /// between two columns, and the figure is shifted by whole columns until the centroid of its
+    /// pixels (centres at i + 0.5, rounded half up) is in the middle. The arithmetic is in
+    /// integers and therefore exact.
     pub(super) fn frame(&self, size: Size, fit: PictureFraming, into: &mut Vec<u8>) -> Option<f64> {
         let bounds = self.bounds()?;
         let (rows, columns) = (size.rows(), size.columns());
@@ -132,8 +132,8 @@ impl GreyPicture<'_> {
     }
 }
 
-/// A grey picture of so many columns, framed as [`Tree::silhouettes`](super::Tree::silhouettes) frames it; none if there is no
-/// figure.
+/// Frames a grey picture with this number of columns, like
+/// [`Tree::silhouettes`](super::Tree::silhouettes); none if there is no figure.
 ///
 /// # Errors
 /// If the framing needs a camera.
@@ -200,7 +200,7 @@ mod tests {
             "..........",
         ]);
         let (framed, clipped) = framed(&pixels, columns, Size::S50x30, PictureFraming::Height);
-        // 25 fold: 25 columns for one, 75 for three, of which 30 fit.
+        // Scaled by 25: one column becomes 25, three become 75, of which 30 fit.
         assert_eq!(framed.len(), 1500);
         assert_eq!(span(&framed, Size::S50x30, 0), Some((2, 26)));
         assert_eq!(span(&framed, Size::S50x30, 24), Some((2, 26)));
@@ -211,15 +211,15 @@ mod tests {
     #[test]
     fn a_figure_of_the_right_height_is_only_moved() {
         let size = Size::S64x64;
-        // A bar of 3 columns and 64 rows, and at its foot 30 more to the right.
+        // A bar of 3 columns and 64 rows, with 30 more columns to the right in the lowest row.
         let mut pixels = vec![0; 64 * 90];
         for row in 0..64 {
             let end = if row == 63 { 43 } else { 13 };
             pixels[row * 90 + 10..row * 90 + end].fill(255);
         }
         let (framed, clipped) = framed(&pixels, 90, size, PictureFraming::Height);
-        // Centroid: (63 * 3 * 1.5 + 33 * 16.5) / 222 = 3.73 right of column 10, so that it
-        // rounds to 4, and column 10 comes to 32 - 4.
+        // Centroid: (63 * 3 * 1.5 + 33 * 16.5) / 222 = 3.73 right of column 10, which
+        // rounds to 4, so column 10 moves to 32 - 4.
         assert_eq!(span(&framed, size, 0), Some((28, 30)));
         assert_eq!(span(&framed, size, 63), Some((28, 60)));
         let area = framed.iter().filter(|pixel| **pixel == 255).count();
@@ -228,7 +228,7 @@ mod tests {
 
     #[test]
     fn a_large_figure_is_sampled_at_pixel_centres() {
-        // 192 rows for 64: of three rows and columns the middle one counts.
+        // 192 rows become 64: the middle one of three rows and columns counts.
         let mut pixels = vec![0; 192 * 192];
         for row in 0..192 {
             for column in 30..150 {

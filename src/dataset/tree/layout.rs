@@ -1,28 +1,28 @@
-//! How a tree is to be read, where its names and files do not tell.
+//! Options for reading a tree whose names and files are ambiguous.
 
 use std::fmt;
 use std::path::PathBuf;
 
-/// How a tree is to be read.
+/// Options for reading a tree.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TreeLayout {
     /// Whether views are cameras or recordings, even if their names look like angles.
     pub named_views: bool,
-    /// Which files of a view's folder are meant, if several modalities share it.
+    /// The modality to read, if several share a view's folder.
     pub modality: Option<Modality>,
 }
 
-/// Which of the files in a view's folder are meant.
+/// A choice among the files in a view's folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Modality {
-    /// Those whose name, without what follows its last dot, has this part.
+    /// The files whose name without extension contains this text.
     Named(String),
-    /// The one of this number by name, from 0, as OpenGait's `data_in_use` counts them.
+    /// The file with this number in the order of names, from 0, as in OpenGait's `data_in_use`.
     Number(usize),
 }
 
 impl Modality {
-    /// A number from 0, or a part of a name; digits behind a leading zero are such a part.
+    /// Parses a number from 0 or a part of a name; digits after a leading zero are part of a name.
     #[must_use]
     pub fn parse(text: &str) -> Self {
         let is_number = text == "0" || !text.starts_with('0');
@@ -32,7 +32,7 @@ impl Modality {
         }
     }
 
-    /// Those of some files, which are in order.
+    /// Selects the files of the modality from a sorted list.
     pub(super) fn of(&self, files: &[PathBuf]) -> Vec<PathBuf> {
         let is_meant = |(at, path): &(usize, &PathBuf)| match self {
             Self::Number(number) => at == number,

@@ -1,10 +1,10 @@
-//! A tree of silhouettes: pictures of walkers as CASIA-B has them and OpenGait reads them.
+//! A tree of silhouettes: pictures of walkers in the folder layout of CASIA-B and OpenGait.
 //!
-//! `root/<person>/<take>/<view>/` holds one PNG a frame, or one pickled NumPy array of all frames
-//! (github.com/ShiqiYu/OpenGait, docs/2.prepare_dataset.md). A person is called `001`, a take
-//! `nm-01`, a view by its azimuth, `090`, and here also by its elevation, `090e15`. Whether an
-//! azimuth of 90 shows the walker's left (as ours does) or right, is the data's to say. Where views
-//! are cameras or recordings (Gait3D, GREW, CCPG), their names say nothing of angles.
+//! `root/<person>/<take>/<view>/` holds one PNG per frame, or one pickled NumPy array of all frames
+//! (github.com/ShiqiYu/OpenGait, docs/2.prepare_dataset.md). A person is named like `001`, a take
+//! like `nm-01`, and a view by its azimuth (`090`), here optionally with its elevation (`090e15`).
+//! An azimuth of 90 shows the walker's left in EdgeGait; other data may mean the right. Where views
+//! are cameras or recordings (Gait3D, GREW, CCPG), their names state no angles.
 
 mod files;
 mod frame;
@@ -29,15 +29,15 @@ pub use layout::{Modality, TreeLayout};
 pub(super) use pickle::pickled;
 use view_name::NamedView;
 
-/// Most sequences of a tree: OU-MVLP has 288,596.
+/// The most sequences of a tree. OU-MVLP has 288,596.
 const MAX_SEQUENCES: usize = 1 << 19;
-/// Most frames of a sequence: more than five minutes at 30 a second.
+/// The most frames of a sequence: more than five minutes at 30 frames/s.
 const MAX_FRAMES: usize = 10_000;
-/// Most rows or columns of a picture.
+/// The most rows or columns of a picture.
 const MAX_SIDE: u32 = 4096;
-/// Most bytes that a picture takes while it is decoded, and most bytes of a pickle.
+/// The most bytes that decoding a picture may take, and the most bytes of a pickle.
 const MAX_BYTES: u64 = 1 << 27;
-/// All pictures of a sequence.
+/// The range of all pictures of a sequence.
 const ALL: Range<usize> = 0..MAX_FRAMES;
 
 /// Sequences of silhouettes, listed but not read.
@@ -54,36 +54,36 @@ pub struct Tree {
 pub struct TreeSequence {
     /// The person's name.
     pub subject: String,
-    /// The take's name, as a rule how the person walks and a number: `nm-01`.
+    /// The take's name, usually the condition and a number: `nm-01`.
     pub take: String,
     /// The view's name.
     pub view: String,
-    /// Azimuth and elevation that the view's name states, degrees; none if views are named
-    /// otherwise.
+    /// The azimuth and elevation that the view's name states, degrees; none if views have other
+    /// names.
     pub angles_deg: Option<(f64, f64)>,
 }
 
 /// The silhouettes of a sequence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Silhouettes {
-    /// `[frames][rows][columns]`; 0 or 255 where they were framed here.
+    /// The pixels `[frames][rows][columns]`; 0 or 255 if they were framed here.
     pub pixels: Vec<u8>,
-    /// How many there are.
+    /// The number of silhouettes.
     pub frames: usize,
-    /// How many frames more were left out because nothing was on them.
+    /// The number of further frames that were left out because they were empty.
     pub empty: usize,
-    /// Mean share of the figure that is cut off at the sides, 0..1; 0 without frames.
+    /// The mean share of the figure that is cut off at the sides, 0..1; 0 without frames.
     pub clipped_share: f64,
 }
 
 impl Tree {
-    /// Lists the sequences of a tree by name: people, of each the takes, of each the views. Looks
-    /// into folders of three levels and into no file but those of the first sequence where views are
-    /// not named by angles; files beside those folders are passed over. If any person has views that
-    /// are named by angles, so have all: others are passed over, and [`Self::skipped`] names them.
+    /// Lists the sequences of a tree, sorted by person, take and view. Looks into folders of three
+    /// levels and ignores files beside them. Reads no files, except the file names of the first
+    /// sequence if views are not named by angles. If any person has views named by angles, people
+    /// without such views are skipped, and [`Self::skipped`] names them.
     ///
     /// # Errors
-    /// If a folder cannot be read, a person has views named by angles and others that are not,
+    /// If a folder cannot be read, a person has both views named by angles and others,
     /// there is no sequence, or there are more than 524,288.
     pub fn open(root: impl AsRef<Path>, layout: &TreeLayout) -> Result<Self> {
         let root = root.as_ref().to_path_buf();
@@ -113,7 +113,7 @@ impl Tree {
             tree.sequences
                 .iter_mut()
                 .for_each(|one| one.angles_deg = None);
-            // The names say nothing of whether this is a tree at all.
+            // Names without angles do not show whether this is a tree.
             FrameFiles::of(&tree.folder(0), tree.modality.as_ref())?;
             return Ok(tree);
         }
@@ -121,10 +121,10 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Passes over people none of whose views are named by an angle.
+    /// Skips people without any view named by an angle.
     ///
     /// # Errors
-    /// For a view that is not, of a person who has others that are.
+    /// If a person has both views named by angles and others.
     fn check_angles(&mut self) -> Result<()> {
         let all = std::mem::take(&mut self.sequences);
         for views in all.chunk_by(|a, b| a.subject == b.subject) {
@@ -149,7 +149,7 @@ impl Tree {
         Ok(())
     }
 
-    /// Whether a folder looks like such a tree: it has folders in folders in folders.
+    /// Returns whether a folder looks like a tree: it has three levels of folders.
     #[must_use]
     pub fn is_at(root: &Path) -> bool {
         let deepen = |paths: Vec<PathBuf>| -> Vec<PathBuf> {
@@ -162,19 +162,19 @@ impl Tree {
         !deepen(deepen(deepen(vec![root.to_path_buf()]))).is_empty()
     }
 
-    /// All sequences, by name.
+    /// Returns all sequences, sorted by name.
     #[must_use]
     pub fn sequences(&self) -> &[TreeSequence] {
         &self.sequences
     }
 
-    /// Folders beside the people's that hold something else, by name.
+    /// Returns the names of folders that hold something other than a person's sequences.
     #[must_use]
     pub fn skipped(&self) -> &[String] {
         &self.skipped
     }
 
-    /// The folder of a sequence.
+    /// Returns the folder of a sequence.
     ///
     /// # Panics
     /// If there is no such sequence.
@@ -187,12 +187,12 @@ impl Tree {
             .join(&sequence.view)
     }
 
-    /// Reads a sequence and frames each figure as figures are framed that are drawn here. Pixels
-    /// of 128 and more are the figure; frames without any are left out and counted.
+    /// Reads a sequence and frames each figure like a synthetic figure. Pixels of 128 and more are
+    /// the figure; frames without any are left out and counted.
     ///
     /// OpenGait normalises pictures once (height by cubic interpolation, the median column in the
     /// middle), stores them grey, 64x64, and cuts 10 columns off each side while it reads
-    /// (`BaseSilCuttingTransform`): for that, bit for bit, see [`Self::stored`].
+    /// (`BaseSilCuttingTransform`). [`Self::stored`] reproduces that bit for bit.
     ///
     /// # Errors
     /// If the framing needs a camera, a file is broken, or there are no or too many pictures.
@@ -208,15 +208,16 @@ impl Tree {
         self.silhouettes_of((index, ALL), size, framing)
     }
 
-    /// Refuses a framing that pictures of figures cannot be brought into.
+    /// Checks that pictures can be brought into a framing.
     ///
     /// # Errors
-    /// For what follows from where a camera stood.
+    /// If the framing depends on the camera's position.
     pub fn require_framing(framing: FramingMode) -> Result<()> {
         PictureFraming::of(framing).map(drop)
     }
 
-    /// The same of a part of the pictures, by their numbers from 0.
+    /// Reads and frames some pictures of a sequence, by their numbers from 0; see
+    /// [`Self::silhouettes`].
     ///
     /// # Errors
     /// As [`Self::silhouettes`].
@@ -253,9 +254,9 @@ impl Tree {
         Ok(found)
     }
 
-    /// Reads a sequence as it is stored, grey and with frames that are empty, where its pictures
-    /// have this size, or have it once `10 * (columns / 64)` columns are cut off each side, as
-    /// OpenGait's `BaseSilCuttingTransform` does.
+    /// Reads a sequence as it is stored: grey, and including empty frames. Its pictures must have
+    /// this size, or have it after `10 * (columns / 64)` columns are cut off each side, as by
+    /// OpenGait's `BaseSilCuttingTransform`.
     ///
     /// # Errors
     /// If a picture has another size, a file is broken, or there are no or too many pictures.
@@ -266,7 +267,8 @@ impl Tree {
         self.stored_of((index, ALL), size)
     }
 
-    /// The same of a part of the pictures, by their numbers from 0.
+    /// Reads some pictures of a sequence as they are stored, by their numbers from 0; see
+    /// [`Self::stored`].
     ///
     /// # Errors
     /// As [`Self::stored`].
@@ -297,12 +299,11 @@ impl Tree {
         Ok(found)
     }
 
-    /// Shows each picture of a sequence as it is stored: grey, rows from the top, and how many columns
-    /// it has. [`framed`] frames it.
+    /// Calls `show` with each stored picture of a sequence, grey with rows from the top, and its
+    /// number of columns. [`framed`] frames such a picture.
     ///
     /// # Errors
-    /// If a file is broken, there are no or too many pictures, or their sizes differ, and those of
-    /// `show`.
+    /// If a file is broken, there are no or too many pictures, their sizes differ, or `show` fails.
     ///
     /// # Panics
     /// If there is no such sequence.
@@ -316,7 +317,8 @@ impl Tree {
         })
     }
 
-    /// Frames of each gait cycle, if the tree was made here of whole cycles, as its manifest says.
+    /// Returns the number of frames of each gait cycle, if the manifest states that EdgeGait made
+    /// the tree from whole cycles.
     #[must_use]
     pub fn frames_per_cycle(&self) -> Option<usize> {
         let manifest = read_manifest(&self.root.join(MANIFEST)).ok()?;
@@ -328,7 +330,7 @@ impl Tree {
             .filter(|frames| *frames > 0)
     }
 
-    /// How many pictures a sequence has; none where that is not known before they are read.
+    /// Returns the number of pictures of a sequence; none if it is not known before reading them.
     ///
     /// # Errors
     /// If a file is broken, or there are no or too many pictures.
@@ -339,8 +341,8 @@ impl Tree {
         FrameFiles::of(&self.folder(index), self.modality.as_ref())?.count()
     }
 
-    /// Reads a sequence and measures the legs in each of its pictures as they are, unframed; `None`
-    /// where nobody is. [`crate::gait_cycles::CycleFinder`] finds gait cycles in them.
+    /// Reads a sequence and measures the legs in each of its unframed pictures; `None`
+    /// where nobody is visible. [`crate::gait_cycles::CycleFinder`] finds gait cycles in them.
     ///
     /// # Errors
     /// If a file is broken, or there are no or too many pictures.
@@ -373,12 +375,11 @@ impl Tree {
         Ok(())
     }
 
-    /// Checks, by the beginnings of files, that a sequence's pictures have one size, and that it is, or
-    /// is cut to, each of those that they are to be taken for as they are ([`Self::stored`]). Cheap
-    /// beside reading them.
+    /// Checks from the beginnings of files that all pictures of a sequence have one size, and that
+    /// [`Self::stored`] can read them in each of the sizes `stored`. Much faster than reading them.
     ///
     /// # Errors
-    /// Naming the file.
+    /// If sizes differ or do not fit; the message names the file.
     ///
     /// # Panics
     /// If there is no such sequence.
@@ -396,7 +397,7 @@ impl Tree {
         })
     }
 
-    /// Shows these pictures of a sequence, in order, with the file that each is from.
+    /// Calls `show` with these pictures of a sequence, in order, and the file of each.
     fn pictures(
         &self,
         index: usize,
@@ -407,7 +408,7 @@ impl Tree {
     }
 }
 
-/// The columns that are kept of stored pictures, if these have this size or will have it.
+/// Returns the columns that are kept of stored pictures, if these have this size or are cut to it.
 fn kept(rows: usize, columns: usize, size: Size) -> Option<Range<usize>> {
     let cut = 10 * (columns / 64);
     let kept = if columns == size.columns() {
@@ -422,23 +423,23 @@ fn other_size(path: &Path, (rows, columns): (usize, usize), size: Size) -> Error
     Error::input(
         path,
         format!(
-            "expected pictures of {size} that are framed already (for 64x44 also 64x64, cut as OpenGait cuts), found {rows}x{columns}"
+            "expected pictures of {size} that are framed already (for 64x44 also 64x64, cut as OpenGait does), found {rows}x{columns}"
         ),
     )
     .with_remedy(Remedy::FrameAnew)
 }
 
-/// Refuses a view's name that states no azimuth.
+/// Checks that a view's name states an azimuth.
 ///
 /// # Errors
-/// With what was expected of it.
+/// If it does not; the message shows what is expected.
 pub fn check_view_name(name: &str) -> Result<()> {
     NamedView::parse(name)
         .map(drop)
         .ok_or_else(|| Error::Usage(view_name::expected(name)))
 }
 
-/// Names of the folders in a folder, in order, without hidden ones.
+/// Returns the sorted names of the folders in a folder, without hidden ones.
 fn folders(path: &Path) -> Result<Vec<String>> {
     let io = |error| Error::io(path, error);
     let mut names = Vec::new();

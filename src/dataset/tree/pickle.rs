@@ -1,14 +1,14 @@
-//! Reads one NumPy array of bytes from a pickle, and refuses whatever else a pickle can do.
+//! Reads one NumPy array of bytes from a pickle, and rejects everything else.
 //!
 //! A pickle is a program, and Python's own reader runs it. This one knows the instructions that
 //! NumPy writes for an array (protocols 2 to 5, `pickletools.dis` lists them) and the five names
-//! that they use, as words and not as functions: nothing is looked up and nothing is called.
+//! that they use. It compares names as text and never looks up or calls a function.
 
 use std::borrow::Cow;
 use std::rc::Rc;
 
-/// An array of bytes in C order as a pickle of protocol 3, as NumPy writes it; every NumPy reads
-/// the names of modules that are in it.
+/// Pickles an array of bytes in C order with protocol 3, as NumPy does. Every version of NumPy
+/// reads the module names in it.
 pub(in crate::dataset) fn pickled(shape: [usize; 3], bytes: &[u8]) -> Vec<u8> {
     let mut pickle = b"\x80\x03cnumpy.core.multiarray\n_reconstruct\ncnumpy\nndarray\n".to_vec();
     pickle.extend(b"K\x00\x85C\x01b\x87R(K\x01");
@@ -34,8 +34,8 @@ pub(in crate::dataset) fn pickled(shape: [usize; 3], bytes: &[u8]) -> Vec<u8> {
     pickle
 }
 
-/// Most instructions, values in the memo and values on the stack. An array takes about 50, 20
-/// and 12.
+/// The most instructions, and so the most values in the memo and on the stack. An array takes
+/// about 50, 20 and 12.
 const MAX_STEPS: usize = 256;
 
 /// An array of bytes in C order.
@@ -45,14 +45,14 @@ pub(super) struct ByteArray<'a> {
     pub bytes: Cow<'a, [u8]>,
 }
 
-/// Where and why a pickle is refused.
+/// The place of an error in a pickle, and the reason.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct RefusedPickle {
     pub byte: usize,
     pub problem: String,
 }
 
-/// The array in a pickle.
+/// Reads the array in a pickle.
 pub(super) fn read(pickle: &[u8]) -> Result<ByteArray<'_>, RefusedPickle> {
     let mut machine = PickleMachine {
         pickle,
@@ -76,8 +76,8 @@ pub(super) fn read(pickle: &[u8]) -> Result<ByteArray<'_>, RefusedPickle> {
     })
 }
 
-/// The shape `[frames][rows][columns]` of the array in a pickle that begins so, if the shape stands
-/// before the array's bytes, as NumPy writes it.
+/// Reads the shape `[frames][rows][columns]` of an array from the beginning of its pickle, if the
+/// shape comes before the array's bytes, as NumPy writes it.
 pub(super) fn shape(start: &[u8]) -> Option<[usize; 3]> {
     let mut machine = PickleMachine {
         pickle: start,
@@ -115,14 +115,14 @@ enum PickleValue<'a> {
     Latin1(&'a str),
     Tuple(Rc<[PickleValue<'a>]>),
     Name(Name),
-    /// `dtype('u1')`, the only one that is made.
+    /// `dtype('u1')`, the only accepted type.
     Uint8,
     /// An array that awaits its state.
     Unbuilt,
     Array(Rc<[PickleValue<'a>]>, Box<PickleValue<'a>>),
 }
 
-/// What the instructions may name.
+/// The names that instructions may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Name {
     Reconstruct,
@@ -142,7 +142,7 @@ struct PickleMachine<'a> {
 }
 
 impl<'a> PickleMachine<'a> {
-    /// One instruction; the array after the last.
+    /// Runs one instruction; the last one returns the array.
     fn step(&mut self) -> PickleStep<Option<ByteArray<'a>>> {
         let [code] = *self.take::<1>()?;
         match code {
@@ -213,11 +213,11 @@ impl<'a> PickleMachine<'a> {
                 let (attribute, module) = (self.pop()?, self.pop()?);
                 let (PickleValue::Text(module), PickleValue::Text(attribute)) = (module, attribute)
                 else {
-                    return Err("expected the names of a module and of what it holds".into());
+                    return Err("expected the names of a module and of its attribute".into());
                 };
                 self.push(PickleValue::Name(known(module, attribute)?));
             }
-            // BINPUT, LONG_BINPUT and MEMOIZE, which number alike: one after another
+            // BINPUT, LONG_BINPUT and MEMOIZE, all numbered consecutively
             b'q' => {
                 let [index] = *self.take::<1>()?;
                 self.memoize(index.into())?;
@@ -329,7 +329,7 @@ impl<'a> PickleMachine<'a> {
         Ok(taken)
     }
 
-    /// Bytes behind a little-endian count of `N` bytes.
+    /// Takes bytes that follow a little-endian count of `N` bytes.
     fn counted<const N: usize>(&mut self) -> PickleStep<&'a [u8]> {
         let mut count = [0; 8];
         count[..N].copy_from_slice(self.take::<N>()?);
@@ -369,7 +369,7 @@ fn known(module: &str, attribute: &str) -> PickleStep<Name> {
     })
 }
 
-/// What a call of a name stands for.
+/// Returns the value of a call of a name.
 fn reduced<'a>(name: &PickleValue<'a>, arguments: &PickleValue<'a>) -> PickleStep<PickleValue<'a>> {
     let (PickleValue::Name(name), PickleValue::Tuple(arguments)) = (name, arguments) else {
         return Err("expected a name and its arguments".into());
@@ -396,14 +396,16 @@ fn reduced<'a>(name: &PickleValue<'a>, arguments: &PickleValue<'a>) -> PickleSte
             Box::new(bytes.clone()),
         )),
         (Name::FromBuffer, [_, _, _, PickleValue::Text("F")]) => Err(NOT_C.into()),
-        _ => Err(format!("found {name:?} with other arguments than NumPy's")),
+        _ => Err(format!(
+            "expected NumPy's arguments of {name:?}, found others"
+        )),
     }
 }
 
 const NOT_C: &str =
-    "expected an array in C order, found Fortran's (numpy.ascontiguousarray before pickling)";
+    "expected an array in C order, found Fortran order (numpy.ascontiguousarray before pickling)";
 
-/// An object with its state.
+/// Applies a state to an object.
 fn built<'a>(object: &PickleValue<'a>, state: &PickleValue<'a>) -> PickleStep<PickleValue<'a>> {
     let PickleValue::Tuple(state) = state else {
         return Err("expected a state as NumPy writes it".into());
@@ -432,7 +434,7 @@ fn built<'a>(object: &PickleValue<'a>, state: &PickleValue<'a>) -> PickleStep<Pi
             Box::new(bytes.clone()),
         )),
         (PickleValue::Unbuilt, [_, _, _, PickleValue::Bool(true), _]) => Err(NOT_C.into()),
-        _ => Err("found another state than NumPy's of a uint8 array".into()),
+        _ => Err("expected NumPy's state of a uint8 array, found another".into()),
     }
 }
 

@@ -10,7 +10,7 @@ fn tree_of(folders: &[&str]) -> TempDir {
     root
 }
 
-/// 8 rows by 10 columns with a bar of two columns, `left` from the left.
+/// Draws 8 rows by 10 columns with a bar of two columns, `left` columns from the left.
 fn bar(left: u32, grey: u8) -> GrayImage {
     GrayImage::from_fn(10, 8, |x, y| {
         let is_on = (left..left + 2).contains(&x) && (1..7).contains(&y);
@@ -18,7 +18,7 @@ fn bar(left: u32, grey: u8) -> GrayImage {
     })
 }
 
-/// NumPy's own, protocol 3, of an array whose shape and bytes are put in.
+/// Returns the pickle that NumPy writes of an array with protocol 3.
 fn pickled(shape: [u16; 3], bytes: &[u8]) -> Vec<u8> {
     let mut pickle =
         b"\x80\x03cnumpy.core.multiarray\n_reconstruct\ncnumpy\nndarray\nK\0\x85C\x01b\x87R(K\x01"
@@ -110,7 +110,7 @@ fn folders_that_are_no_people_are_named_and_views_of_both_kinds_refused() {
     ));
 }
 
-/// As Gait3D, GREW and CCPG are on disk once OpenGait has prepared them.
+/// Names of Gait3D, GREW and CCPG as OpenGait prepares them.
 #[test]
 fn views_that_are_cameras_or_recordings_keep_their_names() {
     let folders = [
@@ -133,7 +133,7 @@ fn views_that_are_cameras_or_recordings_keep_their_names() {
         let found = tree.silhouettes(at, Size::S50x30, FramingMode::Height);
         assert_eq!(found.expect("readable").frames, 1);
     }
-    // One level too high: where frames should be are folders.
+    // One level too high: there are folders where frames should be.
     let above = tree_of(&["tree/001/nm-01/090"]);
     let text = refusal(Tree::open(above.path(), &TreeLayout::default()), &above);
     assert!(
@@ -158,7 +158,7 @@ fn one_of_several_modalities_is_chosen_by_name_or_number() {
         let tree = Tree::open(root.path(), &layout).expect("a tree");
         tree.stored(0, Size::S50x30).map(|_| ())
     };
-    // All are found, and are no 50x30; which one is read, its name tells.
+    // All files are found, but none is 50x30; the message shows which one was read.
     for (modality, file) in [
         ("0", "0_heatmap"),
         ("heat", "0_heatmap"),
@@ -217,7 +217,7 @@ fn sizes_are_found_out_by_the_beginnings_of_files() {
     let text = refusal(check(1, &[]), &root);
     assert_eq!(
         text,
-        "001/nm-02/090/2.png: expected 8x10 pixels as the frames before, found 8x11"
+        "001/nm-02/090/2.png: expected 8x10 pixels as in the frames before, found 8x11"
     );
 }
 
@@ -242,7 +242,7 @@ fn frames_are_read_in_order_and_empty_ones_counted() {
         let row = &found.pixels[frame * 1500..frame * 1500 + 30];
         row.iter().filter(|pixel| **pixel == 255).count()
     };
-    // 2 columns at 50 / 6 of their size hold 16 samples, at 50 / 3 of it 34, of which 30 stay.
+    // 2 columns scaled by 50 / 6 hold 16 samples; scaled by 50 / 3 they hold 34, of which 30 stay.
     assert_eq!((width(0), width(1)), (16, 30));
     assert!((found.clipped_share - 0.5 * 4.0 / 34.0).abs() < 1e-12);
     let error = tree.silhouettes(0, Size::S50x30, FramingMode::Camera);
@@ -371,12 +371,12 @@ fn pictures_in_colour_and_of_several_sizes_are_refused() {
     wide.save(folder.join("2.png")).expect("written");
     let text = refusal(read(), &root);
     assert!(
-        text.contains("expected 4x4 pixels as the frames before, found 4x6"),
+        text.contains("expected 4x4 pixels as in the frames before, found 4x6"),
         "{text}"
     );
 }
 
-/// Reads the `at`th sequence of a tree: each walker stands in the middle, from top to bottom.
+/// Checks that the walkers of a sequence of a tree are centred and fill all rows.
 fn check_framing(tree: &Tree, at: usize) {
     let found = tree.silhouettes(at, Size::S64x64, FramingMode::Height);
     let found = found.expect("readable");
@@ -392,7 +392,7 @@ fn check_framing(tree: &Tree, at: usize) {
     }
 }
 
-/// Two people, two takes each, from the left, rendered elsewhere from skinned meshes.
+/// Two people, two takes each, from the left, rendered by another program from skinned meshes.
 #[test]
 fn walkers_of_a_tree_that_others_made_are_framed() {
     let tree = Tree::open("tests/data/people/people", &TreeLayout::default()).expect("a tree");

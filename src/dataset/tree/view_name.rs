@@ -1,16 +1,16 @@
 //! The names of views: `000`, `090`, `22.5`, `045e15`.
 
-/// From where a view's name says that it was taken.
+/// The viewpoint that a view's name states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct NamedView {
-    /// -360..=360.
+    /// The azimuth, -360..=360 degrees.
     pub azimuth_deg: f64,
-    /// -90..=90.
+    /// The elevation, -90..=90 degrees.
     pub elevation_deg: f64,
 }
 
 impl NamedView {
-    /// The angle that a name states, if it states one.
+    /// Returns the viewpoint that a name states, if any.
     pub(super) fn parse(name: &str) -> Option<Self> {
         let (azimuth, elevation) = name.split_once('e').unwrap_or((name, "0"));
         Some(Self {
@@ -20,14 +20,14 @@ impl NamedView {
     }
 }
 
-/// What was expected of a name that states none.
+/// Returns the error message for a name that states no viewpoint.
 pub(super) fn expected(name: &str) -> String {
     format!(
-        "expected the name of a view to be its azimuth in degrees, as 090, or azimuth and elevation, as 090e15, found {name:?}"
+        "expected the name of a view to be its azimuth in degrees (090), or azimuth and elevation (090e15), found {name:?}"
     )
 }
 
-/// Digits, with a sign or a decimal point if need be, within so many degrees.
+/// Parses an angle of at most `most` degrees: digits, optionally with a minus and decimal point.
 fn degrees(text: &str, most: f64) -> Option<f64> {
     let digits = text.strip_prefix('-').unwrap_or(text);
     let is_plain = digits.starts_with(|c: char| c.is_ascii_digit())

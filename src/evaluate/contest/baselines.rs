@@ -147,7 +147,7 @@ impl Contest<'_> {
             )));
         }
         Ok((known.is_none() && kept > MAX_KEPT)
-            .then(|| format!("its answers would be {kept} numbers")))
+            .then(|| format!("its answers would take {kept} numbers")))
     }
 }
 

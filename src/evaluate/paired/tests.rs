@@ -3,7 +3,7 @@ use crate::evaluate::results::tests::{result_of, set};
 use crate::sequences::ViewLabel;
 use std::collections::BTreeMap;
 
-/// Ten people, of each `probes` and `hits(number)`.
+/// Returns ten people, each with `probes` probes and `hits(number)` hits.
 fn people(probes: u64, hits: impl Fn(u64) -> u64) -> Vec<PersonResult> {
     let person = |number| PersonResult {
         person: format!("p{number}"),
@@ -24,8 +24,8 @@ fn result(name: &str, by_person: Vec<PersonResult>) -> RecognizerResult {
     }
 }
 
-/// People differ from 0 to 90 %, so that each interval is wide; the other one misses one in ten
-/// more of every person, so that the difference has no doubt.
+/// People differ from 0 to 90 %, so that each interval is wide. The worse recognizer misses one probe
+/// in ten more for every person, so that the difference is certain.
 #[test]
 fn a_difference_that_all_people_share_is_sure_however_people_differ() {
     let results = [
@@ -98,7 +98,7 @@ fn viewpoints_are_compared_each_for_itself() {
             ..result(name, people(4, |number| number % 4))
         }
     };
-    // Beyond by one hit of everybody, alike, and behind.
+    // Better by one hit of every person, equal, and worse.
     let one = with("a", [[2, 3, 4], [1, 2, 3], [0, 1, 2]]);
     let other = with("b", [[1, 2, 3], [1, 2, 3], [1, 2, 3]]);
     let found = each_from_each(&[one.clone(), other], 1);
@@ -127,8 +127,8 @@ fn the_best_stands_first_and_of_equals_the_one_listed_first() {
     assert!(names.eq(expected.map(|(one, other)| (one.to_owned(), other.to_owned()))));
 }
 
-/// Of one probe each, the sum of ten draws from two who lose, three who win and five who tie:
-/// its distribution is a convolution, whose quantiles the oracle adds up.
+/// With one probe each, the sum of ten draws from two people who lose, three who win and five who
+/// tie. Its distribution is a convolution, from which the oracle computes the quantiles.
 #[test]
 fn the_interval_is_that_of_the_exact_distribution() {
     let one = people(1, |number| u64::from(number < 3));
@@ -160,7 +160,7 @@ fn the_interval_is_that_of_the_exact_distribution() {
         (at.unwrap() as f64 - 10.0) / 10.0
     };
     let drawn = drawn.unwrap();
-    // A draw of 2,000 may be a step beside: 0.1.
+    // With 2,000 resamples a quantile may be one step off: 0.1.
     assert!((drawn.low - quantile(0.025)).abs() < 0.11, "{drawn:?}");
     assert!((drawn.high - quantile(0.975)).abs() < 0.11, "{drawn:?}");
     assert!(drawn.low < 0.0 && drawn.high > 0.0);

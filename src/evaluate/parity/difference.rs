@@ -1,48 +1,47 @@
-//! How far apart two lists of vectors are.
+//! Differences between two lists of vectors.
 //!
-//! A difference says little by itself: what is small among numbers of a thousand is all there is
-//! among those of a thousandth. People are told apart by how embeddings lie to each other, whatever
-//! they have in common, so a difference is stated relative to the spread of the reference: the root
-//! mean square of how far its vectors lie from their mean.
+//! The size of a difference depends on the scale of the numbers. People are distinguished by the
+//! differences between embeddings, not by their common part. So differences are relative to the
+//! spread of the reference: the root mean square distance of its vectors from their mean.
 
 use crate::score::Distance;
 use serde::Serialize;
 
-/// Of a spread below this share of the size, rounding in f32 could be the reason: then it is taken
-/// to be this share. Ours: 1e-6, which sums of thousands of products get wrong, stays at the
-/// thousandth that float sides may differ by.
+/// The least spread, as a share of the size. A smaller one could be due to rounding in f32. Our
+/// choice: a rounding error of 1e-6, as in sums of thousands of products, is then at most a
+/// thousandth of the spread.
 const LEAST_SPREAD: f64 = 1e-3;
 
-/// How far apart the answers of two sides are, over all inputs whose answers are finite.
+/// The differences between the answers of two sides, over all inputs whose answers are finite.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct AnswerDifference {
-    /// Inputs that were compared.
+    /// Number of inputs that were compared.
     pub inputs: u64,
-    /// Numbers of each answer.
+    /// Numbers per answer.
     pub numbers: usize,
-    /// Greatest difference of two numbers.
+    /// Greatest absolute difference of two numbers.
     pub greatest: f64,
-    /// Mean difference of two numbers, without its sign.
+    /// Mean absolute difference of two numbers.
     pub mean: f64,
     /// Root mean square of the lengths of the reference's answers.
     pub size: f64,
-    /// Root mean square of how far the reference's answers lie from their mean, at least a
-    /// thousandth of their size.
+    /// Root mean square distance of the reference's answers from their mean, at least a thousandth
+    /// of their size.
     pub spread: f64,
-    /// Greatest over the inputs: length of the difference, relative to the spread. Infinite where
-    /// the reference gives only zeros and the other does not.
+    /// Greatest relative difference over the inputs: the length of the difference, relative to the
+    /// spread. Infinite where the reference gives only zeros and the other side does not.
     pub greatest_relative: f64,
-    /// Mean of the same over the inputs.
+    /// Mean relative difference over the inputs.
     pub mean_relative: f64,
     /// The lowest cosine between two answers, -1..1.
     pub worst_cosine: f64,
 }
 
-/// A vector of the reference and that of another side, of one length and finite.
+/// A vector of the reference and one of another side, of one length and finite.
 pub(crate) type VectorPair<'a> = (&'a [f32], &'a [f32]);
 
 impl AnswerDifference {
-    /// Of these pairs, and of each of them how far it is apart relative to the spread; none without
+    /// Returns the differences of all pairs, and the relative difference of each pair; none without
     /// numbers.
     pub(crate) fn of(pairs: &[VectorPair<'_>]) -> Option<(Self, Vec<f64>)> {
         let width = pairs.first()?.0.len();
@@ -90,7 +89,7 @@ impl AnswerDifference {
     }
 }
 
-/// 1 of equal vectors, zero or not.
+/// Returns the cosine between two vectors; 1 for equal vectors, even if they are zero.
 fn cosine((a, b): &VectorPair<'_>) -> f64 {
     if a == b {
         return 1.0;
@@ -104,7 +103,7 @@ mod tests {
 
     #[test]
     fn differences_are_measured_from_the_spread_of_the_reference() {
-        // The mean is (10, 0): each lies 5 away, and 10 or more from zero.
+        // The mean is (10, 0): each vector is 5 away from it.
         let reference = [[13.0_f32, 4.0], [7.0, -4.0]];
         let other = [[13.0_f32, 4.0], [7.0, -3.0]];
         let pairs = [0, 1].map(|at| (&reference[at][..], &other[at][..]));

@@ -1,8 +1,8 @@
-//! Whether sides give the same answers: one model on several runtimes, or several forms of a model.
+//! Comparison of the answers of one model on several runtimes, or of several variants of a model.
 //!
-//! A side is a model on a runtime, and the first is the reference of the others. All are shown the
-//! same pictures, and ranked by the protocol as in any contest; what they answered is compared
-//! number by number and probe by probe. Nothing is taken from a cache, which could hide a fault.
+//! A side is a model on a runtime; the first side is the reference. All sides are shown the same
+//! pictures, and are ranked under the protocol as in any contest. Their answers are compared number
+//! by number and probe by probe. No cache is used, since it could hide a fault.
 
 mod difference;
 mod places;
@@ -24,51 +24,52 @@ use places::ComparedAnswers;
 use ranks::SideRanks;
 use serde::Serialize;
 
-/// What `edgegait parity` finds, as the JSON that it writes.
+/// The results of `edgegait parity`, as the JSON that it writes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct ParityResults {
     #[serde(flatten)]
     pub header: ResultHeader,
-    /// Whether all sides answer as the first.
+    /// Whether all sides give the same answers as the first.
     pub verdict: Verdict,
-    /// Templates or sequences of silhouettes that each was shown.
+    /// Number of templates or sequences of silhouettes that each side was shown.
     pub sequences: u64,
-    /// People in them.
+    /// Number of people in them.
     pub people: usize,
-    /// Viewpoints or cameras.
+    /// Number of viewpoints or cameras.
     pub viewpoints: usize,
-    /// The protocol by which people are looked for.
+    /// Name of the protocol.
     pub protocol: String,
     /// The sides, the reference first.
     pub sides: Vec<ParitySide>,
-    /// Each of the others beside the reference.
+    /// The comparison of each other side with the reference.
     pub comparisons: Vec<Comparison>,
 }
 
-/// A side beside the reference.
+/// The comparison of a side with the reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Comparison {
     /// The number of the side, from 0 for the reference.
     pub side: usize,
     pub verdict: Verdict,
-    /// Why they differ; empty if they do not.
+    /// Why the sides differ; empty if they do not.
     pub reasons: Vec<String>,
     pub limits: Limits,
-    /// Of embeddings; none if none is finite on both sides.
+    /// Differences of embeddings; none if no embedding is finite on both sides.
     pub embedding: Option<AnswerDifference>,
-    /// Of class scores; none if there are none, they are the embedding, or none is finite.
+    /// Differences of class scores; none if there are no scores, they are the embedding, or no score
+    /// is finite.
     pub scores: Option<AnswerDifference>,
-    /// None if the embeddings of a side cannot be ranked.
+    /// Changes in ranks; none if the embeddings of a side cannot be ranked.
     pub ranks: Option<RankChanges>,
-    /// Inputs at which they are farthest apart, those first that are not finite.
+    /// The inputs with the greatest differences, non-finite ones first.
     pub worst: Vec<InputDifference>,
-    /// By person, in the source's order.
+    /// Differences by person, in the source's order.
     pub by_subject: Vec<ParityPart>,
-    /// By viewpoint or camera.
+    /// Differences by viewpoint or camera.
     pub by_view: Vec<ParityPart>,
 }
 
-/// What sides answered to the same contest.
+/// The answers of all sides in the same contest.
 pub(crate) struct SideAnswers<'a> {
     contest: &'a Contest<'a>,
     asked: ContestAnswers,
@@ -76,11 +77,11 @@ pub(crate) struct SideAnswers<'a> {
 }
 
 impl<'a> SideAnswers<'a> {
-    /// Asks all sides, and ranks what they answer; `seen` is told of each picture.
+    /// Runs all sides and ranks their answers; `seen` is called for each picture.
     ///
     /// # Errors
-    /// If the sides answer in different forms, and as [`Contest::run`]; a side of which nothing is
-    /// finite is no error.
+    /// If the answers of the sides differ in shape, or as [`Contest::run`]. A side without a finite
+    /// answer is not an error.
     pub(crate) fn of(
         contest: &'a Contest<'a>,
         entrants: &[Entrant],
@@ -102,12 +103,12 @@ impl<'a> SideAnswers<'a> {
         })
     }
 
-    /// Templates or sequences of silhouettes that each side was shown.
+    /// Returns the number of templates or sequences of silhouettes that each side was shown.
     pub(crate) const fn sequences(&self) -> u64 {
         self.asked.sequences
     }
 
-    /// States of a side what it answered by itself.
+    /// Fills in the fields of a side that depend on its own answers only.
     pub(crate) fn complete(&self, side: &mut ParitySide, at: usize) {
         let answers = &self.asked.answers[at];
         let numbers = || answers.embeddings.iter().chain(&answers.scores);
@@ -116,7 +117,7 @@ impl<'a> SideAnswers<'a> {
         side.rank1 = self.ranked[at].as_ref().map(|ranked| ranked.rank1);
     }
 
-    /// A side beside the reference.
+    /// Compares a side with the reference.
     pub(crate) fn compare(&self, sides: &[ParitySide], at: usize, limits: Limits) -> Comparison {
         let sequences = self.contest.source().sequences();
         let [reference, other] = [0, at].map(|side| &self.asked.answers[side]);
@@ -139,7 +140,7 @@ impl<'a> SideAnswers<'a> {
     }
 }
 
-/// Refuses answers that cannot be compared number by number.
+/// Checks that the answers of two sides can be compared number by number.
 fn same_form(name: &str, a: &Answers, other: &str, b: &Answers) -> Result<()> {
     let form = |answers: &Answers| match (answers.parts, answers.dims) {
         (0 | 1, dims) => format!("[{dims}]"),

@@ -1,4 +1,4 @@
-//! Where two sides are apart: at which inputs, people and viewpoints.
+//! Differences between two sides by input, person and viewpoint.
 
 use super::difference::{AnswerDifference, VectorPair};
 use crate::score::answers::Answers;
@@ -6,42 +6,42 @@ use crate::sequences::{Sequences, ViewLabel};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Inputs that are listed.
+/// Number of inputs that are listed.
 const LISTED: usize = 5;
 
-/// An input, and how far apart the answers to it are.
+/// An input, and the difference between the answers to it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct InputDifference {
     pub subject: String,
     pub take: String,
     pub view: ViewLabel,
-    /// The greater of the relative differences of embedding and scores; none where a number is not
-    /// finite.
+    /// The greater one of the relative differences of embedding and scores; none where a number is
+    /// not finite.
     pub relative: Option<f64>,
 }
 
-/// Inputs of one person or from one viewpoint.
+/// Differences over the inputs of one person or one viewpoint.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct ParityPart {
     pub name: String,
     pub inputs: u64,
-    /// Inputs at which a number is not finite; the others count below.
+    /// Inputs with a number that is not finite. The fields below are of the other inputs.
     pub non_finite: u64,
-    /// As [`InputDifference::relative`].
+    /// Greatest [`InputDifference::relative`].
     pub greatest_relative: f64,
     pub mean_relative: f64,
 }
 
-/// What two sides answered, compared.
+/// The compared answers of two sides.
 pub(super) struct ComparedAnswers {
     pub(super) embedding: Option<AnswerDifference>,
     pub(super) scores: Option<AnswerDifference>,
-    /// By the number of a sequence that was shown, as [`InputDifference::relative`].
+    /// [`InputDifference::relative`] by the number of a sequence that was shown.
     relatives: BTreeMap<usize, Option<f64>>,
 }
 
 impl ComparedAnswers {
-    /// The answers to the sequences of these numbers, as far as there are any.
+    /// Compares the answers to the first `sequences` sequences, where there are any.
     pub(super) fn of(reference: &Answers, other: &Answers, sequences: usize) -> Self {
         let embeddings = |at| (reference.embedding(at), other.embedding(at));
         let scores = |at| (reference.scores(at), other.scores(at));
@@ -76,12 +76,12 @@ impl ComparedAnswers {
         }
     }
 
-    /// Where they are farthest apart.
+    /// Returns the inputs with the greatest differences.
     pub(super) fn worst(&self, sequences: &Sequences) -> Vec<InputDifference> {
         let mut order: Vec<(usize, Option<f64>)> =
             self.relatives.iter().map(|(&at, &one)| (at, one)).collect();
         let key = |relative: Option<f64>| relative.unwrap_or(f64::INFINITY);
-        // Stable: of equal ones the first.
+        // A stable sort: ties keep their order.
         order.sort_by(|a, b| {
             let finite = a.1.is_some().cmp(&b.1.is_some());
             finite.then(key(b.1).total_cmp(&key(a.1)))
@@ -106,7 +106,7 @@ impl ComparedAnswers {
         self.parts(names, |at| sequences.list[at].view)
     }
 
-    /// Sums by the part that an input belongs to; parts without inputs are left out.
+    /// Sums the differences by the part that an input belongs to; parts without inputs are left out.
     fn parts(&self, names: Vec<String>, part_of: impl Fn(usize) -> usize) -> Vec<ParityPart> {
         let part = |name| ParityPart {
             name,

@@ -1,4 +1,4 @@
-//! Whom two sides took the same probes for.
+//! Differences in whom two sides identify the same probes as.
 
 use crate::error::{Error, EvaluateError, Result};
 use crate::evaluate::contest::{Contest, Entrant};
@@ -7,31 +7,31 @@ use crate::score::answers::Answers;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Whom one side took each probe for.
+/// The ranked answers of one side.
 pub(super) struct SideRanks {
-    /// As [`crate::evaluate::results::RecognizerResult::rank1`].
+    /// Rank-1, as [`crate::evaluate::results::RecognizerResult::rank1`].
     pub(super) rank1: f64,
     told: BTreeMap<Probe, RankedAnswer>,
 }
 
-/// A probe: its set, its number, and the gallery's viewpoint if each is compared for itself.
+/// A probe: its set, its number, and the gallery's viewpoint if each is compared separately.
 type Probe = (String, usize, String);
 
-/// The answer, and the rank of the right person.
+/// The person that a probe is identified as, and the rank of the right person.
 type RankedAnswer = (Option<String>, Option<usize>);
 
-/// What changes in whom probes are taken for.
+/// Changes in the identification of probes between two sides.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct RankChanges {
-    /// Probes of all sets.
+    /// Number of probes of all sets.
     pub probes: u64,
-    /// Probes for which another person is found, or none on one side.
+    /// Probes that are identified as another person, or as nobody on one side.
     pub other_answers: u64,
-    /// Those of them that the reference took for the right person, and the other side does not.
+    /// Probes that only the reference identifies correctly.
     pub lost: u64,
-    /// Those that only the other side took for the right person.
+    /// Probes that only the other side identifies correctly.
     pub gained: u64,
-    /// Probes of which the right person has another rank, the first or a later one.
+    /// Probes for which the right person has another rank.
     pub other_ranks: u64,
     /// Rank-1 of the reference, 0..1, as `edgegait score` gives it.
     pub rank1_of_reference: f64,
@@ -40,7 +40,7 @@ pub(crate) struct RankChanges {
 }
 
 impl SideRanks {
-    /// Ranks what a side answered; none if nothing of it is finite.
+    /// Ranks the answers of a side; none if no answer is finite.
     ///
     /// # Errors
     /// As [`Contest::judged`].
@@ -102,7 +102,7 @@ impl RankChanges {
         changes
     }
 
-    /// The share of probes that one side alone takes for the right person, 0..1.
+    /// Returns the share of probes that only one side identifies correctly, 0..1.
     pub(crate) fn changed_hits(&self) -> f64 {
         (self.lost + self.gained) as f64 / self.probes.max(1) as f64
     }
@@ -125,7 +125,7 @@ mod tests {
 
     #[test]
     fn answers_and_ranks_that_change_are_counted_apart() {
-        // Bob is right everywhere.
+        // Bob is the right person for all probes.
         let reference = ranked(&[
             (Some("bob"), Some(1)),
             (Some("bob"), Some(1)),
@@ -145,7 +145,7 @@ mod tests {
         ]);
         let found = RankChanges::of(&reference, &other);
         assert_eq!(found.probes, 7);
-        // To ann, to bob, to cid, and to nobody.
+        // Changes to ann, to bob, to cid, and to nobody.
         assert_eq!((found.other_answers, found.other_ranks), (4, 4));
         assert_eq!((found.lost, found.gained), (2, 1));
         assert_eq!(found.changed_hits(), 3.0 / 7.0);

@@ -1,24 +1,24 @@
-//! A model on a runtime, and what is known of how it ran.
+//! A model on a runtime, and details of how it ran.
 
 use crate::score::{Arithmetic, Model, Ran};
 use crate::score::{Provider, RuntimeName};
 use serde::Serialize;
 
-/// A model on a runtime.
+/// A model on a runtime, and details of how it ran.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct ParitySide {
     /// The model's file.
     pub model: String,
     pub runtime: RuntimeName,
-    /// Whether the model computes in 8-bit integers or rounds numbers as these do.
+    /// Whether the model computes in 8-bit integers or rounds numbers to them.
     pub quantized: bool,
-    /// Numbers of all its answers.
+    /// Count of the numbers in all its answers.
     pub numbers: u64,
-    /// Those of them that are NaN or infinite.
+    /// Count of these numbers that are NaN or infinite.
     pub non_finite: u64,
-    /// None if nothing is finite.
+    /// Rank-1, 0..1; none if no embedding is finite.
     pub rank1: Option<f64>,
-    /// What ran each operation, where that was asked.
+    /// What ran each operation, where the runtime was profiled.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub operators: Option<Vec<Ran>>,
     /// Operations that the processor ran instead of the provider.
@@ -27,13 +27,13 @@ pub(crate) struct ParitySide {
     /// Operations of a quantised model that were run in float.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub in_float: Vec<Ran>,
-    /// What to know of how it ran.
+    /// Notes on how it ran.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
 }
 
 impl ParitySide {
-    /// Before it has answered anything.
+    /// Creates a side without answers.
     pub(crate) fn new(model: &Model, runtime: RuntimeName) -> Self {
         Self {
             model: model.path().display().to_string(),
@@ -49,7 +49,7 @@ impl ParitySide {
         }
     }
 
-    /// `int8.onnx on onnxruntime 1.31.1 (xnnpack)`.
+    /// Returns a label such as `int8.onnx on onnxruntime 1.31.1 (xnnpack)`.
     pub(crate) fn label(&self) -> String {
         format!("{} on {}", self.model, self.runtime)
     }
@@ -58,18 +58,18 @@ impl ParitySide {
         ![Provider::Cpu.name(), ""].contains(&self.runtime.provider.as_str())
     }
 
-    /// Whether what ran each operation tells anything.
+    /// Returns whether a profile of the operations is informative.
     pub(crate) fn is_worth_profiling(&self) -> bool {
         self.quantized || self.has_provider()
     }
 
-    /// Adds what ran each operation; none if the runtime has nothing to tell.
+    /// Adds what ran each operation; `ran` is none if the runtime does not report it.
     pub(crate) fn with_operators(mut self, ran: Option<Vec<Ran>>) -> Self {
         let Some(ran) = ran else {
             if self.quantized {
                 self.notes.push(
-                    "all is computed in float: QuantizeLinear and DequantizeLinear round, and what \
-                     is between them is not 8-bit arithmetic"
+                    "all is computed in float: QuantizeLinear and DequantizeLinear round, but the \
+                     operations between them are not 8-bit arithmetic"
                         .into(),
                 );
             }
@@ -103,7 +103,7 @@ impl ParitySide {
                 format!("ran in 8 bits: {}", listed(&int8))
             } else {
                 let in_float = listed(&self.in_float);
-                format!("ran in float, of {all} operations between conversions: {in_float}")
+                format!("of {all} operations between conversions, these ran in float: {in_float}")
             });
         }
         self.operators = Some(ran);
@@ -111,7 +111,7 @@ impl ParitySide {
     }
 }
 
-/// `Conv 2, Gemm 1`.
+/// Returns a list such as `Conv 2, Gemm 1`.
 fn listed(ran: &[Ran]) -> String {
     let each: Vec<String> = ran
         .iter()
@@ -171,7 +171,7 @@ mod tests {
             note(std::slice::from_ref(&gemm)),
             ["nothing ran on xnnpack: all was left to the processor"]
         );
-        // The processor is what was asked for.
+        // The processor was the chosen provider.
         let on_cpu = side("cpu", false).with_operators(Some(vec![gemm]));
         assert_eq!((on_cpu.notes.len(), on_cpu.fell_back.len()), (0, 0));
     }
@@ -185,7 +185,7 @@ mod tests {
         let partly = side("cpu", true).with_operators(Some(partly.to_vec()));
         assert_eq!(
             partly.notes,
-            ["ran in float, of 3 operations between conversions: Gemm 1"]
+            ["of 3 operations between conversions, these ran in float: Gemm 1"]
         );
         let wholly = side("cpu", true).with_operators(Some(vec![conv, quantize]));
         assert_eq!(wholly.notes, ["ran in 8 bits: QLinearConv 2"]);

@@ -1,4 +1,4 @@
-//! Sides whose answers follow from two pixels.
+//! Tests with sides whose answers are functions of two pixels.
 
 use super::*;
 use crate::dataset::TreeLayout;
@@ -10,7 +10,8 @@ use crate::score::{Contract, InputRange, Outputs, Recognizer};
 use crate::sequences::{SequenceSource, ViewLabel};
 use crate::sweep::Settings;
 
-/// Answers with a function of the first two pixels, as embedding and as class scores.
+/// A recognizer that answers with a function of the first two pixels, as embedding and as class
+/// scores.
 struct OfTwoPixels {
     contract: Contract,
     runtime: RuntimeName,
@@ -60,7 +61,7 @@ fn entrant(name: &str, function: fn(f32, f32) -> Vec<f32>) -> Entrant {
 
 const FRONT: (f64, f64) = (0.0, 0.0);
 const SIDE: (f64, f64) = (90.0, 0.0);
-/// Ann has the higher first pixel, and bob the higher second one.
+/// GEIs in which ann has the higher first pixel, and bob the higher second one.
 const GEIS: [Gei<'_>; 4] = [
     ("ann", "w", FRONT, (9, 1)),
     ("ann", "w", SIDE, (8, 2)),
@@ -68,7 +69,7 @@ const GEIS: [Gei<'_>; 4] = [
     ("bob", "w", SIDE, (2, 8)),
 ];
 
-/// The other beside the reference, with limits for float.
+/// Compares the second side with the first, with limits for float.
 fn compared(others: [fn(f32, f32) -> Vec<f32>; 2]) -> Result<(Vec<ParitySide>, Comparison)> {
     let folder = tempfile::tempdir().expect("a folder");
     let dir = folder.path().join("geis");
@@ -95,7 +96,7 @@ fn plain(first: f32, second: f32) -> Vec<f32> {
 fn equal_answers_are_the_same_in_every_number() {
     let (sides, found) = compared([plain, plain]).expect("two sides");
     assert_eq!((found.verdict, found.reasons.len()), (Verdict::Same, 0));
-    // Of one output, which is the embedding and the scores.
+    // The single output is both the embedding and the scores.
     assert_eq!(found.scores, None);
     let embedding = found.embedding.expect("finite");
     assert_eq!((embedding.inputs, embedding.greatest), (4, 0.0));
@@ -107,7 +108,7 @@ fn equal_answers_are_the_same_in_every_number() {
 
 #[test]
 fn one_input_that_differs_is_found_with_its_person_and_viewpoint() {
-    // Bob at the side, (2, 8), is taken for ann.
+    // Bob from the side, (2, 8), is identified as ann.
     let other = |first, second| {
         if first == 2.0 {
             vec![12.0, second]
@@ -147,7 +148,7 @@ fn one_input_that_differs_is_found_with_its_person_and_viewpoint() {
         [
             "the greatest relative difference of embeddings is 2.000e0, more than 0.0002",
             "the mean relative difference of embeddings is 5.000e-1, more than 0.0002",
-            "1 of 4 probes are taken for the right person by one side only, more than 0.1 %"
+            "1 of 4 probes are identified correctly by one side only, more than 0.1 %"
         ]
     );
 }
@@ -163,7 +164,7 @@ fn a_number_that_is_not_finite_differs_even_from_another_such() {
     };
     let (sides, found) = compared([broken, broken]).expect("two sides");
     assert_eq!(found.verdict, Verdict::Differs);
-    // As embedding and as score.
+    // Once in the embedding and once in the scores.
     assert_eq!((sides[0].non_finite, sides[0].numbers), (2, 16));
     assert_eq!(found.reasons.len(), 2);
     assert!(found.reasons[0].ends_with("2 of 16 numbers are NaN or infinite"));

@@ -19,14 +19,14 @@ fn every_built_in_protocol_has_its_name() {
         let protocol = Protocol::named(name).expect("built in");
         assert_eq!(protocol.name, name);
         assert!(protocol.description.ends_with('.'), "{name}");
-        // A partition is of a tree, where walks are not made.
+        // A partition is for a tree, where no takes are made.
         assert_eq!(protocol.made.is_empty(), name == PARTITION, "{name}");
     }
     let error = Protocol::named("casia-c").expect_err("unknown").to_string();
     assert!(error.contains("closed-set, first-take"), "{error}");
 }
 
-/// Yu, Tan and Tan 2006, as OpenGait evaluates it.
+/// The protocol of Yu, Tan and Tan 2006, as OpenGait evaluates it.
 #[test]
 fn casia_b_enrols_four_normal_walks_and_looks_for_three_kinds() {
     let protocol = Protocol::named("casia-b").expect("built in");
@@ -111,7 +111,7 @@ fn what_makes_no_sense_is_refused() {
     assert!(refused(&unknown).starts_with("p.toml:4: unknown field"));
 }
 
-/// A protocol whose takes are made as `made` says, each of them looked for that is called p or q.
+/// Returns a protocol with the `made` list `made`, in which takes called p or q are probes.
 fn made_as(made: &str) -> String {
     format!(
         "name = \"p\"\ndescription = \"d\"\ndecision = \"nearest embedding\"\nmade = [{made}]\n[gallery]\ntakes = [\"g\"]\n[[probes]]\nname = \"all\"\ntakes = [\"p\", \"q\"]\n"
@@ -122,7 +122,7 @@ fn made_as(made: &str) -> String {
 fn made_takes_never_wrap_nor_reach_what_training_uses() {
     let one =
         |take: &str, variation: u32| format!("{{ take = {take:?}, variation = {variation} }}");
-    // 4294967295 + 1 would be 0, which everybody trains on.
+    // 4294967295 + 1 would be 0, which training uses.
     let last = refused(&made_as(&one("p", u32::MAX)));
     assert!(
         last.contains("take \"p\": expected a variation from 0 to 1000000"),
@@ -149,7 +149,7 @@ fn made_takes_never_wrap_nor_reach_what_training_uses() {
             .contains("cycle 3 of 3 of take \"p\" is variation 1000001, expected at most 1000000"),
         "{beyond}"
     );
-    // Two takes are looked for, so that after 1000 to 1007 cycles go on at 1016.
+    // With two probe takes, cycles continue at 1016 after 1000 to 1007.
     let meeting = parse(&made_as(&[one("p", 1000), one("q", 1016)].join(",")));
     assert!(meeting.made(8).is_ok());
     let met = meeting.made(9).unwrap_err().to_string();

@@ -1,6 +1,6 @@
 use super::*;
 
-/// A result of (azimuth, elevation, hits, probes).
+/// Returns a result from (azimuth, elevation, hits, probes).
 pub(crate) fn result_of(viewpoints: &[(f64, f64, u64, u64)]) -> RecognizerResult {
     let labels = viewpoints
         .iter()
@@ -34,7 +34,7 @@ pub(crate) fn result_of(viewpoints: &[(f64, f64, u64, u64)]) -> RecognizerResult
     RecognizerResult::new(contestant, &counts)
 }
 
-/// A set of 26 probes of 26 people, `hits` of them right.
+/// Returns a set of 26 probes of 26 people, `hits` of them right.
 pub(crate) fn set(name: &str, clean: bool, hits: u32) -> ProbeSetResult {
     let rank1 = f64::from(hits) / 26.0;
     ProbeSetResult {
@@ -130,7 +130,7 @@ fn percentiles_are_of_nearest_rank() {
         (100.0, Some(180.0), Some(198.0))
     );
     assert_eq!(Latency::of(&samples[..99]).unwrap().p99_us, None);
-    // Of 10 the 9th.
+    // With 10 samples, the 9th.
     assert_eq!(Latency::of(&samples[..10]).unwrap().p90_us, Some(199.0));
     assert_eq!(Latency::of(&samples[..9]).unwrap().p90_us, None);
     assert_eq!(Latency::of(&[]), None);

@@ -1,21 +1,22 @@
-//! Flips of joints on which nothing hangs, bridged.
+//! Bridges flips of joints that carry no others.
 //!
-//! Captures lose hands for a moment or read them the wrong way round (which is why `clean` passes
-//! over them), and which way round they are hardly shows in a silhouette. Such noise is worth a
-//! warning, not a walk: it is bridged here, where the encoder would refuse it and nowhere else.
+//! Captures lose hands for a moment or record them the wrong way round
+//! ([`usable_part`](super::usable_part) ignores hands for that reason), and their orientation
+//! hardly shows in a silhouette. Such noise gets a warning instead of the walk's rejection: frames
+//! that the encoder would reject are bridged here, and no others.
 
 use crate::people::cleaning::flips::{MotionEnds, largest_step_deg, steps};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DQuat;
 
-/// Most seconds that a bridge takes, half of them to either side of the flip: what the usual
-/// low-pass of 10 Hz makes of a flip in one frame takes half of it. Ours.
+/// Longest bridge, seconds, half of it on either side of the flip. The usual low-pass of 10 Hz
+/// spreads a flip in one frame over half of it. Ours.
 const LONGEST_BRIDGE_S: f64 = 0.2;
 
-/// A bridge turns by at most this share of what is refused, so that its ends are no edges. Ours.
+/// Largest step of a bridge as a share of the rejected step, so that its ends are not abrupt. Ours.
 const BRIDGE_SHARE: f64 = 0.5;
 
-/// Joints on which nothing hangs: what they do moves no other joint.
+/// Joints that carry no others, so their rotation moves no other joint.
 const ENDS: [Joint; 5] = [
     Joint::Head,
     Joint::LeftHand,
@@ -23,17 +24,18 @@ const ENDS: [Joint; 5] = [
     Joint::LeftFoot,
     Joint::RightFoot,
 ];
-/// Those of them that may be another way round after the flip than before it. A foot or a head
-/// that stays turned is another posture, and is refused.
+/// End joints that may stay turned after the flip. A foot or a head that stays turned is another
+/// posture and is rejected.
 const EITHER_WAY: [Joint; 2] = [Joint::LeftHand, Joint::RightHand];
 
-/// Bridges that a warning names before it only counts.
+/// Most bridges that a warning names; it counts the others.
 const NAMED: usize = 4;
 
-/// Bridges the flips of joints on which nothing hangs: the fewest frames about a flip are
-/// interpolated between those before and behind, where the joint is back 0.1 s after it,
-/// and for hands also where it stays. A joint all of whose flips cannot be bridged is left as it
-/// is, and so is all else. What was done, a sentence for each joint.
+/// Bridges the flips of joints that carry no others, and returns a sentence for each bridged joint.
+///
+/// The fewest frames around a flip are interpolated between their neighbours, if the joint is back
+/// within 0.1 s after it; for hands, also if it stays turned. A joint with a flip that cannot be
+/// bridged is not changed.
 pub(crate) fn bridge_flips(
     rotations: &mut [[DQuat; JOINTS]],
     ends: MotionEnds,
@@ -58,7 +60,7 @@ pub(crate) fn bridge_flips(
                 more => format!(" and {more} more places"),
             };
             said.push(format!(
-                "joint {joint:?} turns {:.0} degrees from frame {} to {} (at most {most:.0} at {rate_hz:.0} frames a second): taken for noise of the capture, frames {}{more} are interpolated",
+                "joint {joint:?} turns {:.0} degrees from frame {} to {} (at most {most:.0} at {rate_hz:.0} frames a second): taken as capture noise, frames {}{more} are interpolated",
                 worst.turned_deg,
                 worst.before,
                 worst.after,
@@ -72,7 +74,7 @@ pub(crate) fn bridge_flips(
     said
 }
 
-/// What was interpolated.
+/// A stretch of frames that was interpolated.
 struct Bridge {
     turned_deg: f64,
     before: usize,
@@ -82,7 +84,7 @@ struct Bridge {
     last: usize,
 }
 
-/// Bridges all flips of a joint; `None` where one of them cannot be.
+/// Bridges all flips of a joint; `None` if one of them cannot be bridged.
 fn bridge(
     track: &mut [DQuat],
     joint: Joint,
@@ -94,7 +96,7 @@ fn bridge(
     let turned =
         |track: &[DQuat], a: usize, b: usize| track[a].angle_between(track[b]).to_degrees();
     let mut bridges = Vec::new();
-    // Every bridge takes out one flip at least and makes none, so none is before it any more.
+    // Every bridge removes at least one flip and creates none, so there are none before it.
     let mut searched = 0;
     while let Some((before, after)) = steps(count, ends)
         .skip(searched)
@@ -130,7 +132,7 @@ fn bridge(
     Some(bridges)
 }
 
-/// The frames that a bridge may be built between, from the nearest to the flip.
+/// Returns the pairs of frames between which a bridge may be built, nearest to the flip first.
 fn spans(
     before: usize,
     after: usize,
@@ -141,7 +143,7 @@ fn spans(
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "some frames"
+        reason = "a small number of frames"
     )]
     let longest = ((LONGEST_BRIDGE_S * rate_hz) as usize).min(count / 2);
     (1..longest / 2 + 1).filter_map(move |wider| match ends {
@@ -158,10 +160,10 @@ mod tests {
     use super::*;
     use crate::people::cleaning::flips::first_flip;
 
-    /// At 100 frames a second 36 degrees are the most.
+    /// At this rate the largest step is 36 degrees.
     const RATE_HZ: f64 = 100.0;
 
-    /// Frames in which a joint is turned about its axis by these degrees.
+    /// Returns frames in which a joint is turned about its axis by these degrees.
     fn frames(joint: Joint, degrees: &[f64]) -> Vec<[DQuat; JOINTS]> {
         let pose = |degrees: &f64| {
             let mut pose = [DQuat::IDENTITY; JOINTS];
@@ -179,7 +181,7 @@ mod tests {
         frames.iter().map(turned).collect()
     }
 
-    /// 40 frames with these degrees in some of them.
+    /// Returns 40 angles, `degrees` in a range of frames and 0 elsewhere.
     fn with(range: std::ops::Range<usize>, degrees: f64) -> Vec<f64> {
         (0..40)
             .map(|frame| if range.contains(&frame) { degrees } else { 0.0 })
@@ -198,7 +200,7 @@ mod tests {
             assert_eq!(
                 said,
                 [format!(
-                    "joint {joint:?} turns 100 degrees from frame 19 to 20 (at most 36 at 100 frames a second): taken for noise of the capture, frames 18 to 21 are interpolated"
+                    "joint {joint:?} turns 100 degrees from frame 19 to 20 (at most 36 at 100 frames a second): taken as capture noise, frames 18 to 21 are interpolated"
                 )]
             );
             assert_eq!(degrees(&spike, joint), vec![0.0; 40]);

@@ -1,13 +1,13 @@
-//! Flips: joints that turn further between two frames than bodies can.
+//! Finds flips: joints that turn further between two frames than bodies can.
 //!
-//! No smooth curve goes through both frames, so the encoder refuses them.
+//! No smooth curve goes through both frames, so the encoder rejects them.
 
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DQuat;
 
-/// Fastest rotation of a joint that is not taken for a flip of the capture, degrees a second:
-/// 30 degrees a frame at 120 Hz (DESIGN.md, section 4); and the largest step at any rate,
-/// beyond which it is a guess which way a joint turned.
+/// Fastest rotation of a joint that is not a flip of the capture, degrees a second (30 degrees a
+/// frame at 120 Hz), and the largest step at any rate, beyond which the direction of the turn is a
+/// guess.
 const FASTEST_DEG_S: f64 = 3_600.0;
 const LARGEST_STEP_DEG: f64 = 75.0;
 
@@ -16,30 +16,30 @@ const LARGEST_STEP_DEG: f64 = 75.0;
 pub(crate) struct Flip {
     /// The joint.
     pub joint: Joint,
-    /// The frame before it.
+    /// The frame before the flip.
     pub before: usize,
-    /// The frame behind it; 0 behind the last of a cycle.
+    /// The frame after the flip; 0 after the last frame of a cycle.
     pub after: usize,
-    /// How far it turns, degrees.
+    /// Angle of the turn, degrees.
     pub turned_deg: f64,
 }
 
-/// Whether the last frame is followed by the first.
+/// Whether the first frame follows the last one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MotionEnds {
-    /// As of a gait cycle.
+    /// The first frame follows the last: a gait cycle.
     Meet,
-    /// As of a take.
+    /// The motion does not repeat: an uncut motion.
     Open,
 }
 
-/// The most that a joint may turn between two frames at this rate, degrees.
+/// Returns the most by which a joint may turn between two frames at this rate, degrees.
 #[must_use]
 pub(crate) fn largest_step_deg(rate_hz: f64) -> f64 {
     (FASTEST_DEG_S / rate_hz).min(LARGEST_STEP_DEG)
 }
 
-/// The first flip in frames at this rate, by frame and joint.
+/// Returns the first flip in frames at this rate, in the order of frames, then joints.
 #[must_use]
 pub(crate) fn first_flip(
     rotations: &[[DQuat; JOINTS]],
@@ -60,7 +60,7 @@ pub(crate) fn first_flip(
     })
 }
 
-/// Each frame with the one behind it.
+/// Returns each frame with the one after it.
 pub(in crate::people) fn steps(
     count: usize,
     ends: MotionEnds,

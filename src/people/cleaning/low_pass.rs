@@ -1,8 +1,8 @@
-//! A zero-lag low-pass for joint tracks: what is above 10 Hz in gait is marker noise.
+//! A zero-lag low-pass for joint tracks. Above 10 Hz, gait recordings hold only marker noise.
 //!
-//! A second-order Butterworth run forwards and backwards, as Winter (2009),
-//! "Biomechanics and Motor Control of Human Movement", section 3.4.4, does it: the
-//! two passes together have their -3 dB point at the stated cut-off.
+//! It is a second-order Butterworth filter run forwards and backwards, as in Winter (2009),
+//! "Biomechanics and Motor Control of Human Movement", section 3.4.4. The two passes together have
+//! their -3 dB point at the stated cut-off.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ const TWO_PASSES: f64 = 0.802;
 /// A low-pass for one sample rate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LowPass {
-    /// Feed-forward; the middle coefficient is twice the outer ones.
+    /// The outer feed-forward coefficients; the middle one is twice this.
     b0: f64,
     a1: f64,
     a2: f64,
@@ -23,8 +23,8 @@ pub(crate) struct LowPass {
 }
 
 impl LowPass {
-    /// A filter with its -3 dB point at `cut_off_hz`; `None` if the sample rate is
-    /// too low to hold anything above it.
+    /// Returns a filter with its -3 dB point at `cut_off_hz`; `None` if the sample rate is too low
+    /// for it.
     #[must_use]
     pub(crate) fn new(cut_off_hz: f64, sample_rate_hz: f64) -> Option<Self> {
         if !(cut_off_hz > 0.0 && cut_off_hz < 0.4 * sample_rate_hz) {
@@ -37,13 +37,13 @@ impl LowPass {
             b0: k * k * norm,
             a1: 2.0 * (k * k - 1.0) * norm,
             a2: (1.0 - std::f64::consts::SQRT_2 * k + k * k) * norm,
-            // Three time constants: the start-up has died away.
+            // Three time constants, until the start-up has died away.
             pad: (3.0 * sample_rate_hz / (2.0 * PI * cut_off_hz)).ceil() as usize + 3,
         })
     }
 
-    /// Filters one channel in place. The ends are continued by reflection about
-    /// their end points, so that a straight line passes unchanged.
+    /// Filters one channel in place. The ends are extended by reflection about the end points, so
+    /// a straight line passes unchanged.
     pub(crate) fn scalars(&self, values: &mut [f64]) {
         let n = values.len();
         if n < 2 {
@@ -73,8 +73,8 @@ impl LowPass {
         }
     }
 
-    /// Filters rotations in place: their components in one hemisphere, renormalised.
-    /// Right for steps well below 90 degrees, which [`crate::people::retarget`] ensures.
+    /// Filters rotations in place: their components in one hemisphere, renormalised. This is valid
+    /// for steps well below 90 degrees, which [`crate::people::retarget`] ensures.
     pub(crate) fn rotations(&self, values: &mut [DQuat]) {
         for i in 1..values.len() {
             if values[i].dot(values[i - 1]) < 0.0 {
@@ -94,7 +94,7 @@ impl LowPass {
         }
     }
 
-    /// One pass, started as if the first value had been there for ever.
+    /// Filters once, started as if the first value had been there for ever.
     fn pass(&self, values: &mut [f64]) {
         let Some(&start) = values.first() else { return };
         let (mut x1, mut x2, mut y1, mut y2) = (start, start, start, start);

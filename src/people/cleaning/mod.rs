@@ -1,7 +1,7 @@
-//! Cleaning of recorded motion: what a capture got wrong is repaired, or the part is left out.
+//! Cleans recorded motion: repairs faults of the capture, or leaves out the faulty part.
 //!
-//! A file of this folder takes a motion on the canonical skeleton and returns it without one kind
-//! of fault: joints that flip, noise above the band of gait, joints that a capture barely sees.
+//! Each module removes one kind of fault: impossible steps, joints that flip, noise above the band
+//! of gait.
 
 #[cfg(feature = "import")]
 pub(crate) mod bridges;

@@ -1,7 +1,7 @@
-//! Finds the part of a recording that a body could have done.
+//! Finds the part of a recording that a body can perform.
 //!
-//! Recordings begin with a T-pose, roots jump through the room and joints flip over.
-//! No filter repairs that: the recording is cut to its longest clean stretch.
+//! Recordings begin with a T-pose, roots jump through the room and joints flip over. No filter
+//! repairs that, so the recording is cut to its longest clean stretch.
 
 use std::ops::Range;
 
@@ -9,22 +9,21 @@ use glam::DVec3;
 
 use crate::import::Motion;
 
-/// Fastest joint rotation accepted, degrees a second: 30 degrees a frame at 120 Hz
-/// (DESIGN.md, section 4).
+/// Fastest joint rotation accepted, degrees a second: 30 degrees a frame at 120 Hz.
 const FASTEST_ROTATION_DEG_S: f64 = 3600.0;
 
-/// Largest step accepted at any rate, degrees: beyond it, which way a joint turned
-/// begins to be a guess. Ours.
+/// Largest step accepted at any rate, degrees. Beyond it, the direction of the turn is a guess.
+/// Ours.
 const LARGEST_STEP_DEG: f64 = 75.0;
 
 /// Fastest root accepted, m/s. The fastest sprinter reached 12.3 (Berlin 2009).
 const FASTEST_ROOT_M_S: f64 = 15.0;
 
-/// A first step this many times the usual one is a T-pose before the motion. Ours: it
-/// finds those of the cgspeed, Character Creator and Xsens clips, and no other.
+/// Ratio of the first step to the median one above which frame 0 is a T-pose. Ours: it finds the
+/// T-poses of the cgspeed, Character Creator and Xsens clips, and no others.
 const T_POSE_RATIO: f64 = 8.0;
 
-/// What is left of a recording.
+/// The usable part of a recording.
 pub(in crate::people) struct Clean {
     /// The frames to use.
     pub(in crate::people) frames: Range<usize>,
@@ -33,10 +32,11 @@ pub(in crate::people) struct Clean {
     pub(in crate::people) warnings: Vec<String>,
 }
 
-/// Looks at every step of the root and of the given joints, whose turning counts
-/// (hands do not: they flip for a frame in CMU's 08_07 and 08_09, and the low-pass hides it, or
-/// [`flips`](super::flips) bridges it).
-/// `unit_m`: metres in one source unit; `positions`: of the root, by frame.
+/// Finds the longest stretch without a jump of the root or a flip of the given joints.
+///
+/// Hands do not count: they flip for a frame in CMU's 08_07 and 08_09, and the low-pass hides it,
+/// or [`bridges`](super::bridges) bridges it. `unit_m` is metres in one source unit, and
+/// `positions` are those of the root, by frame.
 pub(in crate::people) fn longest_clean_stretch(
     motion: &Motion,
     joints: &[usize],
@@ -91,7 +91,7 @@ pub(in crate::people) fn longest_clean_stretch(
     }
 }
 
-/// The joint that turns most from the frame before, and how far, degrees.
+/// Returns the joint that turns most from the frame before, and its angle, degrees.
 fn largest_step(motion: &Motion, joints: &[usize], frame: usize) -> (usize, f64) {
     joints
         .iter()
@@ -107,7 +107,7 @@ fn step_deg(motion: &Motion, joint: usize, frame: usize) -> f64 {
         .to_degrees()
 }
 
-/// Whether the first step is unlike all others.
+/// Returns whether the first step is much larger than the others.
 fn begins_with_t_pose(motion: &Motion, joints: &[usize]) -> bool {
     let mean_step = |frame| {
         let sum: f64 = joints

@@ -1,5 +1,5 @@
-//! The norm's angles at one speed: between published walking speeds, and scaled from one
-//! running speed.
+//! The norm's angles at one speed: interpolated between published walking speeds, and scaled from
+//! one running speed.
 
 use super::anthropometry::Dimensions;
 use super::norms::{
@@ -12,7 +12,7 @@ use edgegait_core::pack::Gait;
 /// Speed from which people run, km/h: the source paper's switch between 7 and 8.
 const RUNNING_FROM_KMH: f64 = 7.5;
 
-/// Whether a person walks or runs at this speed.
+/// Returns whether a person walks or runs at this speed.
 #[must_use]
 pub(super) fn gait_at(speed_kmh: f64) -> Gait {
     if speed_kmh < RUNNING_FROM_KMH {
@@ -22,7 +22,7 @@ pub(super) fn gait_at(speed_kmh: f64) -> Gait {
     }
 }
 
-/// The speed of [`WALKING`] that people choose.
+/// Index in [`WALKING`] of the speed that people choose.
 const SPONTANEOUS: usize = 2;
 
 /// The angles' curves at one speed.
@@ -31,24 +31,24 @@ pub(super) enum AngleNorm {
     Walk {
         slower: &'static WalkingNorm,
         faster: &'static WalkingNorm,
-        /// 0 is the slower one.
+        /// Weight of the faster speed.
         share: f64,
-        /// Arm swing against that at spontaneous speed.
+        /// Arm swing as a factor of the swing at spontaneous speed.
         arms: f64,
     },
     /// Running, scaled from 3 m/s.
     Run {
         /// Factor of the hip's swing.
         hip: f64,
-        /// Factor of the knee's.
+        /// Factor of the knee's swing.
         knee: f64,
-        /// Factor of the ankle's.
+        /// Factor of the ankle's swing.
         ankle: f64,
     },
 }
 
 impl AngleNorm {
-    /// The norm for a person of these dimensions at this speed.
+    /// Returns the norm for a person of these dimensions at this speed.
     pub(super) fn at(dimensions: &Dimensions, speed_kmh: f64) -> Self {
         if gait_at(speed_kmh) == Gait::Run {
             // 8 to 12 km/h: swing knee 78 to 98 degrees, hip peak 40 to 49, ankle at
@@ -79,18 +79,18 @@ impl AngleNorm {
         }
     }
 
-    /// An angle of the norm: mean, and swing at `phase`, degrees.
+    /// Returns an angle of the norm: mean, and swing at `phase`, degrees.
     pub(super) fn angle(&self, angle: Angle, phase: f64) -> (f64, f64) {
         let (mean, swing, _) = self.numbers(angle, Some(phase));
         (mean, swing)
     }
 
-    /// The spread of an angle of the norm, degrees.
+    /// Returns the spread of an angle of the norm, degrees.
     pub(super) fn spread_deg(&self, angle: Angle) -> f64 {
         self.numbers(angle, None).2
     }
 
-    /// Mean, swing at a phase if one is given, and spread, degrees.
+    /// Returns mean, swing at a phase if one is given, and spread, degrees.
     fn numbers(&self, angle: Angle, phase: Option<f64>) -> (f64, f64, f64) {
         let waves = phase.map(Waves::at);
         let swing = |curve: &AngleCurve| waves.as_ref().map_or(0.0, |waves| curve.swing(waves));
@@ -108,16 +108,16 @@ impl AngleNorm {
                     let mix = |a: f64, b: f64| a + share * (b - a);
                     (mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
                 };
-                // Adults' pelves turn more than children's, and later: the adults' curve at their own
-                // speed, which grows with speed as the children's does.
+                // Adults' pelves turn more than children's, and later. This is the adults' curve at
+                // their own speed, which grows with speed like the children's.
                 let grown =
                     |adult: &AngleCurve, of: fn(&'static WalkingNorm) -> &'static AngleCurve| {
                         let size =
                             of(slower).size() + share * (of(faster).size() - of(slower).size());
                         scaled(adult, size / of(&WALKING[SPONTANEOUS]).size())
                     };
-                // Adults' pelves tip by 13 degrees in one laboratory and by 6 to 9 in four others,
-                // earlier: the mean of the adults' curve and the children's.
+                // Adults' pelves tip by 13 degrees in one laboratory, and by 6 to 9 and earlier in
+                // four others. This is the mean of the adults' curve and the children's.
                 let tipped =
                     |adult: &AngleCurve, of: fn(&'static WalkingNorm) -> &'static AngleCurve| {
                         let (child, adult) = (between(of), grown(adult, of));
@@ -134,7 +134,7 @@ impl AngleNorm {
                     Angle::AnkleDorsiflexion => between(|n| &n.ankle_dorsiflexion),
                     Angle::FootProgression => between(|n| &n.foot_progression),
                     // Recorded walkers of four data sets lean 2 to 4 degrees further forwards than
-                    // the norm's 0.9, of two others as far.
+                    // the norm's 0.9; those of two others do not.
                     Angle::ThoraxTilt => {
                         let (mean, swing, sd) = plain(&THORAX_TILT);
                         (mean + 2.0, swing, sd)

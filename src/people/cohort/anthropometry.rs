@@ -15,13 +15,13 @@ struct Regression {
     constant: f64,
     stature: f64,
     bmi: f64,
-    /// Standard deviation of what the two predictors leave open, mm.
+    /// Residual standard deviation, mm.
     residual: f64,
 }
 
 impl Regression {
-    /// Mean and standard deviation over a population, metres. Stature, mass index and what
-    /// they leave open are independent.
+    /// Returns mean and standard deviation over a population, metres. Stature, mass index and
+    /// residual are independent.
     fn spread(&self, population: &PopulationNorms) -> (f64, f64) {
         let ((stature, stature_sd), (bmi, bmi_sd)) = (population.stature, population.bmi);
         let mean = self.constant + self.stature * stature + self.bmi * bmi;
@@ -33,7 +33,7 @@ impl Regression {
     }
 }
 
-/// Shorthand for the table below.
+/// Returns a regression; shorthand for the table below.
 const fn fit(constant: f64, stature: f64, bmi: f64, residual: f64) -> Regression {
     Regression {
         constant,
@@ -49,12 +49,12 @@ macro_rules! dimensions {
         /// The dimensions of one person, metres.
         #[derive(Clone, Debug, PartialEq)]
         pub struct Dimensions {
-            /// Floor to the top of the head.
+            /// Height of the top of the head above the floor.
             pub stature: f64,
             $(#[doc = $doc] pub $name: f64,)*
         }
 
-        /// How many dimensions a person has beside the stature.
+        /// Number of dimensions beside the stature.
         pub const DIMENSIONS: usize = NAMES.len();
 
         /// Names of the dimensions beside the stature, in the order of [`Dimensions`]' fields.
@@ -69,7 +69,7 @@ macro_rules! dimensions {
                 Self { stature, $($name),* }
             }
 
-            /// The dimensions beside the stature, metres, in the order of [`NAMES`].
+            /// Returns the dimensions beside the stature, metres, in the order of [`NAMES`].
             #[must_use]
             pub const fn values(&self) -> [f64; DIMENSIONS] {
                 [$(self.$name),*]
@@ -80,75 +80,75 @@ macro_rules! dimensions {
 
 #[rustfmt::skip]
 dimensions! {
-    "Between the acromia."
+    "Breadth between the acromia."
     biacromial_breadth: fit(104.29, 148.41, 1.833, 14.4), fit(82.49, 158.33, 0.981, 14.7);
-    "Across the deltoids."
+    "Breadth across the deltoids."
     bideltoid_breadth: fit(65.43, 147.56, 6.713, 14.8), fit(53.67, 141.15, 6.542, 14.0);
-    "Hips, standing."
+    "Breadth of the hips, standing."
     hip_breadth: fit(-16.35, 134.61, 4.539, 12.7), fit(-24.70, 144.27, 5.632, 14.8);
-    "Between the iliac crests."
+    "Breadth between the iliac crests."
     bicristal_breadth: fit(-10.24, 129.28, 2.117, 12.4), fit(-19.63, 122.93, 3.638, 16.2);
-    "Chest."
+    "Breadth of the chest."
     chest_breadth: fit(52.13, 90.78, 2.813, 12.9), fit(37.62, 90.44, 3.312, 13.1);
-    "Chest, at the nipples."
+    "Depth of the chest, at the nipples."
     chest_depth: fit(-46.80, 83.60, 5.556, 12.3), fit(-41.90, 79.48, 6.271, 15.2);
-    "Waist, at the navel."
+    "Breadth of the waist, at the navel."
     waist_breadth: fit(-97.10, 125.33, 7.348, 15.8), fit(-84.43, 119.28, 7.455, 18.1);
-    "Waist, at the navel."
+    "Depth of the waist, at the navel."
     waist_depth: fit(-106.23, 78.48, 7.447, 16.5), fit(-66.18, 53.87, 7.510, 16.6);
-    "Buttocks."
+    "Depth of the buttocks."
     buttock_depth: fit(-58.53, 82.12, 5.785, 11.0), fit(-39.15, 74.01, 5.944, 11.3);
-    "Thigh, at the gluteal fold."
+    "Circumference of the thigh, at the gluteal fold."
     thigh_circumference: fit(-109.60, 216.12, 12.829, 22.6), fit(-116.24, 234.78, 13.730, 22.6);
-    "Thigh, above the knee."
+    "Circumference of the thigh, above the knee."
     lower_thigh_circumference: fit(-16.58, 138.82, 6.576, 14.8), fit(-49.28, 153.86, 7.822, 19.1);
-    "Calf."
+    "Circumference of the calf."
     calf_circumference: fit(28.39, 114.52, 5.878, 16.0), fit(2.21, 134.68, 5.951, 17.0);
-    "Ankle."
+    "Circumference of the ankle."
     ankle_circumference: fit(28.47, 78.56, 2.272, 10.1), fit(33.35, 79.26, 2.091, 11.8);
-    "Upper arm, flexed."
+    "Circumference of the upper arm, flexed."
     biceps_circumference: fit(-4.50, 95.96, 7.011, 18.8), fit(-44.37, 96.48, 7.563, 13.9);
-    "Forearm, flexed."
+    "Circumference of the forearm, flexed."
     forearm_circumference: fit(27.75, 96.11, 4.100, 12.9), fit(14.75, 91.35, 3.944, 10.5);
-    "Wrist."
+    "Circumference of the wrist."
     wrist_circumference: fit(29.36, 63.85, 1.243, 6.0), fit(23.72, 62.94, 1.121, 5.3);
-    "Neck."
+    "Circumference of the neck."
     neck_circumference: fit(129.35, 72.75, 5.076, 14.8), fit(104.23, 76.61, 3.954, 12.1);
-    "Head."
+    "Breadth of the head."
     head_breadth: fit(130.83, 6.00, 0.468, 5.2), fit(121.72, 11.86, 0.264, 5.0);
-    "Head, forehead to back."
+    "Length of the head, forehead to back."
     head_length: fit(121.29, 37.77, 0.429, 6.3), fit(113.79, 40.33, 0.406, 6.8);
-    "Acromion above the floor."
+    "Height of the acromion above the floor."
     acromial_height: fit(-162.34, 892.45, 1.291, 15.3), fit(-112.48, 877.10, 0.755, 13.4);
-    "Seventh cervical vertebra above the floor."
+    "Height of the seventh cervical vertebra above the floor."
     cervicale_height: fit(-100.39, 908.34, 0.811, 10.7), fit(-94.32, 912.00, 0.189, 10.5);
-    "Top of the breastbone above the floor."
+    "Height of the top of the breastbone above the floor."
     suprasternale_height: fit(-132.28, 876.77, 1.122, 10.8), fit(-112.39, 871.32, 0.908, 10.5);
-    "Greater trochanter above the floor."
+    "Height of the greater trochanter above the floor."
     trochanterion_height: fit(-150.63, 609.84, -0.703, 25.7), fit(-130.96, 596.46, 0.196, 23.0);
-    "Crotch above the floor."
+    "Height of the crotch above the floor."
     crotch_height: fit(-143.00, 582.23, -1.213, 23.4), fit(-161.00, 592.95, -0.874, 23.4);
-    "Lateral femoral epicondyle above the floor."
+    "Height of the lateral femoral epicondyle above the floor."
     knee_height: fit(-89.47, 333.01, -0.134, 13.6), fit(-91.83, 336.88, 0.359, 16.3);
-    "Lateral malleolus above the floor."
+    "Height of the lateral malleolus above the floor."
     malleolus_height: fit(-1.81, 38.64, 0.247, 4.9), fit(5.26, 34.74, 0.036, 4.6);
-    "Iliac crest above the floor."
+    "Height of the iliac crest above the floor."
     iliocristale_height: fit(-137.51, 690.17, -0.468, 21.5), fit(-162.44, 707.82, 0.215, 20.0);
-    "Chest, at the nipples, above the floor."
+    "Height of the nipples above the floor."
     chest_height: fit(-93.59, 787.57, 0.057, 18.1), fit(-91.51, 794.92, -1.230, 21.9);
-    "Upper arm."
+    "Length of the upper arm, acromion to radiale."
     acromion_radiale_length: fit(-27.27, 202.79, 0.230, 10.6), fit(-44.74, 210.46, 0.518, 10.3);
-    "Forearm."
+    "Length of the forearm, radiale to stylion."
     radiale_stylion_length: fit(-15.88, 160.75, 0.053, 10.8), fit(-30.84, 162.32, 0.308, 11.0);
-    "Hand."
+    "Length of the hand."
     hand_length: fit(13.45, 97.64, 0.302, 7.3), fit(6.45, 99.84, 0.473, 7.5);
-    "Hand."
+    "Breadth of the hand."
     hand_breadth: fit(25.02, 29.80, 0.394, 3.5), fit(25.61, 27.36, 0.314, 3.2);
-    "Foot."
+    "Length of the foot."
     foot_length: fit(15.15, 137.19, 0.546, 8.9), fit(5.35, 138.02, 0.635, 8.3);
-    "Foot."
+    "Breadth of the foot."
     foot_breadth: fit(27.18, 34.30, 0.522, 4.2), fit(32.60, 29.24, 0.490, 4.0);
-    "Ear to the top of the head, upright."
+    "Height of the top of the head above the ear, upright."
     tragion_to_vertex: fit(96.44, 17.83, 0.123, 6.0), fit(84.76, 21.48, 0.264, 6.3);
 }
 
@@ -162,7 +162,7 @@ pub struct PopulationNorms {
 }
 
 impl PopulationNorms {
-    /// ANSUR II's men or women. Stature and mass index are uncorrelated there
+    /// Returns the norms of ANSUR II's men or women, whose stature and mass index are uncorrelated
     /// (r = 0.002 and 0.054).
     #[must_use]
     pub const fn of(sex: Sex) -> Self {
@@ -178,18 +178,20 @@ impl PopulationNorms {
         }
     }
 
-    /// Statures within `PLAUSIBLE_SD` of the mean, metres; without a sex of either.
+    /// Returns the range of statures within `PLAUSIBLE_SD` of the mean, metres; without a sex, the
+    /// range of both.
     #[must_use]
     pub fn plausible_stature(sex: Option<Sex>) -> (f64, f64) {
         either(sex, |sex| Self::of(sex).stature)
     }
 }
 
-/// How many standard deviations from the mean a measured person may be: only mistakes, such as
-/// of unit or column, are further out.
+/// Most standard deviations from the mean of a plausible measurement: only mistakes, such as a
+/// wrong unit or column, are further out.
 const PLAUSIBLE_SD: f64 = 6.0;
 
-/// From the least to the greatest plausible value, by its mean and standard deviation.
+/// Returns the range of plausible values from mean and standard deviation; without a sex, the
+/// range of both.
 fn either(sex: Option<Sex>, of: impl Fn(Sex) -> (f64, f64)) -> (f64, f64) {
     let range = |sex| {
         let (mean, sd) = of(sex);
@@ -205,8 +207,8 @@ fn either(sex: Option<Sex>, of: impl Fn(Sex) -> (f64, f64)) -> (f64, f64) {
 }
 
 impl Dimensions {
-    /// The dimensions of a person of `stature_m`, `mass_kg` and `sex`. Without a sex,
-    /// the mean of both regressions. `residuals` moves each dimension by so many
+    /// Returns the dimensions of a person of `stature_m`, `mass_kg` and `sex`; without a sex,
+    /// the mean of both regressions. `residuals` moves each dimension by that many
     /// residual standard deviations; zeros give the expected person.
     ///
     /// # Errors
@@ -242,8 +244,8 @@ impl Dimensions {
         Ok(Self::new(stature_m, values))
     }
 
-    /// The same person with these dimensions, metres, in the order of [`NAMES`]; the others
-    /// stay.
+    /// Returns the same person with these dimensions, metres, in the order of [`NAMES`]; `None`
+    /// leaves a dimension as it is.
     #[must_use]
     pub fn with(&self, measured: &[Option<f64>; DIMENSIONS]) -> Self {
         let mut values = self.values();
@@ -253,9 +255,8 @@ impl Dimensions {
         Self::new(self.stature, values)
     }
 
-    /// From the least to the greatest plausible value of each dimension in the order of
-    /// [`NAMES`], metres: within `PLAUSIBLE_SD` of the population's mean, without a sex of
-    /// either.
+    /// Returns the range of plausible values of each dimension, in the order of [`NAMES`], metres:
+    /// within `PLAUSIBLE_SD` of the population's mean; without a sex, the range of both.
     #[must_use]
     pub fn plausible(sex: Option<Sex>) -> [(f64, f64); DIMENSIONS] {
         std::array::from_fn(|index| {

@@ -1,8 +1,8 @@
-//! How far hanging arms reach into the trunk, and how much further out they clear it.
+//! The overlap of hanging arms with the trunk, and the abduction that clears it.
 //!
-//! A trunk's breadth goes with mass and the shoulders' with stature, so that arms which hang
-//! beside a slim trunk are inside of a heavy one. Both are stacks of rings here, and an arm is
-//! where its inner points are: plenty for where an arm hangs, and cheap enough for every frame.
+//! A trunk's breadth grows with mass and the shoulders' with stature, so arms that hang beside a
+//! slim trunk are inside of a heavy one. Both are stacks of rings here, and only an arm's inner
+//! points are tested: accurate enough for a hanging arm, and cheap enough for every frame.
 
 use super::rings::RING;
 use crate::people::{Body, BodyHull, forward_kinematics};
@@ -11,7 +11,7 @@ use glam::{DQuat, DVec3};
 
 /// How deep an arm may press into the flank, metres: skin and clothes give way. Ours.
 pub(super) const SOFT_TISSUE: f64 = 0.012;
-/// The points of a ring that face the other arm: those on the inner half but for its ends.
+/// Indices of a ring's points that face the other arm: the inner half without its ends.
 const INNER: [usize; 3] = [3, 4, 5];
 
 /// A cross-section of a trunk or thigh in its joint's frame: an octagon about two axes.
@@ -47,8 +47,8 @@ impl CrossSection {
         }
     }
 
-    /// How far a point has to move to the side of `sign` to leave the octagon drawn in by
-    /// `margin`, metres; not above 0 outside.
+    /// Returns how far a point has to move to the side of `sign` to leave the octagon shrunk by
+    /// `margin`, metres; at most 0 outside.
     fn depth_m(&self, point: DVec3, sign: f64, margin: f64) -> f64 {
         let half = (self.half.0 - margin, self.half.1 - margin);
         let off = (point.z - self.centre.z).abs() / half.1;
@@ -78,8 +78,8 @@ pub(super) struct Flanks {
 }
 
 impl Flanks {
-    /// Of a body that [`body`](super::body::body) made: hulls of rings, from one end to the
-    /// other.
+    /// Returns the flanks of a body from [`body`](super::body::body), whose hulls are rings from
+    /// one end to the other.
     pub(super) fn of(body: &Body) -> Self {
         let mut trunk = Vec::new();
         let mut arms = Vec::new();
@@ -97,7 +97,7 @@ impl Flanks {
                 Joint::LeftUpperArm | Joint::RightUpperArm => {
                     arms.extend(inner(*joint, rings().skip(2)));
                 }
-                // What is above it is within the elbow or the wrist.
+                // The first ring is within the elbow or the wrist.
                 Joint::LeftForearm | Joint::RightForearm | Joint::LeftHand | Joint::RightHand => {
                     arms.extend(inner(*joint, rings().skip(1)));
                 }
@@ -111,8 +111,8 @@ impl Flanks {
         }
     }
 
-    /// How deep an arm is in the trunk or its thigh: how far its deepest point has to go to
-    /// the side, metres; 0 where the arm is outside. `upper_arm` is the left or the right one.
+    /// Returns how deep an arm is in the trunk or its thigh: how far its deepest point has to move
+    /// sideways, metres; 0 if the arm is outside. `upper_arm` is the left or the right one.
     #[cfg(test)]
     pub(super) fn depth_m(&self, rotations: &[DQuat; JOINTS], upper_arm: Joint) -> f64 {
         let mut most = 0.0f64;
@@ -120,10 +120,10 @@ impl Flanks {
         most
     }
 
-    /// How much further out the arm has to turn at its shoulder until it is no deeper in the
-    /// trunk than [`SOFT_TISSUE`], degrees; 0 where it is not.
+    /// Returns how much further out the arm has to turn at its shoulder to be no deeper in the
+    /// trunk than [`SOFT_TISSUE`], degrees; 0 if it is not deeper.
     ///
-    /// Exact for small turns: where the answer is more than a few degrees, turn and ask again.
+    /// Exact for small turns: if the result is more than a few degrees, turn and call again.
     pub(super) fn abduction_deg(&self, rotations: &[DQuat; JOINTS], upper_arm: Joint) -> f64 {
         let mut most = 0.0f64;
         self.each(rotations, upper_arm, SOFT_TISSUE, |depth, lever| {
@@ -132,8 +132,8 @@ impl Flanks {
         most.to_degrees()
     }
 
-    /// What `found` makes of every arm point inside of the trunk drawn in by `margin`: its
-    /// depth, and how far below the shoulder it is along the upper arm, metres.
+    /// Calls `found` for every arm point inside of the trunk shrunk by `margin` with its depth and
+    /// its distance below the shoulder along the upper arm, metres.
     fn each(
         &self,
         rotations: &[DQuat; JOINTS],
@@ -170,7 +170,7 @@ impl Flanks {
     }
 }
 
-/// The inner points of rings, and those halfway from each to the next.
+/// Returns the inner points of rings, and those halfway from each ring to the next.
 fn inner<'a>(joint: Joint, rings: impl Iterator<Item = &'a [DVec3]>) -> Vec<(Joint, [DVec3; 3])> {
     let rings: Vec<[DVec3; 3]> = rings.map(|ring| INNER.map(|at| ring[at])).collect();
     let mut all = rings.clone();
@@ -180,7 +180,7 @@ fn inner<'a>(joint: Joint, rings: impl Iterator<Item = &'a [DVec3]>) -> Vec<(Joi
     all.into_iter().map(|points| (joint, points)).collect()
 }
 
-/// How deep a point is in a stack of sections.
+/// Returns how deep a point is in a stack of sections, metres.
 fn depth_m(sections: &[CrossSection], point: DVec3, sign: f64, margin: f64) -> f64 {
     for pair in sections.windows(2) {
         let along = (point.y - pair[0].centre.y) / (pair[1].centre.y - pair[0].centre.y);

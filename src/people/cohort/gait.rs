@@ -1,4 +1,4 @@
-//! Gait cycles made from published joint-angle curves and one person's style.
+//! Synthetic gait cycles from published joint-angle curves and one person's style.
 
 use super::angles::AngleNorm;
 use super::arms::Flanks;
@@ -13,12 +13,12 @@ use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
 
-/// Frames of a made cycle.
+/// Frames of a synthetic cycle.
 const FRAMES: usize = 96;
-/// Harmonics of a made leg's motion.
+/// Harmonics of a synthetic leg's motion.
 const HARMONICS: usize = 6;
 
-/// One gait cycle of `walker` at `speed_kmh`, from left contact to left contact.
+/// Returns one gait cycle of `walker` at `speed_kmh`, from left contact to left contact.
 #[must_use]
 pub(super) fn cycle(walker: &GaitStyle<'_>, speed_kmh: f64) -> Cycle {
     let regulated = Regulated::of(walker, speed_kmh);
@@ -37,7 +37,7 @@ pub(super) fn cycle(walker: &GaitStyle<'_>, speed_kmh: f64) -> Cycle {
     }
 }
 
-/// Holds the arms as far out as the trunk and the thighs ask for.
+/// Holds the arms as far out as the trunk and the thighs require.
 fn hold_arms_out(walker: &GaitStyle<'_>, norm: &AngleNorm, rotations: &mut [[DQuat; JOINTS]]) {
     let flanks = Flanks::of(walker.body);
     let mut style = walker.style.clone();
@@ -63,9 +63,9 @@ fn hold_arms_out(walker: &GaitStyle<'_>, norm: &AngleNorm, rotations: &mut [[DQu
     }
 }
 
-/// Takes what is faster than [`HARMONICS`] of the cycle out of the legs' joints.
+/// Removes harmonics above [`HARMONICS`] from the rotations of the legs' joints.
 ///
-/// Legs that reach for a planted foot jerk where it lands and leaves; muscles do not. Angles
+/// Legs that reach for a planted foot jerk where it lands and leaves, unlike real legs. Angles
 /// measured in gait have 99 % of their power in the first six harmonics (Winter 2009,
 /// section 3.4.4.3).
 fn smooth(rotations: &mut [[DQuat; JOINTS]]) {
@@ -93,7 +93,7 @@ fn smooth(rotations: &mut [[DQuat; JOINTS]]) {
     }
 }
 
-/// Cosine and sine coefficient of a harmonic.
+/// Returns the cosine and sine coefficients of a harmonic.
 fn fourier(values: &[DVec3], wave: usize) -> [DVec3; 2] {
     let share = if wave == 0 { 1.0 } else { 2.0 } / values.len() as f64;
     values
@@ -108,7 +108,7 @@ fn fourier(values: &[DVec3], wave: usize) -> [DVec3; 2] {
         })
 }
 
-/// The angle of a harmonic at a frame, radians.
+/// Returns the angle of a harmonic at a frame, radians.
 fn angle(wave: usize, frame: usize) -> f64 {
     TAU * (wave * frame % FRAMES) as f64 / FRAMES as f64
 }

@@ -1,4 +1,4 @@
-//! Where the feet go: planted, rolled over and swung, whatever a person's angles would do.
+//! The paths of the feet, which are planted, rolled over and swung whatever a person's angles are.
 
 use super::angles::AngleNorm;
 use super::gait_style::GaitStyle;
@@ -17,15 +17,15 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
-/// Share of the body's mass above the hips, and how far up it lies from the hips to the
-/// shoulders (Winter 2009, table 4.1: head, arms and trunk).
+/// Share of the body's mass above the hips, and its height as a share of the way from the hips to
+/// the shoulders (Winter 2009, table 4.1: head, arms and trunk).
 const UPPER_BODY: (f64, f64) = (0.678, 0.626);
-/// How much further toes are raised in the swing at most, radians (ours: 6 degrees).
+/// Most by which toes are raised further in the swing, radians. Ours: 6 degrees.
 const MOST_TOES_UP: f64 = 0.11;
-/// Points of a phase in which something is found.
+/// Samples over a range of phases.
 const SAMPLES: usize = 48;
 
-/// The joints of a leg.
+/// Returns the joints of a leg.
 pub(super) const fn leg_of(side: Side) -> [Joint; 3] {
     match side {
         Side::Left => [Joint::LeftThigh, Joint::LeftShank, Joint::LeftFoot],
@@ -33,7 +33,7 @@ pub(super) const fn leg_of(side: Side) -> [Joint; 3] {
     }
 }
 
-/// +1 on the left, -1 on the right.
+/// Returns +1 for the left side and -1 for the right.
 pub(super) const fn sign(side: Side) -> f64 {
     match side {
         Side::Left => 1.0,
@@ -48,15 +48,16 @@ pub(super) struct PersonSteps<'a> {
     regulated: Regulated,
     soles: [Sole; 2],
     legs: [LegLengths; 2],
-    /// How far ahead of the pelvis a foot stands in the middle of its time flat on the floor.
+    /// How far ahead of the pelvis a foot stands in the middle of its time flat on the floor,
+    /// metres.
     ahead_m: f64,
-    /// Correction of the feet's pitch, radians: flat where they are flat.
+    /// Correction of the feet's pitch, radians, that makes them level while they stand flat.
     level: [f64; 2],
     /// The directions of the feet, radians about the vertical.
     headings: [f64; 2],
-    /// What the person's angles say, by side and phase: each is asked for many times.
+    /// Cache of the legs by the person's angles, by side and phase.
     known: RefCell<HashMap<(Side, u64), Intended>>,
-    /// How the pelvis rises and falls.
+    /// Height of the pelvis.
     heights: Heights,
     swings: [Swing; 2],
 }
@@ -70,28 +71,28 @@ struct Heights {
     wave_m: [f64; 2],
 }
 
-/// What angles alone would do with a leg.
+/// A leg by the person's angles alone.
 #[derive(Clone, Copy, Debug)]
 struct Intended {
-    /// The hip against the middle of the pelvis, metres.
+    /// The hip relative to the middle of the pelvis, metres.
     hip: DVec3,
-    /// The ankle against the middle of the pelvis, metres.
+    /// The ankle relative to the middle of the pelvis, metres.
     ankle: DVec3,
     /// How far the toes are raised, radians.
     pitch: f64,
 }
 
-/// Where a foot is, in the space that travels with the walker.
+/// A foot's place, in the frame that travels with the walker.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placed {
-    /// Its ankle, metres.
+    /// Place of the ankle, metres.
     pub ankle: DVec3,
-    /// How far its toes are raised, radians.
+    /// How far the toes are raised, radians.
     pub pitch: f64,
 }
 
 impl<'a> PersonSteps<'a> {
-    /// The steps of `walker`.
+    /// Returns the steps of `walker`.
     #[must_use]
     pub(super) fn new(
         walker: &'a GaitStyle<'a>,
@@ -140,7 +141,7 @@ impl<'a> PersonSteps<'a> {
         steps
     }
 
-    /// The place of the pelvis at a phase.
+    /// Returns the place of the pelvis at a phase.
     #[must_use]
     pub(super) fn root(&self, phase: f64) -> DVec3 {
         let [cos_m, sin_m] = self.heights.wave_m;
@@ -153,7 +154,8 @@ impl<'a> PersonSteps<'a> {
         DVec3::new(sideways, self.heights.mean_m + rise, 0.0)
     }
 
-    /// The pose at a phase: the person's angles above the hips, and legs that reach the feet.
+    /// Returns the pose at a phase: the person's angles above the hips, and legs that reach the
+    /// feet.
     #[must_use]
     pub(super) fn pose(&self, phase: f64) -> [DQuat; JOINTS] {
         let mut rotations = pose(self.walker.style, self.norm, phase);
@@ -172,7 +174,7 @@ impl<'a> PersonSteps<'a> {
         rotations
     }
 
-    /// A foot at a phase of its own side, 0 to 1 from its contact.
+    /// Returns a foot at a phase of its own side, 0 to 1 from its contact.
     #[must_use]
     pub(super) fn foot(&self, side: Side, phase: f64) -> Placed {
         let phase = phase - libm::floor(phase);
@@ -188,7 +190,7 @@ impl<'a> PersonSteps<'a> {
         placed
     }
 
-    /// A foot in the air.
+    /// Returns a foot in the air.
     fn swung(&self, swing: &Swing, side: Side, phase: f64, share: f64) -> Placed {
         let leg = self.legs[side as usize];
         let (bent, pitch) = self.angles_bring(side, phase);
@@ -205,12 +207,12 @@ impl<'a> PersonSteps<'a> {
         }
     }
 
-    /// Where a hip is at a phase of its own side.
+    /// Returns the place of a hip at a phase of its own side.
     fn hip(&self, side: Side, phase: f64) -> DVec3 {
         self.root(own(side, phase)) + self.intended(side, phase).hip
     }
 
-    /// The leg from the hip to an ankle.
+    /// Returns the leg from a hip to an ankle.
     fn polar(&self, side: Side, hip: DVec3, ankle: DVec3) -> Polar {
         Polar {
             knee: self.legs[side as usize].knee(hip.distance(ankle)),
@@ -219,7 +221,7 @@ impl<'a> PersonSteps<'a> {
         }
     }
 
-    /// A foot on the floor.
+    /// Returns a foot on the floor.
     fn standing(&self, side: Side, phase: f64) -> Placed {
         let pitch = self.standing_pitch(side, phase);
         let rolled = self.soles[side as usize].rolled(pitch);
@@ -234,8 +236,8 @@ impl<'a> PersonSteps<'a> {
         Placed { ankle, pitch }
     }
 
-    /// How far the toes of a standing foot are raised: as the angles say at both ends, with the
-    /// heel first and the toes last, and flat between.
+    /// Returns how far the toes of a standing foot are raised: by the angles at both ends, on the
+    /// heel first and on the toes last, and flat in between.
     fn standing_pitch(&self, side: Side, phase: f64) -> f64 {
         let pitch = self.intended(side, phase).pitch - self.level[side as usize];
         let [from, to] = self.flat_phases();
@@ -247,7 +249,7 @@ impl<'a> PersonSteps<'a> {
         }
     }
 
-    /// How the angles would bring a leg, in the line of its foot on the floor, and the foot's
+    /// Returns the leg by the angles alone, in the line of its foot on the floor, and the foot's
     /// pitch.
     fn angles_bring(&self, side: Side, phase: f64) -> (Polar, f64) {
         let Intended { ankle, pitch, .. } = self.intended(side, phase);
@@ -257,7 +259,7 @@ impl<'a> PersonSteps<'a> {
         (bent, pitch - self.level[side as usize])
     }
 
-    /// What the person's angles say of a leg at a phase of its own side.
+    /// Returns the leg by the person's angles at a phase of its own side.
     fn intended(&self, side: Side, phase: f64) -> Intended {
         let key = (side, phase.to_bits());
         if let Some(known) = self.known.borrow().get(&key) {
@@ -268,7 +270,7 @@ impl<'a> PersonSteps<'a> {
         found
     }
 
-    /// What the angles of a style say.
+    /// Returns the leg by the angles of a style.
     fn intended_by(&self, style: &Style, side: Side, phase: f64) -> Intended {
         let [thigh, _, foot] = leg_of(side);
         let pose = pose(style, self.norm, own(side, phase));
@@ -282,8 +284,8 @@ impl<'a> PersonSteps<'a> {
         }
     }
 
-    /// From when to when a foot is flat on the floor, cycles: from a sixth to six tenths of a
-    /// walker's stance, less long in fast walking, and over the middle of a runner's (ours).
+    /// Returns the start and end of a foot's time flat on the floor, cycles: a sixth and six tenths
+    /// of a walker's stance, shorter in fast walking, and the middle of a runner's (ours).
     fn flat_phases(&self) -> [f64; 2] {
         match self.regulated.gait {
             Gait::Walk => {
@@ -294,19 +296,19 @@ impl<'a> PersonSteps<'a> {
         }
     }
 
-    /// The middle of the time that a foot is flat on the floor, cycles.
+    /// Returns the middle of a foot's time flat on the floor, cycles.
     fn middle(&self) -> f64 {
         let [from, to] = self.flat_phases();
         0.5 * (from + to)
     }
 
-    /// Phases while a foot is flat on the floor.
+    /// Returns phases at which a foot is flat on the floor.
     fn flat(&self) -> impl Iterator<Item = f64> + use<> {
         let [from, to] = self.flat_phases();
         (0..SAMPLES).map(move |i| from + (to - from) * (i as f64 + 0.5) / SAMPLES as f64)
     }
 
-    /// The direction of a foot, radians about the vertical.
+    /// Returns the direction of a foot, radians about the vertical.
     fn heading(&self, side: Side) -> f64 {
         let progression = self.flat().map(|phase| {
             angle_of(
@@ -320,7 +322,7 @@ impl<'a> PersonSteps<'a> {
         -sign(side) * mean(progression).to_radians()
     }
 
-    /// The direction to which a knee points.
+    /// Returns the direction to which a knee points.
     fn knee(&self, side: Side, phase: f64) -> DVec3 {
         let of = |angle| angle_of(self.walker.style, self.norm, angle, side, phase);
         let inwards = of(Angle::PelvicRotation) + of(Angle::HipRotation);
@@ -328,8 +330,8 @@ impl<'a> PersonSteps<'a> {
         DVec3::new(sin, 0.0, cos)
     }
 
-    /// How far ahead of the pelvis the feet stand, so that the body's mass lies over them as it
-    /// does in the norm.
+    /// Returns how far ahead of the pelvis the feet stand, metres, for the body's mass to lie over
+    /// them as in the norm.
     fn balanced(&self) -> f64 {
         let none = Style::NONE;
         let ahead = mean(self.flat().map(|phase| {
@@ -339,7 +341,7 @@ impl<'a> PersonSteps<'a> {
         ahead + UPPER_BODY.0 * (self.upper_body(self.walker.style) - self.upper_body(&none))
     }
 
-    /// How far ahead of the hips the upper body's mass lies on average, metres.
+    /// Returns how far ahead of the hips the upper body's mass lies on average, metres.
     fn upper_body(&self, style: &Style) -> f64 {
         let offsets = &self.walker.body.offsets;
         mean((0..SAMPLES).map(|i| {
@@ -352,10 +354,10 @@ impl<'a> PersonSteps<'a> {
     }
 
     /// Finds how far ahead of the pelvis the feet stand, and how high the pelvis is, so that
-    /// standing knees bend as the angles say and none is stretched too far.
+    /// standing knees bend by the angles and none is stretched too far.
     ///
-    /// The feet stand where the body is in balance, or up to 8 cm beside it: what standing legs
-    /// miss is weighed against a quarter of that way.
+    /// The feet stand where the body is in balance, or up to 8 cm before or behind: the error of
+    /// standing legs is weighed against a quarter of that distance.
     fn stand(&mut self) {
         let balanced = self.balanced();
         let (mut best, mut least) = (0.0, f64::MAX);
@@ -371,8 +373,8 @@ impl<'a> PersonSteps<'a> {
         self.raise();
     }
 
-    /// Finds how high the pelvis is; returns by how much it misses what standing knees ask for,
-    /// mean square, m2.
+    /// Finds the height of the pelvis; returns its mean square error against the heights that
+    /// standing knees need, m2.
     fn raise(&mut self) -> f64 {
         let (mut wanted, mut most) = (Vec::new(), Vec::new());
         for side in [Side::Left, Side::Right] {
@@ -396,7 +398,7 @@ impl<'a> PersonSteps<'a> {
         self.heights = match self.regulated.gait {
             Gait::Walk => {
                 let mut heights = wave(&wanted);
-                // Its phase is what the knees ask for, its size the person's.
+                // The knees set the wave's phase, and the person its size.
                 let [cos_m, sin_m] = heights.wave_m;
                 let by = 0.5 * self.regulated.bob_m / libm::hypot(cos_m, sin_m).max(1e-6);
                 heights.wave_m = heights.wave_m.map(|size| by * size);
@@ -424,7 +426,7 @@ impl<'a> PersonSteps<'a> {
         )
     }
 
-    /// What leads a foot from one stance to the next.
+    /// Returns the correction that leads a foot from one stance to the next.
     fn swing(&self, side: Side) -> Swing {
         const STEP: f64 = 1e-3;
         let from = self.regulated.stance;
@@ -447,7 +449,7 @@ impl<'a> PersonSteps<'a> {
             ..Swing::NONE
         };
         // The sole is lowest in mid-swing where it passes the other foot. Toes are raised first,
-        // and the knee bends more for what is missing then.
+        // and the knee bends more if that is not enough.
         let clearance = |swing: &Swing| {
             (0..SAMPLES)
                 .map(|i| 0.3 + 0.5 * i as f64 / SAMPLES as f64)
@@ -473,8 +475,8 @@ impl<'a> PersonSteps<'a> {
     }
 }
 
-/// The wave of one period a step that is nearest to these heights: phase, height and weight of
-/// each. Least squares in three unknowns.
+/// Returns the wave with one period per step that is nearest to these heights (phase, height and
+/// weight of each), by least squares in three unknowns.
 fn wave(heights: &[(f64, f64, f64)]) -> Heights {
     let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
     for &(phase, height, weight) in heights {
@@ -498,12 +500,12 @@ fn weighted(values: impl Iterator<Item = (f64, f64)>) -> f64 {
     sum / weights
 }
 
-/// The walker's phase at a phase of one side.
+/// Returns the walker's phase at a phase of one side.
 fn own(side: Side, phase: f64) -> f64 {
     phase + 0.5 * f64::from(side as u8)
 }
 
-/// From 0 to 1 with level ends.
+/// Returns a smooth step from 0 to 1 with level ends.
 fn smooth(share: f64) -> f64 {
     let share = share.clamp(0.0, 1.0);
     share * share * share * (10.0 - share * (15.0 - 6.0 * share))

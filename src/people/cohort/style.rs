@@ -1,4 +1,4 @@
-//! How one person deviates from the norm, the same at every speed.
+//! One person's deviations from the norm, the same at every speed.
 
 use super::covariation::{FACTORS, FEATURES, Feature, LOADINGS, ORDER};
 use super::norms::Angle;
@@ -6,7 +6,7 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// How many angles there are.
+/// Number of angles.
 const ANGLES: usize = 15;
 
 const ALL: [Angle; ANGLES] = [
@@ -60,7 +60,7 @@ impl AngleStyle {
 
 /// One person's deviations from the norm.
 ///
-/// What has no unit is in standard deviations between people.
+/// Values without a unit are in standard deviations between people.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Style {
     angles: [[AngleStyle; 2]; ANGLES],
@@ -99,12 +99,12 @@ impl Style {
         elbow_plane_deg: ELBOW_PLANE_DEG,
     };
 
-    /// A person drawn at random: features that go together as those of recorded people do, with
-    /// published spreads where there are any.
+    /// Draws a person at random. Features correlate like those of recorded people, with published
+    /// spreads where there are any.
     #[must_use]
     pub(crate) fn random(rng: &mut ChaCha8Rng) -> Self {
         let mut style = Self::NONE;
-        // What the recordings say nothing of is drawn alone.
+        // Features that the recordings do not cover are drawn independently.
         for (angle, sides) in ALL.into_iter().zip(&mut style.angles) {
             let spread = AngleSpread::of(angle);
             let offset_sd = spread.offset_sd * normal(rng);
@@ -129,7 +129,7 @@ impl Style {
         style
     }
 
-    /// Gives a person a feature, in standard deviations between people.
+    /// Sets a feature, in standard deviations between people.
     fn set(&mut self, feature: Feature, score: f64) {
         let (angle, set): (Angle, fn(&mut AngleStyle, AngleSpread, f64)) = match feature {
             Feature::Offset(angle) => (angle, |own, spread, score| {
@@ -151,12 +151,12 @@ impl Style {
         }
     }
 
-    /// The deviation in one angle, to change it.
+    /// Returns the deviation in one angle, to change it.
     pub(crate) const fn of_mut(&mut self, angle: Angle, side: Side) -> &mut AngleStyle {
         &mut self.angles[angle as usize][side as usize]
     }
 
-    /// The deviation in one angle.
+    /// Returns the deviation in one angle.
     #[must_use]
     pub(crate) const fn of(&self, angle: Angle, side: Side) -> &AngleStyle {
         &self.angles[angle as usize][side as usize]
@@ -170,17 +170,18 @@ const ELBOW_PLANE_DEG: f64 = 3.0;
 /// Standard deviations between people in one angle.
 #[derive(Clone, Copy, Debug)]
 struct AngleSpread {
-    /// Of the mean, as a share of the norm's spread: of the pelvis all, of others what 10 walkers
-    /// of CMU's motion capture and 20 of other sets have of it, since the norm's holds the
-    /// repeatability of markers, and children.
+    /// Spread of the mean, as a share of the norm's spread: 1 for pelvic tilt, and for others the
+    /// share that 10 walkers of CMU's motion capture and 20 of other sets have, since the norm's
+    /// spread includes the repeatability of markers, and children.
     offset_sd: f64,
-    /// Of the logarithm of the swing. The norms have none: as recorded (`SPREADS`), of arms three
-    /// quarters and delays of the trunk two thirds of it, since sets differ in how these were
-    /// captured.
+    /// Spread of the logarithm of the swing. The norms have none, so it is the recorded one
+    /// (`SPREADS`). Arms have three quarters and delays of the trunk two thirds of it, since data
+    /// sets differ in how these were captured.
     amplitude: f64,
-    /// Of the delay, cycles; the same.
+    /// Spread of the delay, cycles, from the same source.
     delay: f64,
-    /// Of half the difference of both sides, degrees: as recorded, feet two thirds of it.
+    /// Spread of half the difference of both sides, degrees: as recorded, for feet two thirds of
+    /// it.
     asymmetry_deg: f64,
 }
 
@@ -188,9 +189,9 @@ impl AngleSpread {
     const fn of(angle: Angle) -> Self {
         let (offset_sd, amplitude, delay, asymmetry_deg) = match angle {
             Angle::PelvicTilt => (1.0, 0.35, 0.03, 0.0),
-            // A pelvis is neither askew nor turned on average, and hardly a thorax.
+            // On average a pelvis is neither askew nor turned, and a thorax hardly.
             Angle::PelvicObliquity | Angle::PelvicRotation => (0.2, 0.36, 0.04, 0.0),
-            // What pelvic tilt and knee leave of the hip's spread.
+            // The hip's spread without the effect of pelvic tilt and knee.
             Angle::HipFlexion => (0.3, 0.08, 0.012, 1.2),
             Angle::HipAdduction => (0.7, 0.27, 0.025, 1.5),
             // Its published spread (9.5 degrees) is mostly the cross-talk of knee axes.
@@ -214,7 +215,7 @@ impl AngleSpread {
     }
 }
 
-/// Standard scores of the features, which go together as those of recorded people do.
+/// Draws standard scores of the features, which correlate like those of recorded people.
 fn scores(rng: &mut ChaCha8Rng) -> [f64; FEATURES] {
     let factors: [f64; FACTORS] = std::array::from_fn(|_| normal(rng));
     LOADINGS.map(|loadings| {
@@ -229,7 +230,7 @@ fn scores(rng: &mut ChaCha8Rng) -> [f64; FEATURES] {
     })
 }
 
-/// A standard normal number, drawn again beyond 2.5 so that nobody is a monster.
+/// Draws a standard normal number, again if it is beyond 2.5, so that no person is extreme.
 pub fn normal(rng: &mut impl Rng) -> f64 {
     loop {
         let value: f64 = StandardNormal.sample(rng);
@@ -276,7 +277,7 @@ mod tests {
         let (_, first) = scores(&|s| obliquity(s).amplitude.ln());
         let (_, second) = scores(&|s| adduction(s).amplitude.ln());
         let together: f64 = first.iter().zip(&second).map(|(a, b)| a * b).sum::<f64>() / 4_000.0;
-        // 0.52 x 0.57 + 0.14 x 0.15 + 0.02 x 0.06: the product of the loadings.
+        // The product of the loadings is 0.29: 0.49 x 0.54 + 0.03 x 0.03 + 0.16 x 0.16.
         assert!((together - 0.319).abs() < 0.05, "{together}");
     }
 }

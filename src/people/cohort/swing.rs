@@ -10,7 +10,7 @@ pub(super) const LEAST_KNEE: f64 = 0.09;
 pub(super) struct Polar {
     /// Flexion of the knee, radians.
     pub knee: f64,
-    /// Angle from straight down to the ankle, seen from the hip, radians ahead.
+    /// Angle of the ankle ahead of straight down, seen from the hip, radians.
     pub ahead: f64,
     /// The ankle's place to the side, metres.
     pub side_m: f64,

@@ -1,9 +1,9 @@
-//! What people wear, drawn.
+//! Clothes of synthetic people, drawn at random.
 //!
-//! Nobody has measured how often which cut is seen from how far away it stands: the shares here
-//! are ours. They are near what is annotated of pedestrians in PETA (Deng et al. 2014: long hair
-//! 24 %, shorts 4 %, short skirts 5 % of all images; recalled, not checked), with more of what
-//! changes an outline.
+//! How often which cut is worn, and how far it stands away, has not been measured: the shares here
+//! are ours. They are near the annotations of pedestrians in PETA (Deng et al. 2014: long hair
+//! 24 %, shorts 4 %, short skirts 5 % of all images; recalled, not checked), with more garments
+//! that change an outline.
 
 use crate::people::clothes::{
     Ease, Outfit, Wearer, clothes, coat, hair, shoes, short_hair, skirt, wide_trousers,
@@ -16,30 +16,31 @@ use glam::DVec3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// How often people change their clothes.
+/// The occasions on which people change their clothes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dressing {
-    /// Never: they are a part of the person.
+    /// Never: clothes are a part of the person.
     ForGood,
     /// For each take.
     PerTake,
 }
 
-/// How likely clothes are tight, or tight or normal; the others are loose.
+/// Probabilities that clothes are tight, and tight or normal; others are loose.
 const FITS: [f64; 2] = [0.25, 0.75];
-/// How far they stand away from trunk, upper arms, forearms, thighs and shanks, metres, by fit.
-/// People differ from it by a quarter.
+/// Distances of clothes from trunk, upper arms, forearms, thighs and shanks, metres, by fit.
+/// People differ from them by up to a quarter.
 const EASES_M: [[f64; 5]; 3] = [
     [0.004, 0.004, 0.003, 0.004, 0.005],
     [0.011, 0.010, 0.005, 0.010, 0.014],
     [0.020, 0.018, 0.010, 0.018, 0.026],
 ];
 const EASE_SPREAD: f64 = 0.25;
-/// How likely sleeves are short, and a coat is worn, and how strong it is then.
+/// Probabilities of short sleeves and of a coat, and the range of a coat's strength.
 const SHORT_SLEEVES: f64 = 0.3;
 const COAT: f64 = 0.12;
 const COATS: [f64; 2] = [0.5, 1.0];
-/// How likely a woman wears a skirt, and somebody else shorts, or wide trousers.
+/// Probability of a skirt for women, and of shorts and wide trousers for people without one, with
+/// the ranges of a skirt's length and of the trousers' width as strengths.
 const SKIRT: f64 = 0.22;
 const SKIRTS: [f64; 2] = [0.35, 1.0];
 const SHORTS: f64 = 0.07;
@@ -47,22 +48,23 @@ const WIDE_TROUSERS: f64 = 0.15;
 const WIDTHS: [f64; 2] = [0.3, 1.0];
 /// How far shorts stand away from the thighs at the hips and above the knees, metres.
 const SHORTS_M: [f64; 2] = [0.012, 0.030];
-/// Stockings, metres.
+/// Thickness of stockings, metres.
 const STOCKINGS_M: f64 = 0.002;
-/// How likely women and men have long hair, how strong it is, and how thick short hair is, metres.
+/// Probabilities of long hair for women and men, and the ranges of its strength and of the
+/// thickness of short hair, metres.
 const LONG_HAIR: [f64; 2] = [0.6, 0.06];
 const LONG_HAIRS: [f64; 2] = [0.3, 1.0];
 const SHORT_HAIRS_M: [f64; 2] = [0.004, 0.022];
-/// How strong shoes of women and men are: their heels differ.
+/// Ranges of the strength of women's and men's shoes, whose heels differ.
 const SHOES: [[f64; 2]; 2] = [[0.2, 1.0], [0.3, 0.9]];
 
-/// What one person wears.
+/// The clothes of one person.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Worn {
-    /// In short.
+    /// Summary of the clothes.
     pub clothes: Clothes,
     ease: Ease,
-    /// Strengths, as of the confounders of these names; 0 without.
+    /// Strengths of the confounders of these names; 0 if not worn.
     wide_trousers: f64,
     skirt: f64,
     coat: f64,
@@ -72,7 +74,8 @@ pub(super) struct Worn {
 }
 
 impl Worn {
-    /// Draws as many numbers whatever comes out, so that each garment depends on its own alone.
+    /// Draws clothes at random. The number of draws is constant, so that each garment depends only
+    /// on its own.
     pub(super) fn random(rng: &mut ChaCha8Rng, sex: Sex) -> Self {
         let mut share = || rng.random::<f64>();
         let woman = usize::from(sex == Sex::Male);
@@ -101,7 +104,7 @@ impl Worn {
             clothes: Clothes {
                 fit,
                 legs,
-                // A coat hides what would hang beneath it.
+                // A coat would hide a skirt beneath it.
                 has_coat: coat && !is_skirt,
                 has_long_hair,
                 has_short_sleeves,
@@ -130,7 +133,7 @@ impl Worn {
         }
     }
 
-    /// A made body with all of it.
+    /// Returns a synthetic body in these clothes.
     pub(super) fn put_on(&self, body: &Body, (sex, stature_m, mass_kg): (Sex, f64, f64)) -> Body {
         let wearer = Wearer {
             skeleton: Skeleton {
@@ -157,8 +160,9 @@ impl Worn {
     }
 }
 
-/// Makes the sides of a dressed body each other's images, as those of the bare one are: triangles
-/// across a flat side are not, and points move along the mean of those beside them.
+/// Makes the sides of a dressed body mirror images of each other, like those of the bare body.
+/// Triangles across a flat side are not symmetric, and points moved along the mean normal of the
+/// triangles beside them.
 fn make_symmetric(bare: &Body, dressed: &mut Body) {
     let image = |point: DVec3| DVec3::new(-point.x, point.y, point.z);
     let left: Vec<BodyHull> = dressed.hulls.clone();
@@ -278,7 +282,7 @@ mod tests {
         assert!(kinds.len() > 6 && changes > 12, "{kinds:?} {changes}");
     }
 
-    /// How far a hull reaches.
+    /// Returns how far a hull reaches in a direction.
     fn support(hull: &BodyHull, direction: DVec3) -> f64 {
         let along = hull.points.iter().map(|point| point.dot(direction));
         along.fold(f64::MIN, f64::max)

@@ -1,4 +1,4 @@
-//! One stride as a closed cycle, and many closed cycles as their mean.
+//! Makes a closed cycle of a stride, and a mean cycle of closed cycles.
 
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
@@ -7,17 +7,17 @@ use crate::people::cleaning::low_pass::LowPass;
 use crate::people::retarget::RetargetedMotion;
 use crate::people::{Cycle, forward_kinematics};
 
-/// Frames that every cycle is resampled to. Ours.
+/// The number of frames to which every cycle is resampled. Ours.
 pub const CYCLE_FRAMES: usize = 96;
 
-/// Slower than this the walker is taken to be on a treadmill. Ours.
+/// Least speed of a walker who travels; slower ones are taken to be on a treadmill. Ours.
 const SLOWEST_TRAVEL_M_S: f64 = 0.1;
 
-/// Cut-off of the low-pass that takes out the kink of a closed cycle, over that of the take:
-/// high enough to leave what the take's own left. Ours.
+/// Cut-off of the low-pass that removes the kink of a closed cycle, over the motion's own cut-off:
+/// high enough to keep what that one passed. Ours.
 const KINK_CUT_OFF: f64 = 1.5;
 
-/// The pose at a fraction of a frame.
+/// Returns the pose at a fractional frame.
 fn sample(take: &RetargetedMotion, at: f64) -> (DVec3, [DQuat; JOINTS]) {
     let last = take.len() - 1;
     let low = (at.max(0.0) as usize).min(last);
@@ -30,24 +30,24 @@ fn sample(take: &RetargetedMotion, at: f64) -> (DVec3, [DQuat; JOINTS]) {
     (root, rotations)
 }
 
-/// Whether the walker gets on between two frames.
+/// Returns whether the walker travels between two frames.
 pub(in crate::people) fn travels(take: &RetargetedMotion, from: f64, to: f64) -> bool {
     let travel = sample(take, to).0 - sample(take, from).0;
     let seconds = (to - from) / take.sample_rate_hz;
     libm::hypot(travel.x, travel.z) > SLOWEST_TRAVEL_M_S * seconds
 }
 
-/// How much higher the pelvis is at the end.
+/// Returns the rise of the pelvis from the first frame to the last, metres.
 pub(in crate::people) fn rise_m(take: &RetargetedMotion, from: f64, to: f64) -> f64 {
     sample(take, to).0.y - sample(take, from).0.y
 }
 
-/// One stride as a closed cycle along +Z.
+/// Makes a closed cycle along +Z of one stride.
 ///
-/// The pose at the end differs from the one at the start. Each joint's and the root
-/// height's difference is spread linearly over the cycle, half of it to either end, so
-/// that nothing moves by more than half the gap. Speeds differ as well, which leaves a kink
-/// where the ends meet: a low-pass that runs round the cycle takes it out.
+/// The pose at the end differs from the one at the start. The difference of each joint and of the
+/// root's height is spread linearly over the cycle, half of it to either end, so nothing moves by
+/// more than half the gap. Speeds differ as well, which leaves a kink where the ends meet. A
+/// low-pass that runs around the cycle removes it.
 pub(in crate::people) fn close(take: &RetargetedMotion, from: f64, to: f64, phase: f64) -> Cycle {
     let period_s = (to - from) / take.sample_rate_hz;
     let (first_root, first) = sample(take, from);
@@ -117,7 +117,7 @@ pub(in crate::people) fn close(take: &RetargetedMotion, from: f64, to: f64, phas
     }
 }
 
-/// Filters a closed cycle as if it had gone on for ever.
+/// Filters a closed cycle as if it repeated for ever.
 fn smooth_round(filter: &LowPass, root: &mut [DVec3], rotations: &mut [[DQuat; JOINTS]]) {
     let frames = root.len();
     let mut thrice = root.repeat(3);
@@ -133,8 +133,8 @@ fn smooth_round(filter: &LowPass, root: &mut [DVec3], rotations: &mut [[DQuat; J
     }
 }
 
-/// The mean of cycles at each phase, as long as they are on the mean. Its closing is that of the
-/// one that was moved most.
+/// Returns the mean of cycles at each phase, with their mean period. Its `closure_mm` is the
+/// largest of theirs.
 pub(in crate::people) fn mean_cycle<'a>(cycles: impl Iterator<Item = &'a Cycle> + Clone) -> Cycle {
     let count = cycles.clone().count().max(1) as f64;
     let mean = |of: fn(&Cycle) -> f64| cycles.clone().map(of).sum::<f64>() / count;
@@ -142,7 +142,7 @@ pub(in crate::people) fn mean_cycle<'a>(cycles: impl Iterator<Item = &'a Cycle> 
     let rotation = |frame: usize, joint: usize| {
         let mut all = cycles.clone().map(|one| one.rotations[frame][joint]);
         let first = all.next().unwrap_or(DQuat::IDENTITY);
-        // Of the two signs of a rotation the one next to the first's.
+        // Each rotation is added with the sign that is nearer to the first.
         all.fold(first, |sum, one| {
             if one.dot(first) < 0.0 {
                 sum - one

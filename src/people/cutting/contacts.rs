@@ -1,10 +1,10 @@
-//! When the feet touch the floor and leave it.
+//! Finds when the feet touch the floor and leave it.
 //!
-//! Found without forces, after Zeni, Richards & Higginson (2008), "Two simple methods
-//! for determining gait events during treadmill and overground walking using kinematic
-//! data", Gait & Posture 27:710: the heel strikes when the ankle is farthest ahead of
-//! the pelvis, the toe leaves when it is farthest behind. A turning walker is measured
-//! along the direction that the pelvis faces, averaged over about a stride.
+//! No forces are needed, after Zeni, Richards & Higginson (2008), "Two simple methods for
+//! determining gait events during treadmill and overground walking using kinematic data", Gait &
+//! Posture 27:710: the heel strikes when the ankle is farthest ahead of the pelvis, and the toe
+//! leaves when it is farthest behind. A turning walker is measured along the heading of the pelvis,
+//! averaged over about a stride.
 
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
@@ -12,28 +12,28 @@ use glam::{DQuat, DVec3};
 use crate::people::cutting::stance::FeetMotion;
 use crate::people::retarget::RetargetedMotion;
 
-/// A stride lasts this long, seconds: from a sprint to a slow patient's walk.
+/// Possible durations of a stride, seconds: from a sprint to a slow patient's walk.
 pub(in crate::people) const STRIDE_S: std::ops::RangeInclusive<f64> = 0.35..=3.0;
 
-/// Smallest swing of an ankle past the pelvis that is a step, metres. Ours: every
-/// patient of the Shum set steps farther.
+/// Smallest swing of an ankle past the pelvis that counts as a step, metres. Ours: every patient of
+/// the Shum set steps farther.
 const SMALLEST_STEP_M: f64 = 0.08;
 
-/// A contact stands out of its surroundings by this share of the ankle's range. Ours.
+/// Least prominence of a contact, as a share of the ankle's range. Ours.
 const PROMINENCE: f64 = 0.35;
 
-/// The same on a side that the recording cuts off. Ours.
+/// Least prominence of a contact on a side where the recording ends. Ours.
 const EDGE_PROMINENCE: f64 = 0.05;
 
-/// A foot that reaches the floor is below the pelvis by this share of its usual most. Ours.
+/// Least depth below the pelvis of a foot on the floor, as a share of its usual maximum. Ours.
 const LEAST_BELOW: f64 = 0.75;
 
-/// Gait events of one foot, in frames (fractions too), ascending.
+/// The gait events of one foot, in fractional frames, ascending.
 #[derive(Clone, Debug)]
 pub(crate) struct FootEvents {
-    /// The heel strikes: the ankle is farthest ahead.
+    /// Heel strikes, with the ankle farthest ahead.
     pub contacts: Vec<f64>,
-    /// The toe leaves: the ankle is farthest behind.
+    /// Toe lifts, with the ankle farthest behind.
     pub lifts: Vec<f64>,
 }
 
@@ -63,7 +63,7 @@ pub(crate) fn foot_events(take: &RetargetedMotion) -> [FootEvents; 2] {
     })
 }
 
-/// Whether a foot is as far below the pelvis as one that reaches the floor: not so in a kick.
+/// Returns whether a foot is as far below the pelvis as one on the floor; false in a kick.
 fn is_low(take: &RetargetedMotion, foot: Joint, at: f64) -> bool {
     let below = |points: &[DVec3; JOINTS]| points[Joint::Pelvis.index()].y - points[foot.index()].y;
     let mut all: Vec<f64> = take.positions.iter().map(below).collect();
@@ -72,7 +72,7 @@ fn is_low(take: &RetargetedMotion, foot: Joint, at: f64) -> bool {
     here > LEAST_BELOW * all[all.len() * 9 / 10]
 }
 
-/// Pairs of successive events a stride apart.
+/// Returns the pairs of successive events a stride apart.
 pub(in crate::people) fn strides(events: &[f64], rate: f64) -> Vec<(f64, f64)> {
     events
         .windows(2)
@@ -81,7 +81,8 @@ pub(in crate::people) fn strides(events: &[f64], rate: f64) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Seconds between the contacts (or the lifts) of one foot and the next of the other.
+/// Returns the median time between events of the two feet, contacts or lifts, that can be one step
+/// apart, seconds.
 pub(in crate::people) fn step_s(left: &FootEvents, right: &FootEvents, rate: f64) -> Option<f64> {
     let mut steps: Vec<f64> = Vec::new();
     for (ours, theirs) in [
@@ -97,10 +98,10 @@ pub(in crate::people) fn step_s(left: &FootEvents, right: &FootEvents, rate: f64
     steps.get(steps.len() / 2).copied()
 }
 
-/// The two most alike poses about `stride_s` apart (8 % more or less), in frames; for
-/// recordings so short that no event comes twice. None if they are not alike.
+/// Returns the two most similar poses about `stride_s` apart (within 8 %), in frames, for
+/// recordings so short that no event occurs twice. None if they are not similar.
 pub(in crate::people) fn recurrence(take: &RetargetedMotion, stride_s: f64) -> Option<(f64, f64)> {
-    /// Mean difference of a limb joint's rotation accepted, radians. Ours.
+    /// Largest mean difference of the limbs' rotations in similar poses, radians. Ours.
     const ALIKE: f64 = 0.2;
     let limbs: Vec<usize> = [
         Joint::LeftThigh,
@@ -131,7 +132,8 @@ pub(in crate::people) fn recurrence(take: &RetargetedMotion, stride_s: f64) -> O
         .map(|(_, from, to)| (from as f64, to as f64))
 }
 
-/// Horizontal unit vector that the pelvis faces, averaged over about a stride.
+/// Returns the horizontal unit vector that the pelvis faces, averaged over about a stride, by
+/// frame.
 pub(in crate::people) fn facing(take: &RetargetedMotion) -> Vec<DVec3> {
     let pelvis: Vec<DQuat> = take
         .rotations
@@ -141,7 +143,7 @@ pub(in crate::people) fn facing(take: &RetargetedMotion) -> Vec<DVec3> {
     averaged_heading(&pelvis, take.sample_rate_hz)
 }
 
-/// The same of the pelvis's orientations.
+/// Returns the horizontal heading of pelvis orientations, averaged over about a stride.
 pub(in crate::people) fn averaged_heading(pelvis: &[DQuat], sample_rate_hz: f64) -> Vec<DVec3> {
     let ahead: Vec<DVec3> = pelvis
         .iter()
@@ -159,10 +161,10 @@ pub(in crate::people) fn averaged_heading(pelvis: &[DQuat], sample_rate_hz: f64)
         .collect()
 }
 
-/// Speed of the floor under a walker who stays in place, m/s: that of the lowest point of the
-/// soles backwards, where it is clearly one.
+/// Returns the speed of the belt under a walker who stays in place, m/s: the median backward speed
+/// of the soles' lowest point. None if it is too slow for a belt.
 pub(in crate::people) fn belt_mps(take: &RetargetedMotion) -> Option<f64> {
-    /// Slower belts are none. Ours.
+    /// Slowest speed that counts as a belt. Ours.
     const SLOWEST_M_S: f64 = 0.2;
     let mut backwards: Vec<f64> = FeetMotion::of_take(take)
         .lowest_slides()
@@ -175,7 +177,7 @@ pub(in crate::people) fn belt_mps(take: &RetargetedMotion) -> Option<f64> {
     median.filter(|speed| *speed > SLOWEST_M_S)
 }
 
-/// A take on a belt of this speed, as it would be over ground.
+/// Returns a motion on a belt of this speed as it would be over ground.
 pub(in crate::people) fn over_ground(take: &RetargetedMotion, belt_mps: f64) -> RetargetedMotion {
     let ahead = facing(take).iter().sum::<DVec3>().normalize_or(DVec3::Z);
     let mut moved = take.clone();
@@ -189,8 +191,8 @@ pub(in crate::people) fn over_ground(take: &RetargetedMotion, belt_mps: f64) -> 
     moved
 }
 
-/// Prominent local maxima at least `apart` samples apart, refined by a parabola. A
-/// maximum at an end of the recording is none.
+/// Returns prominent local maxima at least `apart` samples apart, refined by a parabola. A maximum
+/// at an end of the recording does not count.
 fn peaks(signal: &[f64], apart: f64) -> Vec<f64> {
     let mut sorted = signal.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -207,8 +209,8 @@ fn peaks(signal: &[f64], apart: f64) -> Vec<f64> {
         if value <= signal[i - 1] || value < signal[i + 1] {
             continue;
         }
-        // How far the signal falls on either side before it rises above this value; less
-        // is asked of a side that the recording cuts off.
+        // The signal must fall far enough on either side before it rises above this value. Less is
+        // required of a side where the recording ends.
         let falls = |side: &mut dyn Iterator<Item = &f64>| {
             let mut least = value;
             for other in side {
@@ -255,7 +257,7 @@ pub(in crate::people) mod tests {
     use super::*;
     use crate::people::forward_kinematics;
 
-    /// A walker with straight legs of 0.9 m: thighs swing 0.4 rad, antiphase.
+    /// Returns a walker with straight legs of 0.9 m whose thighs swing by 0.4 rad in antiphase.
     pub(in crate::people) fn walker(
         period_s: f64,
         speed_mps: f64,

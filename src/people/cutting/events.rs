@@ -1,4 +1,4 @@
-//! Gait cycles out of a recorded take: cut at the foot contacts, closed, straight ahead.
+//! Cuts a recorded motion at the foot contacts into closed gait cycles that walk straight ahead.
 
 use std::borrow::Cow;
 
@@ -13,62 +13,63 @@ use crate::people::cutting::stance::FeetMotion;
 use crate::people::retarget::RetargetedMotion;
 use crate::people::{Cycle, forward_kinematics};
 
-/// A cycle that turns more is not straight walking, degrees.
+/// Largest turn of a straight cycle, degrees.
 const LARGEST_TURN_DEG: f64 = 20.0;
 
-/// Cadence above which a frame rate is doubted, steps a minute: sprinters reach about
-/// 280, runners 150 to 200 (CMU 141 at a wrong 120 Hz gives 350).
+/// Cadence above which the frame rate is doubted, steps a minute: sprinters reach about 280,
+/// runners 150 to 200 (CMU 141 at a wrong 120 Hz gives 350).
 const HIGHEST_CADENCE: f64 = 220.0;
 
-/// Cadence that only sprinters exceed, steps a minute, and a sprint's speed, m/s. Ours.
+/// Cadence that only sprinters exceed, steps a minute, and the least speed of a sprint, m/s. Ours.
 const QUICK_CADENCE: f64 = 200.0;
 const SPRINT_M_S: f64 = 4.5;
 
-/// Share of a stride that must be recorded for the rest to be interpolated. Ours.
+/// Least recorded share of a stride for which the rest is interpolated. Ours.
 const LEAST_RECORDED: f64 = 0.85;
 
-/// A walker whose pelvis rises or sinks more than this in a cycle is on stairs or a slope, metres.
-/// Ours: a level cycle's ends differ by less than 0.05.
+/// Largest rise or fall of the pelvis over a cycle on level ground, metres. Ours: the ends of a
+/// level cycle differ by less than 0.05.
 const LEVEL_M: f64 = 0.1;
 
-/// The cycles of one take.
+/// The gait cycles that were cut from one recorded motion.
 #[derive(Clone, Debug)]
 pub struct CutTake {
-    /// In order of time; at least one.
+    /// The cycles in order of time; at least one.
     pub cycles: Vec<CutCycle>,
-    /// How many were cut.
+    /// The number of cycles that were cut.
     pub found: usize,
-    /// Steps a minute, median over the straight strides of both feet.
+    /// Cadence, steps a minute: median over the straight strides of both feet.
     pub cadence_spm: f64,
-    /// Horizontal travel over time, mean over the cycles, m/s; on a treadmill, over its belt; 0
-    /// on the spot.
+    /// Mean horizontal speed over the cycles, m/s; relative to the belt on a treadmill, 0 on the
+    /// spot.
     pub speed_mps: f64,
     /// Travel in a cycle, mean over the cycles, metres.
     pub stride_m: f64,
-    /// Share of a cycle that a foot stands, mean over both feet and the cycles.
+    /// Share of a cycle in which a foot stands, mean over both feet and the cycles.
     pub duty_factor: f64,
-    /// What was assumed or dropped.
+    /// Warnings about what was assumed or dropped.
     pub warnings: Vec<String>,
 }
 
-/// One cycle with what is known about it.
+/// A gait cycle that was cut from a recording, with its measures.
 #[derive(Clone, Debug)]
 pub struct CutCycle {
-    /// Closed, straight ahead along +Z.
+    /// The closed cycle, straight ahead along +Z.
     pub cycle: Cycle,
-    /// Seconds from the source's frame 0.
+    /// Start of the cycle, seconds from the source's frame 0.
     pub start_s: f64,
-    /// Two steps a period, a minute.
+    /// Cadence, steps a minute: two steps per period.
     pub cadence_spm: f64,
-    /// Travel along +Z, m/s.
+    /// Speed along +Z, m/s.
     pub speed_mps: f64,
 }
 
-/// Cuts a take into closed cycles of [`CYCLE_FRAMES`] frames, from left contact to
-/// left contact. A take too short for that is cut between the first events that come
-/// twice: right contacts, left lifts, right lifts, else the two poses a stride apart that
-/// are most alike; if as much as 85 % of a stride is there, the rest is interpolated. Phase 0 is the left contact then
-/// too: cycles are turned to begin there.
+/// Cuts a motion into closed cycles of [`CYCLE_FRAMES`] frames, from left contact to left contact.
+///
+/// A motion too short for that is cut between the first events that occur twice: right contacts,
+/// left lifts, right lifts, else the two most similar poses a stride apart. If at least 85 % of a
+/// stride is recorded, the rest is interpolated. In every case phase 0 is the left contact: cycles
+/// are rotated to begin there.
 ///
 /// # Errors
 /// A sentence, if there is no full gait cycle that is straight.
@@ -118,7 +119,7 @@ pub fn cut(take: &RetargetedMotion) -> Result<CutTake, String> {
         ));
     }
     let spans: Vec<_> = spans.iter().copied().filter(is_straight).collect();
-    // Contacts are sharper events than the others, which count only without any.
+    // Contacts are sharper events than the others, which count only if there are no contacts.
     let straight = |kinds: &[(Vec<(f64, f64)>, &str)]| -> Vec<f64> {
         let spans = kinds.iter().flat_map(|(spans, _)| spans);
         let straight = spans.filter(|span| is_straight(span));
@@ -135,7 +136,7 @@ pub fn cut(take: &RetargetedMotion) -> Result<CutTake, String> {
         warnings.push(match belt_mps(&take) {
             Some(belt_mps) => {
                 take = Cow::Owned(over_ground(&take, belt_mps));
-                "the walker does not travel (a treadmill?): the speed is that of the standing foot"
+                "the walker does not travel (a treadmill?): the speed is taken from the standing foot"
                     .into()
             }
             None => {
@@ -148,7 +149,7 @@ pub fn cut(take: &RetargetedMotion) -> Result<CutTake, String> {
         let rise_m = rise_m(&take, from, to);
         if rise_m.abs() > LEVEL_M {
             warnings.push(format!(
-                "the cycle at {:.2} s ends {rise_m:+.2} m higher than it began (stairs, a slope?): closing takes that out, so that standing feet slide",
+                "the cycle at {:.2} s ends {rise_m:+.2} m higher than it began (stairs, a slope?): closing removes this, so standing feet slide",
                 take.start_s + from / rate
             ));
         }
@@ -179,7 +180,7 @@ pub fn cut(take: &RetargetedMotion) -> Result<CutTake, String> {
 }
 
 impl CutTake {
-    /// With a warning if nobody walks or runs like that.
+    /// Adds a warning if the cadence is implausible.
     fn doubted(mut self, rate: f64) -> Self {
         let cadence = self.cadence_spm;
         if cadence > HIGHEST_CADENCE || (cadence > QUICK_CADENCE && self.speed_mps < SPRINT_M_S) {
@@ -192,7 +193,7 @@ impl CutTake {
         self
     }
 
-    /// All cycles as one: at each phase the mean pose.
+    /// Returns the mean of all cycles: the mean pose at each phase.
     #[must_use]
     pub fn mean(&self) -> CutCycle {
         let cycle = mean_cycle(self.cycles.iter().map(|cut| &cut.cycle));
@@ -205,11 +206,11 @@ impl CutTake {
     }
 }
 
-/// The only stride of a take in which no event comes twice: the take, where it had to be made
-/// longer, the stride's frames, and what they are cut at.
+/// Returns the only stride of a motion in which no event occurs twice: the motion if it had to be
+/// extended, the stride's frames, and a name for its ends.
 #[expect(
     clippy::type_complexity,
-    reason = "three things found at once, used once"
+    reason = "three results found together, used once"
 )]
 fn only_stride(
     take: &RetargetedMotion,
@@ -218,7 +219,7 @@ fn only_stride(
 ) -> Result<(Option<RetargetedMotion>, (f64, f64), &'static str), String> {
     let stride = stride_s * take.sample_rate_hz;
     if let Some(span) = recurrence(take, stride_s) {
-        return Ok((None, span, "like poses"));
+        return Ok((None, span, "similar poses"));
     }
     let Some(longer) = completed(take, stride) else {
         return Err(format!(
@@ -231,11 +232,12 @@ fn only_stride(
         "only {:.0} % of a stride is recorded: the rest is interpolated",
         100.0 * take.len() as f64 / stride
     ));
-    let kind = "its first frame and a stride later";
+    let kind = "the first frame and a stride later";
     Ok((Some(longer), (0.0, stride), kind))
 }
 
-/// Phase of the left contact in a stride: seen in it, or half a stride from the right.
+/// Returns the phase of the left contact in a stride: as seen, or half a stride after the right
+/// one.
 fn left_contact_phase(left: &[f64], right: &[f64], from: f64, to: f64) -> f64 {
     let seen = |events: &[f64]| events.iter().copied().find(|at| (from..to).contains(at));
     let phase = |at: f64| (at - from) / (to - from);
@@ -246,8 +248,8 @@ fn left_contact_phase(left: &[f64], right: &[f64], from: f64, to: f64) -> f64 {
     }
 }
 
-/// A take that lacks the end of its only stride, with the way from its last pose to its
-/// first put in; none if too much is lacking.
+/// Completes a motion that lacks the end of its only stride by interpolating from its last pose to
+/// its first. None if too much is missing.
 fn completed(take: &RetargetedMotion, stride: f64) -> Option<RetargetedMotion> {
     let last = take.len() - 1;
     if (take.len() as f64) < LEAST_RECORDED * stride {
@@ -327,7 +329,7 @@ mod tests {
                 .collect();
             let cut = cut(&take).unwrap();
             let off = cut.speed_mps / (speed_kmh / 3.6) - 1.0;
-            // Made feet slide; recorded ones come within 5 % (`tests/import/manifest.rs`).
+            // Synthetic feet slide; recorded ones come within 5 % (`tests/import/manifest.rs`).
             assert!(off.abs() < 0.15, "{speed_kmh}: {}", cut.speed_mps);
             assert!(cut.warnings[0].contains("treadmill"), "{:?}", cut.warnings);
         }

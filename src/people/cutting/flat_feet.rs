@@ -1,8 +1,8 @@
-//! Feet that stand flat.
+//! Makes standing feet flat.
 //!
-//! Captures know least how a foot is turned: two markers at its ends, or a file's rest pose. A
-//! walker's foot lies flat on the floor in the middle of its stance, so what it is tilted by there
-//! is an error of the file, and the same throughout.
+//! Captures record the orientation of a foot badly: from two markers at its ends, or from a file's
+//! rest pose. A walker's foot lies flat on the floor in the middle of its stance, so any tilt there
+//! is an error of the file, constant over the motion.
 
 use crate::people::Body;
 use crate::people::cutting::stance::{FeetMotion, soles_of_body};
@@ -10,30 +10,32 @@ use crate::people::retarget::{RetargetedMotion, leg_length_m};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
-/// From and to which share of a stance a foot is flat: after the toes came down and before the
-/// heel rises (Perry 2010: 12 and 31 % of a cycle of which 62 are stance). Ours: a little inside.
+/// Start and end of a foot's flat part, as shares of its stance: after the toes come down and
+/// before the heel rises (Perry 2010: 12 and 31 % of a cycle, with a stance of 62 %). Ours: a
+/// little inside.
 const FLAT: (f64, f64) = (0.25, 0.5);
 
-/// Share of a cycle above which feet stand as walkers' do; runners may land on their toes.
+/// Smallest duty factor of walkers, whose feet stand flat; runners may land on their toes.
 const WALKERS_STAND: f64 = 0.5;
 
-/// Fewest frames in which a foot is seen flat.
+/// Fewest flat frames from which a foot is corrected.
 const FEWEST: usize = 5;
 
-/// A tilt that is worth a warning, degrees. Ours.
+/// Tilt beyond which a warning is given, degrees. Ours.
 const NOTED_DEG: f64 = 10.0;
 
-/// How far the heights of flat feet may be apart, metres, between the first and the last quarter of
-/// them; on stairs and slopes they are farther. Ours.
+/// Largest difference between the first and third quartiles of the heights of flat feet, metres;
+/// stairs and slopes exceed it. Ours.
 const LEVEL_M: f64 = 0.025;
 
-/// A difference between where the left and the right foot stand that is worth a warning, metres.
+/// Difference between the standing heights of the feet beyond which a warning is given, metres.
 /// Ours.
 const UNEVEN_M: f64 = 0.02;
 
 /// Turns each foot of a walker by a constant rotation, so that it is level in the middle of its
-/// stances, and says by how much where that is much. Feet of runners and of those who never stand
-/// stay as they are. How high the ankles then are, metres, left first, if it is always the same.
+/// stances, with a warning about large rotations. Feet of runners, and feet without a whole stance,
+/// are not changed. Returns the heights of the standing ankles, metres, left first, if they are
+/// level.
 pub(in crate::people) fn stand_flat(take: &mut RetargetedMotion) -> Option<[f64; 2]> {
     let (stands, duty) = {
         let steps = FeetMotion::of_take(take);
@@ -53,7 +55,7 @@ pub(in crate::people) fn stand_flat(take: &mut RetargetedMotion) -> Option<[f64;
             .iter()
             .map(|&frame| take.posed(frame).0[foot.index()].y);
         standing_m[side] = level(heights.collect());
-        // Where up is, as the foot sees it.
+        // The direction up in the foot's frame.
         let up: DVec3 = frames
             .iter()
             .map(|&frame| take.turn_of(frame, foot).inverse() * DVec3::Y)
@@ -68,7 +70,7 @@ pub(in crate::people) fn stand_flat(take: &mut RetargetedMotion) -> Option<[f64;
         let tilt_deg = up.angle_between(DVec3::Y).to_degrees();
         if tilt_deg > NOTED_DEG {
             take.warnings.push(format!(
-                "{foot:?} is tilted by {tilt_deg:.0} degrees where it stands: turned to be flat"
+                "{foot:?} is tilted by {tilt_deg:.0} degrees where it stands: turned flat"
             ));
         }
     }
@@ -84,14 +86,14 @@ pub(in crate::people) fn stand_flat(take: &mut RetargetedMotion) -> Option<[f64;
     Some(standing_m)
 }
 
-/// The median of heights, if they are level.
+/// Returns the median of heights, if they are level.
 fn level(mut heights: Vec<f64>) -> Option<f64> {
     heights.sort_by(f64::total_cmp);
     let at = |share: f64| heights[(share * heights.len() as f64) as usize];
     (at(0.75) - at(0.25) < LEVEL_M).then(|| at(0.5))
 }
 
-/// The frames in the middle of stances that begin and end in the take.
+/// Returns the frames in the middle of stances that begin and end within the motion.
 fn flat_frames(stands: &[bool]) -> Vec<usize> {
     let mut frames = Vec::new();
     let mut start = 0;
@@ -106,9 +108,9 @@ fn flat_frames(stands: &[bool]) -> Vec<usize> {
     frames
 }
 
-/// How much higher the ankles of a body are than those of a walker with `own` joint offsets,
-/// whose ankles are at `standing_m` where its feet stand flat, scaled by the legs' length, for the
-/// soles to stand on the floor, metres, left first.
+/// Returns by how much a body's ankles must be raised so that its soles stand on the floor, metres,
+/// left first. The walker has `own` joint offsets, and its standing ankles are at the heights
+/// `standing_m`, which scale with the legs' length.
 pub(in crate::people) fn lifts(
     standing_m: Option<[f64; 2]>,
     own: &[DVec3; JOINTS],
@@ -133,7 +135,7 @@ mod tests {
     use edgegait_core::pack::Sex;
     use edgegait_core::skeleton::JOINTS;
 
-    /// Two cycles of a made walker, on whose feet a file has other ideas.
+    /// Returns two cycles of a synthetic walker with tilted feet.
     fn take(speed_kmh: f64, tilts: [DQuat; 2]) -> RetargetedMotion {
         let mut take = RetargetedMotion::of_person(&Person::average(Sex::Female), speed_kmh);
         for pose in &mut take.rotations {
@@ -152,7 +154,7 @@ mod tests {
         let before = plain.rotations.clone();
         let standing_m = stand_flat(&mut plain).expect("feet that stand");
         stand_flat(&mut tilted);
-        // The average woman's malleoli are 64 mm high, as made feet stand within a few.
+        // The average woman's malleoli are 64 mm high; synthetic feet stand within a few mm of it.
         assert!(
             standing_m
                 .iter()
@@ -167,9 +169,9 @@ mod tests {
                 before.iter().zip(&plain.rotations).zip(&tilted.rotations)
             {
                 let of = |pose: &[DQuat; JOINTS]| pose[foot.index()];
-                // Made feet are flat within a degree.
+                // Synthetic feet are flat within a degree.
                 assert!(of(before).angle_between(of(plain)).to_degrees() < 1.0);
-                // A tilt also turns the heading by a little, which no floor shows.
+                // A tilt also changes the heading a little, which the floor cannot correct.
                 assert!(of(plain).angle_between(of(tilted)).to_degrees() < 2.0);
             }
         }
@@ -216,7 +218,7 @@ mod tests {
     #[test]
     fn feet_stand_level_where_their_heights_are_within_the_noise_of_a_capture() {
         let rising = |by_m: f64| (0..40).map(|frame| 0.1 + by_m * f64::from(frame)).collect();
-        // Twenty frames from the first quarter to the last: 20 and 30 mm.
+        // Twenty frames from the first to the third quartile: 20 and 30 mm.
         let height_m = level(rising(0.001)).expect("the feet stand level");
         assert!((height_m - 0.12).abs() < 1e-12, "{height_m}");
         assert_eq!(level(rising(0.0015)), None);

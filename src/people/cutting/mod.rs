@@ -1,5 +1,5 @@
-//! Gait cycles cut out of recorded motion: when the feet touch the floor, where a cycle begins and
-//! ends, and how its last frame is made to meet its first.
+//! Cuts gait cycles out of recorded motion: finds foot contacts, chooses where a cycle begins and
+//! ends, and makes its last frame meet its first.
 
 pub(crate) mod closing;
 pub(crate) mod contacts;

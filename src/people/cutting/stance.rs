@@ -1,9 +1,9 @@
-//! When a foot stands on the floor, and how far it slides there.
+//! Finds when a foot stands on the floor, and how far it slides there.
 //!
-//! A foot stands from its contact to the lift of its toes: some point of its sole is then nearly
-//! still, and in the swing none is. That holds for feet that land flat or on the ball and for
-//! runners, where the moments in which the ankle is farthest ahead and behind
-//! ([`super::contacts`]) are not those of contact and lift.
+//! A foot stands from its contact to the lift of its toes. Some point of its sole is then nearly
+//! still; in the swing no point is. That also holds for feet that land flat or on the ball and for
+//! runners, whose contact and lift are not the moments when the ankle is farthest ahead and behind
+//! ([`super::contacts`]).
 
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
@@ -11,24 +11,25 @@ use glam::{DQuat, DVec3};
 use crate::people::retarget::{ANKLE_HEIGHT, RetargetedMotion, leg_length_m};
 use crate::people::{Body, Cycle, Track, UncutMotion, Walk, forward_kinematics};
 
-/// Heel, ball and toe tip ahead of the ankle over hip-to-ankle length: -0.25, 0.48 and 0.75 of a
-/// foot of 0.152 statures, over 0.491 (Winter 2009, figure 4.1; ball: 0.73 of the foot from the
-/// heel, ANSUR II).
+/// Distances of heel, ball and toe tip ahead of the ankle over hip-to-ankle length: -0.25, 0.48 and
+/// 0.75 of a foot of 0.152 statures, over 0.491 (Winter 2009, figure 4.1; ball: 0.73 of the foot
+/// from the heel, ANSUR II).
 const SOLE_REACH: [f64; 3] = [-0.077, 0.149, 0.232];
 
-/// A point of a sole is still below this share of the ankle's greatest speed.
+/// Speed below which a point of a sole is still, as a share of the ankle's greatest speed.
 const STILL: f64 = 0.15;
 
-/// The same where the ankle hardly moves, m/s. Ours.
+/// Least value of that speed, for ankles that hardly move, m/s. Ours.
 const STILL_M_S: f64 = 0.1;
 
-/// A sole is in the air this far above its usual lowest place, over hip-to-ankle length. Ours.
+/// Height above its usual lowest place from which a sole is in the air, over hip-to-ankle length.
+/// Ours.
 const IN_THE_AIR: f64 = 0.1;
 
-/// A foot is not off the floor for less than this, seconds. Ours: a sprinter's swing takes 0.25.
+/// Shortest time of a foot off the floor, seconds. Ours: a sprinter's swing takes 0.25.
 const SHORTEST_SWING_S: f64 = 0.08;
 
-/// A motion whose feet are looked at.
+/// A motion for the analysis of its feet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FeetMotion<'a> {
     /// Joint offsets of the body that moves, metres.
@@ -36,29 +37,30 @@ pub(crate) struct FeetMotion<'a> {
     roots: &'a [DVec3],
     rotations: &'a [[DQuat; JOINTS]],
     rate_hz: f64,
-    /// Travel of a cycle, whose roots are without it; none for a motion that ends.
+    /// Travel of a cycle, metres, which its roots leave out; none for a motion that does not
+    /// repeat.
     cycle_m: Option<f64>,
 }
 
-/// Points of the left and the right sole, in the foot's frame, metres.
+/// Points of the left and the right sole, in the frame of the foot, metres.
 pub(in crate::people) type Soles = [Vec<DVec3>; 2];
 
-/// How far standing feet slide, from contact to lift, mm.
+/// The slide of standing feet from contact to lift.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Skate {
-    /// Mean over the stances of both feet.
+    /// Mean slide over the stances of both feet, mm.
     pub mean_mm: f64,
-    /// Of the worst stance.
+    /// Slide of the worst stance, mm.
     pub max_mm: f64,
 }
 
-/// The soles that go with legs of this hip-to-ankle length.
+/// Returns the soles that belong to legs of this hip-to-ankle length.
 pub(in crate::people) fn soles_of_legs(leg_m: f64) -> Soles {
     let sole = SOLE_REACH.map(|reach| DVec3::new(0.0, -ANKLE_HEIGHT, reach) * leg_m);
     [sole.to_vec(), sole.to_vec()]
 }
 
-/// All points of a body's feet.
+/// Returns all points of a body's feet.
 pub(in crate::people) fn soles_of_body(body: &Body) -> Soles {
     [Joint::LeftFoot, Joint::RightFoot].map(|foot| {
         let hulls = body.hulls.iter().filter(|hull| hull.joint == foot);
@@ -67,7 +69,7 @@ pub(in crate::people) fn soles_of_body(body: &Body) -> Soles {
 }
 
 impl Walk {
-    /// How far the lowest points of the feet slide over the floor on the body that walks; none if
+    /// Returns how far the lowest points of the feet slide over the floor on `body`; none if
     /// neither foot ever stands.
     #[must_use]
     pub fn skate(&self, body: &Body) -> Option<Skate> {
@@ -80,7 +82,7 @@ impl Walk {
 }
 
 impl<'a> FeetMotion<'a> {
-    /// Those of a cycle on a skeleton with these joint offsets.
+    /// Takes a cycle on a skeleton with these joint offsets.
     #[must_use]
     pub(crate) fn of_cycle(cycle: &'a Cycle, offsets: &'a [DVec3; JOINTS]) -> Self {
         Self {
@@ -92,7 +94,7 @@ impl<'a> FeetMotion<'a> {
         }
     }
 
-    /// Those of a whole take.
+    /// Takes an uncut motion on a skeleton with these joint offsets.
     #[must_use]
     pub(crate) fn of_span(span: &'a UncutMotion, offsets: &'a [DVec3; JOINTS]) -> Self {
         Self {
@@ -104,7 +106,7 @@ impl<'a> FeetMotion<'a> {
         }
     }
 
-    /// Those of a take on its walker's own skeleton.
+    /// Takes a recorded motion on its walker's own skeleton.
     #[must_use]
     pub(crate) fn of_take(take: &'a RetargetedMotion) -> Self {
         Self {
@@ -116,12 +118,12 @@ impl<'a> FeetMotion<'a> {
         }
     }
 
-    /// Hip to ankle.
+    /// Returns the hip-to-ankle length, metres.
     pub(in crate::people) fn leg_m(&self) -> f64 {
         leg_length_m(self.offsets)
     }
 
-    /// Whether the left and the right foot stand, by frame.
+    /// Returns whether the left and the right foot stand, by frame.
     #[must_use]
     pub(crate) fn stances(&self) -> Vec<[bool; 2]> {
         let leg_m = self.leg_m();
@@ -151,7 +153,7 @@ impl<'a> FeetMotion<'a> {
         stands
     }
 
-    /// Makes a swing that is too short for one a part of the stance around it.
+    /// Makes swings that are too short part of the stance around them.
     fn fill(&self, stands: &mut [[bool; 2]], foot: usize) {
         let count = stands.len();
         let shortest = (SHORTEST_SWING_S * self.rate_hz) as usize;
@@ -172,7 +174,7 @@ impl<'a> FeetMotion<'a> {
         }
     }
 
-    /// Share of the frames in which a foot stands, mean of both.
+    /// Returns the share of the frames in which a foot stands, mean of both feet.
     #[must_use]
     pub(crate) fn duty_factor(&self) -> f64 {
         let stances = self.stances();
@@ -180,7 +182,7 @@ impl<'a> FeetMotion<'a> {
         standing.count() as f64 / (2 * stances.len()) as f64
     }
 
-    /// How far the lowest point of each sole moves over the floor from each frame to the next,
+    /// Returns the move of each sole's lowest point over the floor from each frame to the next,
     /// while the foot stands.
     pub(in crate::people) fn slides(
         &self,
@@ -205,7 +207,7 @@ impl<'a> FeetMotion<'a> {
             .collect()
     }
 
-    /// How far the lowest point of both soles moves from each frame to the next.
+    /// Returns the move of the lowest point of both soles from each frame to the next.
     pub(in crate::people) fn lowest_slides(&self) -> Vec<DVec3> {
         let places = self.places(&soles_of_legs(self.leg_m()));
         let steps = places.windows(2).filter_map(|pair| {
@@ -217,14 +219,14 @@ impl<'a> FeetMotion<'a> {
         steps.collect()
     }
 
-    /// How far the lowest points of a body's feet slide; none if neither ever stands.
+    /// Returns how far the lowest points of a body's feet slide; none if neither ever stands.
     #[must_use]
     pub(crate) fn skate_on(&self, body: &Body) -> Option<Skate> {
         self.skate(&soles_of_body(body))
     }
 
-    /// How far a body's feet would slide if its legs moved as these do, in proportion: what of its
-    /// slide is the recording's own.
+    /// Returns how far a body's feet would slide if its legs moved in proportion to these: the part
+    /// of its slide that comes from the recording.
     #[must_use]
     pub(crate) fn own_skate(&self, body: &Body) -> Option<Skate> {
         let ratio = leg_length_m(&body.offsets) / self.leg_m();
@@ -245,7 +247,7 @@ impl<'a> FeetMotion<'a> {
                 .iter()
                 .map(|slide| slide[foot].map(|slide| slide.length() * 1e3))
                 .collect();
-            // A cycle's stance may go on at its beginning.
+            // A cycle's stance may continue from its end to its beginning.
             if let Some(swing) = of_foot.iter().position(Option::is_none)
                 && self.cycle_m.is_some()
             {
@@ -259,8 +261,8 @@ impl<'a> FeetMotion<'a> {
         (!paths_mm.is_empty()).then_some(Skate { mean_mm, max_mm })
     }
 
-    /// Where points of the feet are, by frame and foot; a cycle's first frame comes again at the
-    /// end, a travel later.
+    /// Returns the positions of points of the feet, by frame and foot. A cycle's first frame is
+    /// repeated at the end, moved by the cycle's travel.
     fn places(&self, points: &Soles) -> Vec<[Vec<DVec3>; 2]> {
         let frames = self.roots.len();
         let last = match self.cycle_m {
@@ -282,7 +284,7 @@ impl<'a> FeetMotion<'a> {
             .collect()
     }
 
-    /// Speed of a point in a frame, m/s, by the frames before and after it.
+    /// Returns the speed of a point in a frame, m/s, from the frames before and after it.
     fn speed(&self, places: &[[Vec<DVec3>; 2]], foot: usize, point: usize, frame: usize) -> f64 {
         let at = |frame: usize| places[frame][foot][point];
         let last = places.len() - 1;
@@ -298,7 +300,7 @@ impl<'a> FeetMotion<'a> {
     }
 }
 
-/// The value below which this share of the values lies.
+/// Returns the value below which this share of the values lies.
 fn quantile(values: &mut [f64], share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let at = (share * values.len() as f64) as usize;
@@ -314,9 +316,9 @@ mod tests {
     use crate::people::cohort::Person;
     use edgegait_core::pack::Sex;
 
-    /// Healthy walkers stand 0.58 to 0.64 (Perry 1992), runners less than half a cycle. Made feet
-    /// slide, more so in running, which makes their stances shorter: recorded ones are compared
-    /// with laboratories' events in `tests/import/manifest.rs`.
+    /// Healthy walkers have duty factors of 0.58 to 0.64 (Perry 1992), runners below 0.5. Synthetic
+    /// feet slide, especially in running, which makes their stances shorter. Recorded ones are
+    /// compared with laboratories' events in `tests/import/manifest.rs`.
     #[test]
     fn walkers_stand_longer_than_half_a_cycle_and_runners_shorter() {
         for (speed_kmh, expected) in [
@@ -337,7 +339,7 @@ mod tests {
 
     #[test]
     fn a_foot_that_is_dragged_along_skates_as_far() {
-        // One frame of rest, held for 11 while the body slides 2 mm a frame ahead: 20 mm.
+        // A rest pose, held for 11 frames while the body slides ahead by 2 mm a frame: 20 mm.
         let body = Person::average(Sex::Female).body;
         let span = UncutMotion {
             sample_rate_hz: 40.0,

@@ -106,8 +106,8 @@ mod tests {
 
     #[test]
     fn a_pelvis_of_240_by_150_mm_has_its_hips_where_harrington_has_them() {
-        // x = -0.24 * 150 - 9.9 = -45.9, y = -0.30 * 240 - 10.9 = -82.9, z = 0.33 * 240 + 7.3 =
-        // 86.5.
+        // x = -0.24 * 150 - 9.9 = -45.9, y = -0.30 * 240 - 10.9 = -82.9,
+        // z = 0.33 * 240 + 7.3 = 86.5.
         let hip = hip_centre(0.240, 0.150);
         assert!(
             hip.distance(DVec3::new(0.0865, -0.0829, -0.0459)) < 1e-9,

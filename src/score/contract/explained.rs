@@ -108,7 +108,7 @@ const TRAINING: [ContractKey; 8] = [
     ),
     (
         "subjects",
-        "People in the training data, if they are not the classes. A warning states how many probes are among it.",
+        "People in the training data, if they are not the classes: edgegait score warns of probes that were trained on.",
         "# subjects = [\"somebody\"]",
     ),
     (

@@ -23,7 +23,7 @@ fn our_own_model_agrees_with_the_default_contract() {
     assert_eq!(model.ports(), &ports);
 }
 
-/// A refusal's text without the file.
+/// Returns a refusal's text without the file.
 fn of(bytes: Vec<u8>, contract: Contract) -> String {
     refusal(bytes, contract).replace("m.onnx: ", "")
 }
@@ -85,7 +85,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             IMAGE.to_vec(),
             "[N, 1, 50, 30]",
             "i64 [N, 1, 50, 30]",
-            "export it with an input of f32; f64 and u8 work, too".to_owned(),
+            "export it with an input of f32; f64 and u8 work too".to_owned(),
         ),
         (
             gei(InputLayout::Nchw),
@@ -176,7 +176,7 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
             vec![any, Some(20), h, w],
             "[N, 30, 50, 30]",
             "f32 [N, 20, 50, 30]",
-            "in its .toml: frames = 20, or none".to_owned(),
+            "in its .toml: frames = 20, or no such key".to_owned(),
         ),
     ] {
         let expected =
@@ -223,13 +223,13 @@ fn bytes_are_taken_as_they_are_and_other_numbers_in_their_ranges() {
 
 #[test]
 fn two_inputs_are_refused_and_listed() {
-    // GraphProto.input { name "mask" } behind those of a whole model.
+    // GraphProto.input { name "mask" } after a whole model.
     let mut bytes = bytes_with(1, &IMAGE, 1, 2);
     bytes.extend(b"\x3A\x08\x5A\x06\x0A\x04mask");
     let text = of(bytes, Contract::default());
     assert_eq!(
         text,
-        "expected one input of f32 [N, 1, 50, 30], found \"gei\" f32 [N, 1, 50, 30], \"mask\" unknown of any shape (export a graph that takes pictures alone; one that takes viewpoints, too, names that input in its .toml: view_input = \"NAME\")"
+        "expected one input of f32 [N, 1, 50, 30], found \"gei\" f32 [N, 1, 50, 30], \"mask\" unknown of any shape (export a graph that takes images only; if it also takes viewpoints, name their input in its .toml: view_input = \"NAME\")"
     );
 }
 

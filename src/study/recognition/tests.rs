@@ -95,9 +95,19 @@ fn each_experiment_trains_on_what_its_name_says() {
 fn people_who_differ_by_a_bar_are_told_apart_and_strangers_are_not_looked_for() {
     let (real, synthetic) = (examples(true), examples(false));
     let run = |synthetic: &[Example], augmentation| {
-        let both = (real.as_slice(), synthetic);
-        let unit = (SplitUnit::Cycle, &[1, 2][..]);
-        curve(Experiment::SyntheticReal, both, unit, augmentation, &|| ())
+        let both = RealAndSynthetic {
+            real: &real,
+            synthetic,
+        };
+        let unit = SplitUnit::Cycle;
+        curve(
+            Experiment::SyntheticReal,
+            both,
+            unit,
+            &[1, 2],
+            augmentation,
+            &|| (),
+        )
     };
     let flip = Augmentation {
         flip: true,
@@ -124,8 +134,11 @@ fn people_who_differ_by_a_bar_are_told_apart_and_strangers_are_not_looked_for() 
         .iter_mut()
         .filter(|one| one.person == 0)
         .for_each(|one| one.person = 2);
-    let both = (strangers.as_slice(), synthetic.as_slice());
-    let seeds = (SplitUnit::Cycle, &[1][..]);
-    let found = curve(Experiment::SyntheticReal, both, seeds, flip, &|| ());
+    let both = RealAndSynthetic {
+        real: &strangers,
+        synthetic: &synthetic,
+    };
+    let unit = SplitUnit::Cycle;
+    let found = curve(Experiment::SyntheticReal, both, unit, &[1], flip, &|| ());
     assert_eq!(found.expect("learnt").expect("people").tested, 6.0);
 }

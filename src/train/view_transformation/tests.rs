@@ -170,7 +170,7 @@ fn a_contract_and_a_file_have_to_agree_about_the_viewpoint() {
             None,
             Distance::Euclidean,
             format!(
-                "m.onnx: expected one input of {input}, found {both} (export a graph that takes pictures alone; one that takes viewpoints, too, names that input in its .toml: view_input = \"view\")"
+                "m.onnx: expected one input of {input}, found {both} (export a graph that takes images only; if it also takes viewpoints, name their input in its .toml: view_input = \"view\")"
             ),
         ),
         (

@@ -46,7 +46,7 @@ def test_packs_are_pickled_as_their_bytes(tmp_path):
     assert bytes(again) == bytes(pack)
     path = tmp_path / "a.egp"
     pack.save(path)
-    with pytest.raises(ValueError, match="is there already"):
+    with pytest.raises(ValueError, match="already exists"):
         pack.save(path)
     pack.save(path, overwrite=True)
     assert bytes(edgegait.Pack(path)) == bytes(pack)

@@ -1,4 +1,4 @@
-//! The rectangle that a body takes in the image, from the few hulls that reach its sides.
+//! The rectangle that a body takes in the image, computed from the few hulls that reach its sides.
 
 use super::{LeanFigure, PosedHull, local};
 use crate::budget::MAX_HULLS;
@@ -6,27 +6,28 @@ use crate::camera::{Camera, NEAR_M};
 use crate::raster::placement::Extent;
 use glam::{Vec2, Vec3};
 
-/// How far a number that is computed in the image may be from the true one, of the numbers
-/// that it is computed from: some forty roundings.
+/// The greatest error of a number that is computed in the image, relative to its inputs: some forty
+/// roundings.
 const ROUNDING: f32 = 1e-5;
-/// Greatest sum of the squares of an orientation, which is 3 but for rounding, and of a joint's
-/// distance from the origin in tens of metres, of hulls whose boxes are trusted. Ours: boxes of
-/// those who walked farther away would have to be larger by rounding.
+/// The greatest sum of an orientation's squares, which is 3 except for rounding, and of the square
+/// of a joint's distance from the origin in tens of metres, at which a hull's box is trusted. Ours:
+/// farther away, boxes would have to be larger because of rounding.
 const MOST_SQUARES: f32 = 4.0;
-/// What a joint's coordinates then add up to at most, metres.
+/// The greatest sum of such a joint's coordinates, metres.
 const FARTHEST_M: f32 = 40.0;
 
-/// Between which numbers something lies: to the right, upwards, and the same turned round.
+/// The bounds of something in the image: to the right and upwards, and then negated to the left and
+/// downwards.
 type ExtentBounds = [f32; 4];
 
 const NOTHING: ExtentBounds = [f32::NEG_INFINITY; 4];
 const EVERYTHING: ExtentBounds = [f32::INFINITY; 4];
 
 impl LeanFigure<'_> {
-    /// The rectangle that its points take in the image; none where one has no place there, or
-    /// without points.
+    /// Returns the rectangle that its points take in the image; `None` if a point has no place
+    /// there, or without points.
     ///
-    /// With parallel rays only hulls whose boxes reach beyond it are looked at more closely.
+    /// With parallel rays, only hulls whose boxes reach beyond it are examined point by point.
     ///
     /// Not inlined, so that its 700 bytes of stack are free again when the body is drawn.
     #[inline(never)]
@@ -48,7 +49,7 @@ impl LeanFigure<'_> {
             sides: NOTHING,
             wild: 0.0,
         };
-        // These first, since most others then turn out to lie within.
+        // These first, because most others then lie within.
         for is_first in [true, false] {
             for (number, reached) in reached.iter().enumerate().take(self.hulls.len()) {
                 let is_within = || reached.iter().zip(&found.sides).all(|(of, side)| of < side);
@@ -68,7 +69,7 @@ impl LeanFigure<'_> {
         (found.wild.is_finite() && !self.points.is_empty()).then_some(extent)
     }
 
-    /// Within what a hull's points are, whatever is rounded; everywhere where that is not known.
+    /// Returns bounds that contain a hull's points in spite of rounding; [`EVERYTHING`] if unknown.
     fn reached(&self, hull: &PosedHull<'_>, camera: &Camera) -> ExtentBounds {
         let (turn, offset) = (hull.place.turn, hull.place.offset);
         let squares = |axis: Vec3| axis.length_squared();
@@ -78,7 +79,7 @@ impl LeanFigure<'_> {
         if !is_tame || camera.eye().is_some() {
             return EVERYTHING;
         }
-        // Half of it, since middles and halves are sums and differences of two bounds.
+        // Half a unit, because middles and halves are sums and differences of two bounds.
         let unit = 0.5 * f32::from(self.scale.unit) * hull.step;
         let sums = hull
             .bounds
@@ -100,16 +101,16 @@ impl LeanFigure<'_> {
     }
 }
 
-/// What was found of the rectangle.
+/// The rectangle found so far.
 struct FoundExtent {
-    /// Its right and upper sides, and the left and lower turned round.
+    /// Its right and upper sides, and its left and lower sides negated.
     sides: ExtentBounds,
-    /// Not finite if a point is not.
+    /// A sum of coordinates, which is not finite if a point is not.
     wild: f32,
 }
 
 impl FoundExtent {
-    /// Adds a hull's points; none where one is too near.
+    /// Adds a hull's points; `None` if one is too near.
     fn add(&mut self, hull: &PosedHull<'_>, camera: &Camera) -> Option<()> {
         for &point in hull.points {
             let point = hull.place.carry(local(point, hull.step));
@@ -117,7 +118,7 @@ impl FoundExtent {
                 return None;
             }
             let Vec2 { x, y } = camera.project(point);
-            // Not finite, whatever is added to what is not.
+            // Once it is not finite, it stays so.
             self.wild += x + y;
             for (side, reached) in self.sides.iter_mut().zip([x, y, -x, -y]) {
                 *side = if reached > *side { reached } else { *side };

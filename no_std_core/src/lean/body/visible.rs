@@ -1,10 +1,10 @@
-//! The hulls of a body before a camera: where their points appear, and which of their edges are
-//! their outline.
+//! The hulls of a body before a camera: where their points appear, and which edges are their
+//! outline.
 //!
-//! Whether a facet is seen is the sign of a product in the frame of its joint, rounded as on a
-//! host. Seen by parallel rays that is mostly told by the order of its corners in the image, in
-//! integers and in half of the instructions: [`PointScale`] says when it is, and where a sign is too
-//! near to 0 the product itself decides. Pixels are computed of the outline's corners alone.
+//! Whether a facet is visible is the sign of a product in the frame of its joint, rounded as on a
+//! host. With parallel rays the order of its corners in the image mostly decides it, in integers
+//! and half of the instructions: [`PointScale`] states when. Where a sign is too near 0, the
+//! product itself decides. Pixels are computed for the outline's corners only.
 
 #[cfg(test)]
 mod tests;
@@ -26,33 +26,33 @@ use glam::{Vec2, Vec3};
 pub struct LeanSight<'a> {
     posed: &'a LeanFigure<'a>,
     camera: &'a Camera,
-    /// The direction of the eye, or where it stands.
+    /// The direction of the eye, or its position if `is_near`.
     seen_from: Vec3,
     is_near: bool,
 }
 
-/// One hull of it in the image.
+/// One hull of a body in the image.
 pub struct SeenHull<'a> {
     sight: LeanSight<'a>,
     scale: PointScale,
     points: SeenPoints,
-    /// Those of the outline.
+    /// The corners of the outline, by number.
     corners: [OutlineCorner; MAX_HULL_POINTS],
 }
 
-/// What is known of each point of a hull.
+/// The points of a hull in the image, by number.
 type SeenPoints = [SeenPoint; MAX_HULL_POINTS];
 
-/// A point of a hull. 16 bytes, and what facets ask for not in the first four: one instruction
-/// then finds a point by its number, and one more both coordinates.
+/// A point of a hull in the image. 16 bytes, with the coordinates last: one instruction then finds
+/// a point by its number, and one more loads both coordinates.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct SeenPoint {
-    /// That of its number.
+    /// The bit of its number.
     bit: u32,
-    /// Bit `b` is the line to point `b`, of a greater number.
+    /// Lines of the outline: bit `b` is the line to point `b`, which has a greater number.
     lines: u32,
-    /// Its [`PointScale`]d place in the image, to the right and up.
+    /// Its place in the image, scaled by [`PointScale`], to the right and up.
     x: i32,
     y: i32,
 }
@@ -62,7 +62,7 @@ struct SeenPoint {
 pub struct OutlineCorner {
     /// Where it appears, pixels.
     pub pixel: Vec2,
-    /// The first row that is sampled below it.
+    /// The first sampled row below it.
     pub row: u32,
 }
 
@@ -83,7 +83,7 @@ impl<'a> LeanSight<'a> {
 }
 
 impl<'a> SeenHull<'a> {
-    /// None yet.
+    /// Makes a buffer for the hulls of a body, one at a time.
     pub fn new(sight: &LeanSight<'a>) -> Self {
         let mut points = [SeenPoint {
             bit: 1,
@@ -106,8 +106,8 @@ impl<'a> SeenHull<'a> {
         }
     }
 
-    /// Gives `take` the lines of the outline of what these parts span, whose corners `row` says
-    /// the rows of.
+    /// Calls `take` with the lines of the outline of these parts together; `row` gives the rows of
+    /// corners.
     #[inline]
     pub fn trace(
         &mut self,
@@ -129,8 +129,8 @@ impl<'a> SeenHull<'a> {
         }
     }
 
-    /// Gives `take` the lines that are on, and turns them off; `place` is called before, with the
-    /// bits of the points that are their ends.
+    /// Calls `place` with the bits of the points at which lines end, then `take` with the lines
+    /// that are on, and turns them off.
     #[inline]
     fn give(
         &mut self,
@@ -154,7 +154,7 @@ impl<'a> SeenHull<'a> {
         while begins != 0 {
             let a = begins.trailing_zeros() as usize;
             begins &= begins - 1;
-            // The next hull finds all lines off.
+            // All lines are off for the next hull.
             let mut lines = core::mem::take(&mut self.points[a].lines);
             while lines != 0 {
                 let b = lines.trailing_zeros() as usize;
@@ -164,11 +164,11 @@ impl<'a> SeenHull<'a> {
         }
     }
 
-    /// Finds what the parts of a draped hull span where they are, the places of all its points,
-    /// and which lines are its outline; how many points it has.
+    /// Finds the surface of a draped hull, the pixels of all its points and the lines of its
+    /// outline, and returns the number of its points.
     ///
-    /// Its facets are of this pose alone, and nothing keeps them. Not inlined, so that their
-    /// stack is there for clothes alone.
+    /// Its facets hold for this pose only and are not kept. Not inlined, so that only clothes take
+    /// their stack.
     #[inline(never)]
     fn wrap(
         &mut self,
@@ -213,8 +213,8 @@ impl<'a> SeenHull<'a> {
 
     /// Finds the pixels and rows of the points whose bits are set.
     ///
-    /// Not inlined: alone it has most of what it works with in registers, and there the camera
-    /// is asked once what its rays are like.
+    /// Not inlined: on its own it keeps most values in registers, and checks only once which rays
+    /// the camera has.
     #[inline(never)]
     fn place(
         &mut self,
@@ -238,7 +238,7 @@ impl<'a> SeenHull<'a> {
         }
     }
 
-    /// Turns the edges between facets that are seen and facets that are not on.
+    /// Turns on the edges between visible facets and those that are not.
     fn find_outline(&mut self, hull: &PosedHull<'_>) {
         let sight = self.sight;
         if let [first, ..] = hull.facets
@@ -263,8 +263,8 @@ impl<'a> SeenHull<'a> {
         }
     }
 
-    /// Finds where the points of a hull appear in whole numbers; not of one whose frame is not
-    /// turned alone.
+    /// Finds where the points of a hull appear, in whole numbers, and returns `true`; `false` if
+    /// its frame is not a pure rotation.
     #[inline]
     fn draft(&mut self, hull: &PosedHull<'_>, toward: Vec3) -> bool {
         let viewpoint = self.sight.camera.viewpoint();
@@ -294,7 +294,7 @@ impl<'a> SeenHull<'a> {
 
 /// Finds where points appear along two axes.
 ///
-/// Not inlined: alone it has what it works with in registers.
+/// Not inlined: on its own it keeps its values in registers.
 #[inline(never)]
 fn draft(points: &mut SeenPoints, steps: &[[i16; 3]], [right, up]: [[i32; 3]; 2]) {
     for (point, &[x, y, z]) in points.iter_mut().zip(steps) {
@@ -304,7 +304,7 @@ fn draft(points: &mut SeenPoints, steps: &[[i16; 3]], [right, up]: [[i32; 3]; 2]
     }
 }
 
-/// Toggles the edges of each facet that is seen: what two of them toggled is off again.
+/// Toggles the edges of each visible facet: an edge between two of them is off again.
 fn toggle_seen(points: &mut SeenPoints, hull: &PosedHull<'_>, eye: &FacetEye) {
     for &corners in hull.facets {
         if eye.sees(hull, corners) {
@@ -313,7 +313,7 @@ fn toggle_seen(points: &mut SeenPoints, hull: &PosedHull<'_>, eye: &FacetEye) {
     }
 }
 
-/// The same by the draft, beyond its tolerance.
+/// Toggles the edges of each visible facet, by the draft wherever it is beyond its tolerance.
 fn toggle_drafted(
     points: &mut SeenPoints,
     (hull, tolerance): (&PosedHull<'_>, i32),
@@ -327,9 +327,10 @@ fn toggle_drafted(
     }
 }
 
-/// The same up to the first facet that the draft does not tell of: that one.
+/// Toggles the edges of visible facets up to the first one that the draft does not decide, and
+/// returns that facet.
 ///
-/// Not inlined, and calls nothing: alone it has all that it works with in registers.
+/// Not inlined, and calls nothing: on its own it keeps all values in registers.
 #[inline(never)]
 fn toggle_told(
     points: &mut SeenPoints,
@@ -341,7 +342,7 @@ fn toggle_told(
         let Some(&corners) = rest.next() else {
             break None;
         };
-        // A sign turned round, and one less: the tolerance has room for that.
+        // This negates the number and is off by one, for which the tolerance has room.
         let side = turn(points, corners) ^ corners.turned();
         if side > tolerance {
             toggle(points, corners.numbers());
@@ -353,8 +354,8 @@ fn toggle_told(
     untold
 }
 
-/// The high word of what a facet's corners turn counterclockwise by their numbers: twice its
-/// area in the image.
+/// Returns the high word of twice a facet's area in the image, positive if its corners turn
+/// counterclockwise in the order of their numbers.
 #[inline]
 fn turn(points: &SeenPoints, corners: FacetCorners) -> i32 {
     let [a, b, c] = corners.numbers().map(|number| &points[number]);
@@ -362,7 +363,7 @@ fn turn(points: &SeenPoints, corners: FacetCorners) -> i32 {
     high(b.x - a.x, c.y - a.y) - high(b.y - a.y, c.x - a.x)
 }
 
-/// Turns a facet's edges on, or off.
+/// Toggles a facet's edges.
 #[inline]
 fn toggle(points: &mut SeenPoints, [a, b, c]: [usize; 3]) {
     let [b_bit, c_bit] = [b, c].map(|number| points[number].bit);
@@ -370,14 +371,15 @@ fn toggle(points: &mut SeenPoints, [a, b, c]: [usize; 3]) {
     points[b].lines ^= c_bit;
 }
 
-/// From where facets are seen, in the frame of their joint.
+/// The eye's position or direction, in the frame of the facets' joint.
 enum FacetEye {
     At(Vec3),
     Toward(Vec3),
 }
 
 impl FacetEye {
-    /// Whether it is on a facet's outer side; infinitely far away only the direction counts.
+    /// Returns whether it is on a facet's outer side; infinitely far away only the direction
+    /// counts.
     #[inline(never)]
     fn sees(&self, hull: &PosedHull<'_>, corners: FacetCorners) -> bool {
         let corners_at = corners.numbers().map(|number| hull.points.get(number));
@@ -390,8 +392,8 @@ impl FacetEye {
         )
     }
 
-    /// The same of a facet with these corners, and with the sign of an [`f32`] if they turn
-    /// clockwise.
+    /// Returns whether it is on the outer side of a facet with these corners; `turn` is the sign
+    /// bit of an [`f32`] if they turn clockwise.
     #[inline]
     fn is_before(&self, points: [Vec3; 3], turn: u32) -> bool {
         let normal = normal(points);
@@ -399,40 +401,40 @@ impl FacetEye {
             Self::At(eye) => eye.dot(normal) - normal.dot(points[0]),
             Self::Toward(eye) => eye.dot(normal),
         };
-        // A difference is above 0 where the first number is the greater.
+        // A difference is above 0 exactly where the first number is greater.
         (side.to_bits() ^ turn).cast_signed() > 0
     }
 }
 
-/// How points that appear by parallel rays are scaled to whole numbers within 2^29: with their
-/// differences below 2^30, products of these stay below 2^61.
+/// The scale of points in the image of parallel rays, as whole numbers within 2^29: their
+/// differences stay below 2^30, and products of these below 2^61.
 ///
-/// What a triangle of such points turns, and the sign that [`FacetEye::sees`] computes, are two
-/// roundings of one number (Binet and Cauchy: the cross product in the image is the product of
-/// the facet's normal and the image's). Beyond the sum of their errors both have its sign.
+/// The turn of a triangle of such points, and the number whose sign [`FacetEye::sees`] computes,
+/// are two roundings of one number (Binet and Cauchy: the cross product in the image is the product
+/// of the facet's normal and the image's). Beyond the sum of their errors, both have its sign.
 struct PointScale {
     /// Units in a step.
     units: f32,
-    /// The greatest that a turn may be off, in the unit of its high word.
+    /// The greatest error of a turn, in units of its high word.
     tolerance: i32,
 }
 
 impl PointScale {
-    /// How far right times up may be from the direction of the eye, and how long they may be,
-    /// for the errors below.
+    /// The greatest distance of right times up from the direction of the eye, and the greatest
+    /// squared length of both, for the errors below.
     const SKEW: f32 = 2e-6;
     const LENGTH_SQUARED: f32 = 1.01;
 
-    /// For points whose coordinates reach so many steps.
+    /// Returns the scale for points whose coordinates reach this many steps.
     fn of(reach: u16) -> Self {
         let reach = reach.max(1);
         Self {
             // A point is at most 1.74 times as far away as its coordinates are, and axes are at
             // most 1.005 long.
             units: (1 << 29) as f32 / (1.75 * f32::from(reach)),
-            // Axes are off by less than 1.1, points by 3.3 times the reach and differences by
-            // twice that: turns by 4 * 6.6 * reach * 2^30. Of the product in floats, and of the
-            // skew, 34 * 2^-22 and 12 * SKEW of the reach's square, which is 2^58 / 3.
+            // Axes are off by less than 1.1, points by 3.3 times the reach and differences by twice
+            // that: turns by 4 * 6.6 * reach * 2^30. The product in floats and the skew add 34 *
+            // 2^-22 and 12 * SKEW of the reach's square, which is 2^58 / 3.
             tolerance: 8 * i32::from(reach) + 1_000,
         }
     }

@@ -1,6 +1,6 @@
 use super::*;
 
-/// `numpy.arange(24, dtype=numpy.uint8).reshape(2, 3, 4)` by `pickle.dumps` of NumPy 2.x,
+/// `numpy.arange(24, dtype=numpy.uint8).reshape(2, 3, 4)`, pickled by NumPy 2.x with
 /// protocols 2 to 5, and by NumPy 1.x with protocol 3 and no memo.
 const PICKLES: [&str; 5] = [
     "8002636e756d70792e5f636f72652e6d756c746961727261790a5f7265636f6e7374727563740a7100636e756d70790a6e6461727261790a71014b00857102635f636f646563730a656e636f64650a7103580100000062710458060000006c6174696e317105867106527107877108527109284b014b024b034b0487710a636e756d70790a64747970650a710b58020000007531710c898887710d52710e284b0358010000007c710f4e4e4e4affffffff4affffffff4b00747110628968035818000000000102030405060708090a0b0c0d0e0f101112131415161771116805867112527113747114622e",
@@ -30,8 +30,8 @@ fn arrays_are_read_as_every_protocol_has_them() {
     }
 }
 
-/// What is written is, to the byte, what NumPy 1.x writes with protocol 3 and no memo; and it is read
-/// again, however large.
+/// The written bytes equal those of NumPy 1.x with protocol 3 and no memo, and sides above 255 can
+/// be read back.
 #[test]
 fn arrays_are_written_as_numpy_has_them() {
     let written = pickled([2, 3, 4], &(0..24).collect::<Vec<u8>>());
@@ -51,7 +51,7 @@ fn arrays_are_written_as_numpy_has_them() {
 
 #[test]
 fn bytes_above_127_survive_protocol_2() {
-    // The last of them, 0x17, becomes U+00FF: two bytes of UTF-8, and one more to count.
+    // The last byte, 0x17, becomes U+00FF, which is two bytes of UTF-8, so the count grows by one.
     let mut pickle = bytes(PICKLES[0]);
     let at = pickle
         .windows(2)
@@ -108,7 +108,7 @@ fn other_arrays_are_refused_with_what_they_are() {
         replace(b"u1", b"f4"),
         "expected an array of uint8 (u1), found f4"
     );
-    assert!(replace(b"\x62\x89\x43", b"\x62\x88\x43").contains("found Fortran's"));
+    assert!(replace(b"\x62\x89\x43", b"\x62\x88\x43").contains("found Fortran order"));
     assert!(replace(b"K\x02K\x03K\x04", b"K\x02K\x03K\x05").contains("[2, 3, 5], found 24"));
     assert!(replace(b"K\x02K\x03K\x04", b"K\x02K\x03J\xFF\xFF\xFF\xFF").contains("whole numbers"));
     assert_eq!(
@@ -132,7 +132,7 @@ fn no_prefix_and_no_changed_byte_panics_or_grows() {
             for flip in [0x01, 0x10, 0x80, 0xFF] {
                 let mut changed = whole.clone();
                 changed[at] ^= flip;
-                // Whatever comes out is made of the bytes that went in.
+                // Any array that is read has the length of the original one.
                 assert!(
                     read(&changed).is_ok_and(|array| array.bytes.len() == 24)
                         || read(&changed).is_err()

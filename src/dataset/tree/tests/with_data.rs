@@ -1,4 +1,4 @@
-//! Framing of people whom others drew.
+//! Framing of people that other programs rendered.
 
 use super::*;
 
@@ -18,9 +18,9 @@ fn a_large_tree_is_listed_and_its_walkers_framed() {
     check_framing(&tree, side.expect("a side view"));
 }
 
-/// A frame as OpenGait's `datasets/pretreatment.py` makes it, after its description: cut to the
-/// figure's rows, scaled to 64 of them by OpenCV's cubic interpolation (a = -0.75, no
-/// smoothing), and 64 columns around that in which half of the sum is reached.
+/// Normalises a frame like OpenGait's `datasets/pretreatment.py`, written from its description: cut
+/// to the figure's rows, scaled to 64 rows by OpenCV's cubic interpolation (a = -0.75, no
+/// smoothing), and cut to 64 columns around the one in which half of the sum is reached.
 fn pretreated(picture: &GreyPicture<'_>) -> Option<Vec<u8>> {
     let rows: Vec<&[u8]> = picture.pixels.chunks_exact(picture.columns).collect();
     let is_on = |row: &&[u8]| row.iter().any(|&pixel| pixel > 0);
@@ -74,7 +74,7 @@ fn pretreated(picture: &GreyPicture<'_>) -> Option<Vec<u8>> {
     Some((0..64 * 64).map(|at| pixel(at / 64, at % 64)).collect())
 }
 
-/// How far figures that are framed here are from OpenGait's own: what the guide says of it.
+/// Measures the difference from OpenGait's framing that the guide reports.
 #[test]
 #[ignore = "needs EDGEGAIT_DATA"]
 fn framing_here_and_in_opengaits_pretreatment_differ_by_a_column() {
@@ -86,7 +86,7 @@ fn framing_here_and_in_opengaits_pretreatment_differ_by_a_column() {
         let (mut jaccard, mut best, mut shift, mut rmse) = (0.0, 0.0, 0.0, 0.0);
         let (mut frames, mut sequences) = (0.0, 0.0);
         let of_view = (0..tree.sequences().len()).filter(|&at| tree.sequences()[at].view == view);
-        // All of them where that does not take long.
+        // Debug builds are slow, so they check every fourth.
         for at in of_view.step_by(if cfg!(debug_assertions) { 4 } else { 1 }) {
             let ours = tree
                 .silhouettes(at, Size::S64x64, FramingMode::Height)

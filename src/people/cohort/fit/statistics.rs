@@ -22,8 +22,8 @@ pub(super) struct Shrunk {
 }
 
 /// Returns the correlations of columns over rows, shrunk by the intensity of Schaefer & Strimmer
-/// (2005, Stat. Appl. Genet. Mol. Biol. 4:32, table 1, target D with unit variances). It estimates
-/// the minimum of the expected squared error (Ledoit & Wolf 2003, J. Empirical Finance
+/// (2005, Stat. Appl. Genet. Mol. Biol. 4:32, table 1, target D with unit variances), the
+/// estimate that minimises the expected squared error (Ledoit & Wolf 2003, J. Empirical Finance
 /// 10:603-621).
 pub(super) fn shrunk_correlations(rows: &[Vec<f64>]) -> Shrunk {
     let (n, p) = (rows.len() as f64, rows[0].len());

@@ -5,7 +5,7 @@ use crate::camera::Viewpoint;
 use crate::pose::ModelPose;
 use glam::{Mat3, Quat};
 
-/// Numbers of a fixed sequence (Roberts 2018), -1 to 1.
+/// Returns a generator of a fixed sequence of numbers, -1 to 1 (Roberts 2018).
 fn numbers() -> impl FnMut() -> f32 {
     let mut sum = 0.0f32;
     move || {
@@ -15,7 +15,8 @@ fn numbers() -> impl FnMut() -> f32 {
     }
 }
 
-/// How many of the triangles of random points the draft tells of, all as floats do.
+/// Returns how many triangles of random points the draft leaves open and decides, and asserts that
+/// it decides as floats do.
 fn told(reach: f32, is_image: bool) -> [usize; 2] {
     let (mut number, mut counts) = (numbers(), [0; 2]);
     for round in 0..40 {
@@ -23,7 +24,7 @@ fn told(reach: f32, is_image: bool) -> [usize; 2] {
         for coordinate in points.as_flattened_mut() {
             *coordinate = (reach * number()) as i16;
         }
-        // Every third time all in a plane that is seen edge-on, but for rounding.
+        // Every third time, all points are in a plane that is seen edge-on except for rounding.
         if round % 3 == 0 {
             points.iter_mut().for_each(|point| point[0] = 0);
         }
