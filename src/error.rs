@@ -1,7 +1,7 @@
-//! The one error of the host: where, what was expected, what was found, what to do.
+//! The error type of the host. Messages state where, what was expected, what was found, what to do.
 //!
-//! Each area has a kind of its own with the causes that a caller may want to tell apart. Messages
-//! name causes and settings, never flags: the command adds the flags that help.
+//! Each area has an error type of its own, with the causes that a caller may want to distinguish.
+//! Messages name causes and settings, never flags: the command adds the flags that help.
 
 mod choice;
 mod encode;
@@ -30,10 +30,10 @@ pub use train::TrainError;
 /// A result whose error is ready to be shown to a user.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// Why an error came about, where it may be of many types.
+/// The cause of an error, of any type.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
-/// Why work could not be done.
+/// Any error of the host.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -42,11 +42,11 @@ pub enum Error {
     Input {
         /// The file.
         path: PathBuf,
-        /// Where in it.
+        /// The place in the file.
         place: FilePlace,
         /// What was expected, what was found, what to do.
         problem: String,
-        /// What else may help.
+        /// A setting that may help.
         remedy: Option<Remedy>,
     },
     /// The operating system refused.
@@ -54,58 +54,58 @@ pub enum Error {
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// A value or a flag makes no sense, in words: exit code 2.
+    /// A value or a flag is invalid, in words: exit code 2.
     #[error("{0}")]
     Usage(String),
-    /// A setting makes no sense, or settings do not go together: exit code 2.
+    /// A setting is invalid, or settings contradict each other: exit code 2.
     #[error(transparent)]
     Choice(#[from] ChoiceError),
-    /// Angles are no viewpoint: exit code 2.
+    /// Angles are not a viewpoint: exit code 2.
     #[error(transparent)]
     Viewpoint(#[from] ViewpointError),
-    /// Cycles are not looked for at such a frame rate: exit code 2.
+    /// Gait cycles cannot be found at this frame rate: exit code 2.
     #[error(transparent)]
     FrameRate(#[from] FrameRateError),
-    /// Walks cannot be encoded, or people have no plausible body; what is left can do without them.
+    /// Walks cannot be encoded, or people have no plausible body; the rest is not affected.
     #[error("{}", lines(.0))]
     Refused(Vec<RefusedWalk>),
-    /// Bytes are no pack.
+    /// Bytes are not a pack.
     #[error(transparent)]
     Pack(#[from] FormatError),
-    /// People or their walks are not encoded.
+    /// People or their walks cannot be encoded.
     #[error(transparent)]
     Encode(#[from] EncodeError),
-    /// Nothing is learnt.
+    /// Training fails.
     #[error(transparent)]
     Train(#[from] TrainError),
-    /// Walks are not drawn.
+    /// Walks cannot be drawn.
     #[error(transparent)]
     Sweep(#[from] SweepError),
     /// Viewpoints do not share an azimuth.
     #[error(transparent)]
     Azimuth(#[from] AzimuthError),
-    /// A frame does not belong into a template.
+    /// A frame does not belong in a template.
     #[error(transparent)]
     Frame(#[from] FrameError),
-    /// A recognizer is not run, or its answers are not used.
+    /// A recognizer cannot be run, or its answers cannot be used.
     #[error(transparent)]
     Score(#[from] ScoreError),
-    /// Recognizers are not compared.
+    /// Recognizers cannot be compared.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// Results are not shown.
+    /// Results cannot be shown.
     #[error(transparent)]
     Report(#[from] ReportError),
-    /// A mesh is no figure that a body can be fitted to, in words.
+    /// A mesh is not a figure to which a body can be fitted, in words.
     #[error("{0}")]
     Mesh(String),
-    /// Nothing is there of what the work needs: a defect of what asks for it.
+    /// Data that the work needs is missing: a defect of the caller.
     #[error("expected {0}, found none")]
     Missing(&'static str),
-    /// The system starts no threads.
+    /// The system cannot start threads.
     #[error("cannot start threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
     /// Results cannot be written as JSON.
@@ -114,20 +114,20 @@ pub enum Error {
     /// Results cannot be written as CSV.
     #[error("cannot write the results as CSV: {0}")]
     Csv(#[from] csv::Error),
-    /// Numbers do not fill an array: a defect of what counted them.
+    /// Numbers do not fill an array: a defect of the code that counted them.
     #[error(transparent)]
     Shape(#[from] ndarray::ShapeError),
-    /// What else stops the command, or a process that it started, in words.
+    /// Another failure of the command, or of a process that it started, in words.
     #[error("{0}")]
     Failed(String),
 }
 
-/// A walk that cannot be encoded, or a person with all walks.
+/// A walk that cannot be encoded, or a person with all of their walks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RefusedWalk {
-    /// Who walks.
+    /// Name of the subject.
     pub subject: String,
-    /// Name of the take and number of its cycle; `None` for all of the subject's.
+    /// Name of the take and number of its cycle; `None` for all walks of the subject.
     pub walk: Option<(String, u16)>,
     /// What was expected, what was found, what to do.
     pub problem: String,
@@ -142,7 +142,7 @@ impl fmt::Display for RefusedWalk {
     }
 }
 
-/// Names one after the other, or that there are none.
+/// Joins names with commas, or returns "none".
 fn listed(names: &[String]) -> String {
     if names.is_empty() {
         "none".to_owned()
@@ -151,31 +151,31 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-/// Each in a line.
+/// Formats each rejected walk as a line.
 fn lines(refused: &[RefusedWalk]) -> String {
     let lines: Vec<String> = refused.iter().map(ToString::to_string).collect();
     lines.join("\n")
 }
 
-/// What may help where an input cannot be used: another setting.
+/// A setting that may help if an input cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Remedy {
-    /// To run the model with ONNX Runtime.
+    /// Run the model with ONNX Runtime.
     OnnxRuntime,
-    /// To name one of a file's animations.
+    /// Choose one of a file's animations.
     NameAnimation,
-    /// To take folders' names as those of subjects.
+    /// Use the names of folders as names of subjects.
     FolderIsSubject,
-    /// To frame a tree's pictures anew instead of taking them as they are stored.
+    /// Frame a tree's images again instead of using them as they are stored.
     FrameAnew,
-    /// To make a dataset of templates, or a tree.
+    /// Make a dataset of templates, or a tree.
     OtherTemplate,
-    /// To take the names of views for those of cameras or recordings.
+    /// Treat the names of views as names of cameras or recordings.
     NamedViews,
-    /// To name one of the modalities in a folder.
+    /// Choose one of the modalities in a folder.
     OneModality,
-    /// To give a picture of the empty scene.
+    /// Give a picture of the empty scene.
     GiveBackground,
 }
 
@@ -201,12 +201,12 @@ impl fmt::Display for FilePlace {
 }
 
 impl Error {
-    /// A file as a whole cannot be used.
+    /// Creates the error that a file as a whole cannot be used.
     pub fn input(path: impl AsRef<Path>, problem: impl Into<String>) -> Self {
         Self::at(path, FilePlace::File, problem)
     }
 
-    /// Something at a known place of a file cannot be used.
+    /// Creates the error that a known place of a file cannot be used.
     pub fn at(path: impl AsRef<Path>, place: FilePlace, problem: impl Into<String>) -> Self {
         Self::Input {
             path: path.as_ref().to_path_buf(),
@@ -216,7 +216,7 @@ impl Error {
         }
     }
 
-    /// The same, if it is about an input, with what may help.
+    /// Adds a remedy to an error about an input; other errors stay as they are.
     #[must_use]
     pub fn with_remedy(mut self, may_help: Remedy) -> Self {
         if let Self::Input { remedy, .. } = &mut self {
@@ -225,7 +225,8 @@ impl Error {
         self
     }
 
-    /// A file's `text` is not the TOML that is expected, at the line that `error` names.
+    /// Creates the error that a file's `text` is not the expected TOML, at the line that `error`
+    /// names.
     pub fn toml(path: impl AsRef<Path>, text: &str, error: &toml::de::Error) -> Self {
         let line = error.span().map(|span| {
             let before = text.as_bytes().iter().take(span.start);
@@ -235,7 +236,7 @@ impl Error {
         Self::at(path, place, error.message().trim())
     }
 
-    /// The system refused to read or write `path`.
+    /// Creates the error that the system refused to read or write `path`.
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
         Self::Io {
             path: path.as_ref().to_path_buf(),
@@ -243,8 +244,8 @@ impl Error {
         }
     }
 
-    /// The process's exit code for this error: 2 for usage, bodies that nobody has among it, 1
-    /// otherwise.
+    /// Returns the process's exit code for this error: 2 for wrong usage, including implausible
+    /// bodies, else 1.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {

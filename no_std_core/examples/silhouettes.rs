@@ -1,8 +1,8 @@
-//! Draws silhouettes of one person, for a counter of instructions: `.ci/arm aarch64 full` runs
-//! it under an emulator, once with more rounds than before, and takes the difference.
+//! Draws silhouettes of one person to count instructions: `.ci/arm aarch64 full` runs it under an
+//! emulator twice, the second time with more rounds, and takes the difference.
 //!
-//! `silhouettes RASTERISER REGISTERS ROUNDS` prints how many it drew, and how many pixels of the
-//! first round are on.
+//! `silhouettes RASTERISER REGISTERS ROUNDS` prints the number of silhouettes, and the number of
+//! pixels that are on in the first round.
 
 #[path = "../tests/golden/study.rs"]
 #[expect(dead_code, unused_imports, reason = "firmware needs more of it")]
@@ -57,7 +57,7 @@ fn main() {
             let done: Result<(), Infallible> =
                 renderer.draw_views(&Figure::new(&body, &pose), &views, |_, drawing| {
                     let frame = black_box(drawing.expect("a figure").frame);
-                    // Of the first round alone: it takes instructions, too.
+                    // Only in the first round, because this takes instructions too.
                     if round == 0 {
                         on += frame.silhouette().area();
                     }

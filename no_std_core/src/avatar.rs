@@ -85,7 +85,7 @@ impl<'a> Avatar<'a> {
         }
         let at = self.header_bytes() + bits.position() / 8;
         if read_clothes(&mut bits).is_some_and(|bits| Clothes::of_bits(bits).is_none()) {
-            return Err(FormatError::new(at, "a fit, and legs, of 0 to 2"));
+            return Err(FormatError::new(at, "a fit and legs of 0 to 2"));
         }
         Ok(bits)
     }
@@ -129,7 +129,7 @@ impl<'a> Avatar<'a> {
         if stored.parts > 0 {
             return Err(FormatError::new(
                 4,
-                "as many hulls as a draped one has parts",
+                "as many hulls as a draped hull has parts",
             ));
         }
         Ok(stored.bits.position())

@@ -380,7 +380,7 @@ mod tests {
         assert!((at(-4.0) - Vec2::new(0.15, 0.3)).length() < 1e-6);
         assert_eq!(front.depth_m(Vec3::new(0.3, 1.6, 1.0)), 3.0);
         assert_eq!(camera(0.0, 0.0).depth_m(Vec3::splat(7.0)), f32::INFINITY);
-        // From above, what is higher is nearer.
+        // From above, higher points are nearer.
         let above = perspective(0.0, 90.0, Vec3::ZERO, 4.0);
         assert!((above.project(Vec3::new(0.3, 2.0, 0.0)) - Vec2::new(0.6, 0.0)).length() < 1e-6);
     }

@@ -8,7 +8,7 @@ use core::fmt;
 pub struct Clothes {
     /// How far clothes stand away from the body.
     pub fit: ClothesFit,
-    /// What is around the legs.
+    /// The garment on the legs.
     pub legs: Legs,
     /// Whether a coat hangs over the rest.
     pub has_coat: bool,
@@ -30,7 +30,7 @@ pub enum ClothesFit {
     Loose,
 }
 
-/// What is around the legs.
+/// The garment on the legs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Legs {
     /// Trousers.

@@ -322,7 +322,7 @@ pub(crate) struct MeanWalk<'a> {
 }
 
 impl<'a> MeanWalk<'a> {
-    /// Returns the template of these bytes, of which only the length is checked.
+    /// Returns the template of these bytes, checking only their length.
     fn new(bytes: &'a [u8]) -> Option<Self> {
         Some(Self {
             scale: *bytes.first()?,

@@ -153,10 +153,10 @@ pub const SPACING_BITS: u32 = 2;
 pub const SPACING_CONSTANT: u32 = (1 << SPACING_BITS) - 1;
 /// Intervals in a block of an uncut clip: that many knots of a channel of spacing 0.
 ///
-/// Measured with the encoder on nine uncut motions (CMU 02_01, 03_01, 07_01, 08_05, 09_01,
-/// 35_01 and 131_01, a figure of eight, 25 s of a laboratory): 8 intervals (without spacing 2, whose
-/// four taps would lie in three blocks) take 32,358 B at 5 mm and 68,321 B at 1 mm, 16 take
-/// 32,128 B and 65,384 B, 32 take 32,335 B and 67,073 B.
+/// Measured with the encoder on nine uncut motions (CMU 02_01, 03_01, 07_01, 08_05, 09_01, 35_01
+/// and 131_01, a figure of eight, 25 s of a laboratory): 8 intervals (without spacing 2, whose four
+/// taps would lie in three blocks) take 32,358 B at 5 mm and 68,321 B at 1 mm, 16 take 32,128 B and
+/// 65,384 B, 32 take 32,335 B and 67,073 B.
 pub const BLOCK_INTERVALS: u64 = 16;
 /// Bits of the width of an integer of an uncut clip.
 pub const INTEGER_WIDTH_BITS: u32 = 5;

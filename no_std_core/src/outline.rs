@@ -7,8 +7,8 @@ use glam::Vec2;
 /// overlapping ones never cancel.
 pub type Outline = heapless::Vec<Vec2, MAX_OUTLINE>;
 
-/// The convex hull of `points` (Andrew 1979, monotone chain), at most the first
-/// 32 of them. Fewer than three corners are left of points on one line.
+/// Returns the convex hull of at most the first 32 `points` (Andrew 1979, monotone chain). Points
+/// on one line give fewer than three corners.
 #[must_use]
 pub fn convex(points: impl IntoIterator<Item = Vec2>) -> Outline {
     let mut sorted: heapless::Vec<Vec2, MAX_HULL_POINTS> =
@@ -28,7 +28,7 @@ fn chain(outline: &mut Outline, points: impl Iterator<Item = Vec2>) {
     chain_behind(outline, 0, points);
 }
 
-/// Adds points behind corner `base`, dropping corners that do not turn.
+/// Adds points after corner `base`, dropping corners that do not turn.
 fn chain_behind(outline: &mut Outline, base: usize, points: impl Iterator<Item = Vec2>) {
     for point in points {
         while let [.., before, last] = outline.as_slice() {
@@ -42,7 +42,7 @@ fn chain_behind(outline: &mut Outline, base: usize, points: impl Iterator<Item =
     }
 }
 
-/// The part of a convex `outline` inside `min..=max` (Sutherland & Hodgman 1974).
+/// Returns the part of a convex `outline` inside `min..=max` (Sutherland & Hodgman 1974).
 #[must_use]
 pub fn clipped(outline: &Outline, min: Vec2, max: Vec2) -> Outline {
     let inside_all = outline
@@ -57,7 +57,7 @@ pub fn clipped(outline: &Outline, min: Vec2, max: Vec2) -> Outline {
     cut(&outline, -Vec2::Y, -max.y)
 }
 
-/// The part of a convex outline where `normal . point >= limit`.
+/// Returns the part of a convex outline where `normal . point >= limit`.
 fn cut(outline: &Outline, normal: Vec2, limit: f32) -> Outline {
     let mut kept = Outline::new();
     let Some(mut before) = outline.last().copied() else {
@@ -69,13 +69,13 @@ fn cut(outline: &Outline, normal: Vec2, limit: f32) -> Outline {
         if (height < 0.0) != (height_before < 0.0) {
             let share = height_before / (height_before - height);
             let mut crossing = before + (corner - before) * share;
-            // Exactly on the line, whatever was rounded.
+            // Exactly on the line, in spite of rounding.
             if normal.x == 0.0 {
                 crossing.y = limit * normal.y;
             } else {
                 crossing.x = limit * normal.x;
             }
-            // A convex outline crosses a line twice: two corners more, two fewer.
+            // A convex outline crosses a line at most twice, which adds at most one corner.
             let _ = kept.push(crossing);
         }
         if height >= 0.0 {

@@ -1,4 +1,4 @@
-//! A pack: subjects, their bodies and their walks in one block of bytes.
+//! Packs: subjects, their bodies and their walks in one block of bytes.
 //!
 //! The bytes are borrowed, from flash or from a `Vec`. [`Pack::parse`] checks all
 //! of them once, down to the last clip and hull; what it returns cannot fail.
@@ -32,19 +32,19 @@ pub struct Pack<'a> {
 pub struct SubjectEntry<'a> {
     /// Name. The writer keeps names unique; the reader does not check it.
     pub name: &'a str,
-    /// Sex, where it is stated.
+    /// Sex, if stated.
     pub sex: Option<Sex>,
-    /// Age, years, 18 to 80; none where it is unknown.
+    /// Age, years, 18 to 80, if known.
     pub age_years: Option<u8>,
-    /// Stature, mm; 0 where it is unknown.
+    /// Stature, mm; 0 if unknown.
     pub stature_mm: u16,
-    /// Mass, 0.1 kg; 0 where it is unknown.
+    /// Mass, 0.1 kg; 0 if unknown.
     pub mass_hg: u16,
-    /// Which avatar is the person's body.
+    /// The number of the avatar that is the person's body.
     pub avatar: usize,
 }
 
-/// A person's sex, as norms of body dimensions and gait distinguish it.
+/// A person's sex, as distinguished by norms of body dimensions and gait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Sex {
     /// Female.
@@ -53,26 +53,26 @@ pub enum Sex {
     Male,
 }
 
-/// One recorded or made gait cycle of a person.
+/// A walk of a person: a gait cycle or an uncut motion, recorded or synthetic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WalkEntry<'a> {
     /// Name of the take, for example `walk-5kmh` or `07_01`.
     pub name: &'a str,
-    /// Which subject walks.
+    /// The number of the subject who walks.
     pub subject: usize,
-    /// Which cycle of the take, from 0.
+    /// The number of the cycle in the take, from 0.
     pub cycle: u16,
-    /// Whether both feet leave the floor at once.
+    /// Whether the subject walks or runs.
     pub gait: Gait,
     /// Mean speed, mm/s.
     pub speed_mm_per_s: u16,
-    /// Which clip is the motion.
+    /// The number of the clip that holds the motion.
     pub clip: usize,
-    /// Which avatar walks: the subject's own, or what the subject wears in this walk.
+    /// The number of the avatar that walks: the subject's own, or the one dressed for this walk.
     pub avatar: usize,
 }
 
-/// Walking or running.
+/// The kind of gait: walking or running.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Gait {
     /// One foot is always on the floor.
@@ -82,10 +82,10 @@ pub enum Gait {
 }
 
 impl<'a> Pack<'a> {
-    /// Checks `bytes` from the first to the last.
+    /// Checks all of `bytes`.
     ///
     /// # Errors
-    /// Where the bytes are not a pack of this version: which byte, and what was
+    /// If the bytes are not a pack of this version. The error states the byte, and what was
     /// expected there.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, FormatError> {
         check_header(bytes)?;
@@ -126,13 +126,13 @@ impl<'a> Pack<'a> {
         Ok(pack)
     }
 
-    /// The pack in bytes that [`Self::parse`] has accepted already: neither the checksum nor the
-    /// entries are read again, so that a pack of thousands is there in microseconds.
+    /// Opens bytes that [`Self::parse`] has accepted before. Neither the checksum nor the entries
+    /// are read again, so that opening a pack of thousands of people takes microseconds.
     ///
-    /// What it gives of other bytes is wrong, and its methods may panic.
+    /// From other bytes the results are wrong, and its methods may panic.
     ///
     /// # Errors
-    /// Where the bytes have not the sections of a pack.
+    /// If the bytes do not have the sections of a pack.
     pub fn reopen(bytes: &'a [u8]) -> Result<Self, FormatError> {
         let (sections, [_, _, _, avatars_at, code_at, templates_at, clips_at]) = sections(bytes)?;
         let [names, subjects, walks, avatars, code, templates, clips] = sections;
@@ -195,34 +195,34 @@ impl<'a> Pack<'a> {
             if usize::from(u16_at(record, 14)) > self.avatars.len() {
                 return Err(FormatError::new(
                     at + 14,
-                    "0 or the number of an avatar and 1",
+                    "0, or the number of an avatar plus 1",
                 ));
             }
         }
         Ok(())
     }
 
-    /// The name at the start of a record.
+    /// Returns the name that the start of a record points to.
     fn name(&self, record: &[u8]) -> Option<&'a str> {
         let start = u32_at(record, 0) as usize;
         let end = start.checked_add(usize::from(*record.get(4)?))?;
         core::str::from_utf8(self.names.get(start..end)?).ok()
     }
 
-    /// Length of the whole pack, bytes.
+    /// Returns the length of the whole pack, bytes.
     #[must_use]
     pub const fn len_bytes(&self) -> usize {
         self.bytes
     }
 
-    /// The subjects, in file order.
+    /// Returns the subjects, in file order.
     pub fn subjects(&self) -> impl ExactSizeIterator<Item = SubjectEntry<'a>> + use<'a> {
         let pack = *self;
         let records = self.subjects.chunks_exact(SUBJECT_BYTES);
         records.map(move |record| pack.subject_of(record))
     }
 
-    /// The subject with this number, wherever it stands.
+    /// Returns the subject with this number, in constant time.
     #[must_use]
     pub fn subject(&self, index: usize) -> Option<SubjectEntry<'a>> {
         let mut records = self.subjects.chunks_exact(SUBJECT_BYTES);
@@ -246,14 +246,14 @@ impl<'a> Pack<'a> {
         }
     }
 
-    /// The walks, in file order.
+    /// Returns the walks, in file order.
     pub fn walks(&self) -> impl ExactSizeIterator<Item = WalkEntry<'a>> + use<'a> {
         let pack = *self;
         let records = self.walks.chunks_exact(WALK_BYTES);
         records.map(move |record| pack.walk_of(record))
     }
 
-    /// The walk with this number, wherever it stands.
+    /// Returns the walk with this number, in constant time.
     #[must_use]
     pub fn walk(&self, index: usize) -> Option<WalkEntry<'a>> {
         let mut records = self.walks.chunks_exact(WALK_BYTES);
@@ -280,13 +280,13 @@ impl<'a> Pack<'a> {
         }
     }
 
-    /// How many avatars there are.
+    /// Returns the number of avatars.
     #[must_use]
     pub fn avatar_count(&self) -> usize {
         self.avatars.len()
     }
 
-    /// The avatar with this number. Costs nothing: [`Self::parse`] has checked it.
+    /// Returns the avatar with this number, without work: [`Self::parse`] has checked it.
     #[must_use]
     pub fn avatar(&self, index: usize) -> Option<Avatar<'a>> {
         self.avatars
@@ -294,35 +294,35 @@ impl<'a> Pack<'a> {
             .map(|(_, entry)| Avatar::over(entry))
     }
 
-    /// How many clips there are.
+    /// Returns the number of clips.
     #[must_use]
     pub fn clip_count(&self) -> usize {
         self.clips.len()
     }
 
-    /// The clip with this number. [`Self::parse`] has checked it: of a loop nothing is read
-    /// again, of a take the table of its channels.
+    /// Returns the clip with this number. [`Self::parse`] has checked it: only the channel table of
+    /// an uncut clip is read again, and nothing of a loop.
     #[must_use]
     pub fn clip(&self, index: usize) -> Option<Clip<'a>> {
         // Cannot fail for an entry, which has been checked.
         Clip::over(self.clips.entry(index)?.1, &self.codebook).ok()
     }
 
-    /// What the clips share.
+    /// Returns the codebook that the clips share.
     #[must_use]
     pub const fn codebook(&self) -> &Codebook<'a> {
         &self.codebook
     }
 
-    /// Bytes of each section, in the order of [`SECTION_ORDER`].
+    /// Returns the bytes of each section, in the order of [`SECTION_ORDER`].
     #[must_use]
     pub const fn section_bytes(&self) -> [usize; SECTION_ORDER.len()] {
         self.section_bytes
     }
 }
 
-/// The sections, and where each starts.
-// Part of its callers: a board has no room for another copy on its stack.
+/// Finds the sections, and where each starts.
+// Inlined into its callers: a board has no room for another copy on its stack.
 #[inline(always)]
 fn sections(
     bytes: &[u8],
@@ -341,7 +341,7 @@ fn sections(
         if u32_at(bytes, entry + 4) as usize != end {
             return Err(FormatError::new(
                 entry + 4,
-                "a section that begins where the one before it ends",
+                "a section that begins where the previous one ends",
             ));
         }
         let length = u32_at(bytes, entry + 8) as usize;
@@ -359,7 +359,7 @@ fn sections(
     Ok((sections, starts))
 }
 
-/// Magic, version, number of sections, length and checksum.
+/// Checks magic, version, number of sections, length and checksum.
 fn check_header(bytes: &[u8]) -> Result<(), FormatError> {
     let table = HEADER_BYTES + SECTION_ORDER.len() * SECTION_ENTRY_BYTES;
     if bytes.get(..4) != Some(&MAGIC) {
@@ -377,7 +377,7 @@ fn check_header(bytes: &[u8]) -> Result<(), FormatError> {
     if usize::from(u16_at(bytes, SECTIONS_AT)) != SECTION_ORDER.len() {
         return Err(FormatError::new(
             SECTIONS_AT,
-            "7 sections (a pack of an older EdgeGait? make it again)",
+            "7 sections (if an older EdgeGait wrote the pack, make it again)",
         ));
     }
     if bytes.len() > MAX_PACK_BYTES || u32_at(bytes, LENGTH_AT) as usize != bytes.len() {

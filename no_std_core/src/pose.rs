@@ -1,9 +1,9 @@
-//! A pose as joint rotations, and where it puts the joints.
+//! Poses: joint rotations, and the joints' positions that follow from them.
 
 use crate::skeleton::{JOINTS, Joint, Skeleton};
 use glam::{Mat3, Quat, Vec3};
 
-/// A pose relative to each joint's parent: what a clip decodes to.
+/// A pose relative to each joint's parent, as a clip decodes to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
     /// Pelvis position, metres; y is the height above the floor.
@@ -20,7 +20,7 @@ impl Pose {
     };
 }
 
-/// A pose in the walker's space: what hulls are carried by.
+/// A pose in the walker's space, which places the hulls.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelPose {
     /// Joint positions, metres.
@@ -30,13 +30,13 @@ pub struct ModelPose {
 }
 
 impl ModelPose {
-    /// All joints at the origin, as they are.
+    /// All joints at the origin, not rotated.
     pub const REST: Self = Self {
         positions: [Vec3::ZERO; JOINTS],
         orientations: [Mat3::IDENTITY; JOINTS],
     };
 
-    /// Forward kinematics: carries `pose` down the tree of `skeleton`.
+    /// Applies forward kinematics: carries `pose` down the tree of `skeleton`.
     #[must_use]
     pub fn new(skeleton: &Skeleton, pose: &Pose) -> Self {
         let mut model = Self::REST;
@@ -44,7 +44,7 @@ impl ModelPose {
         model
     }
 
-    /// The same in place, for the next frame.
+    /// Applies forward kinematics in place, for the next frame.
     pub fn update(&mut self, skeleton: &Skeleton, pose: &Pose) {
         for joint in Joint::ALL {
             let local = Mat3::from_quat(pose.rotations[joint.index()]);

@@ -8,13 +8,13 @@
 
 use glam::{Quat, Vec3};
 
-/// The unit quaternion of a vector `4 tan(a/4) n`.
+/// Returns the unit quaternion of a vector `4 tan(a/4) n`.
 #[must_use]
 pub fn rotation(vector: Vec3) -> Quat {
     Quat::from_array(quaternion(vector.to_array()))
 }
 
-/// The same as plain numbers: what vectorises over joints.
+/// Returns the unit quaternion of a vector as plain numbers, which vectorise over joints.
 #[inline]
 pub(crate) fn quaternion(vector: [f32; 3]) -> [f32; 4] {
     let [x, y, z] = vector.map(|component| 0.25 * component);
@@ -24,7 +24,7 @@ pub(crate) fn quaternion(vector: [f32; 3]) -> [f32; 4] {
     [x * twice, y * twice, z * twice, (1.0 - square) * scale]
 }
 
-/// The quaternion of turning by `b` and then by `a`.
+/// Returns the quaternion of rotating by `b` and then by `a`.
 #[inline]
 pub(crate) fn product(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     let ([ax, ay, az, aw], [bx, by, bz, bw]) = (a, b);
@@ -45,7 +45,7 @@ mod tests {
         // 4 tan(90 / 4 degrees) = 1.656854.
         let turned = rotation(Vec3::new(0.0, 1.656_854_2, 0.0)) * Vec3::Z;
         assert!((turned - Vec3::X).length() < 1e-6, "{turned}");
-        // Small ones are rotation vectors.
+        // Small vectors are rotation vectors.
         let small = rotation(Vec3::new(0.01, 0.0, 0.0));
         assert!((small.x - 0.005).abs() < 1e-7, "{small}");
     }

@@ -1,11 +1,11 @@
-//! Silhouettes: bits, or grey coverage, in one of three sizes.
+//! Silhouettes: bits or grey coverage, in one of three sizes.
 
 use crate::bit_adder::full_add;
 use crate::budget::{COLUMNS, MAX_COLUMNS, MAX_PIXELS, MAX_ROWS, ROWS};
 use core::fmt;
 
-/// Rows and columns of a silhouette or template. Each is drawn natively: nothing is
-/// resampled.
+/// The rows and columns of a silhouette or template. Each size is drawn natively, without
+/// resampling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Size {
@@ -22,7 +22,7 @@ impl Size {
     /// All sizes.
     pub const ALL: [Self; 3] = [Self::S50x30, Self::S64x44, Self::S64x64];
 
-    /// How many rows.
+    /// Returns the number of rows.
     #[must_use]
     pub const fn rows(self) -> usize {
         match self {
@@ -31,7 +31,7 @@ impl Size {
         }
     }
 
-    /// How many columns.
+    /// Returns the number of columns.
     #[must_use]
     pub const fn columns(self) -> usize {
         match self {
@@ -41,13 +41,13 @@ impl Size {
         }
     }
 
-    /// How many pixels.
+    /// Returns the number of pixels.
     #[must_use]
     pub const fn pixels(self) -> usize {
         self.rows() * self.columns()
     }
 
-    /// Rows and columns, as results state them.
+    /// Returns the name that results use for it, such as `50x30`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -74,7 +74,7 @@ pub struct Silhouette {
 }
 
 impl Silhouette {
-    /// No pixel on.
+    /// Makes a silhouette with no pixel on.
     #[must_use]
     pub const fn empty(size: Size) -> Self {
         Self {
@@ -83,8 +83,8 @@ impl Silhouette {
         }
     }
 
-    /// A silhouette from rows of bits, the upper one first. Missing rows are empty; rows
-    /// and bits beyond the size are dropped.
+    /// Makes a silhouette from rows of bits, the upper one first. Missing rows are empty; rows and
+    /// bits beyond the size are dropped.
     #[must_use]
     pub fn from_rows(size: Size, rows: &[u64]) -> Self {
         let mut silhouette = Self::empty(size);
@@ -96,30 +96,30 @@ impl Silhouette {
         silhouette
     }
 
-    /// Rows and columns.
+    /// Returns the rows and columns.
     #[must_use]
     pub const fn size(&self) -> Size {
         self.size
     }
 
-    /// The rows from the top; bit `c` is column `c`.
+    /// Returns the rows from the top; bit `c` is column `c`.
     #[must_use]
     pub fn rows(&self) -> &[u64] {
         self.rows.get(..self.size.rows()).unwrap_or_default()
     }
 
-    /// The same, and behind them rows that are empty.
+    /// Returns the rows, followed by empty rows up to the largest size.
     pub(crate) const fn all_rows(&self) -> &[u64; MAX_ROWS] {
         &self.rows
     }
 
-    /// The same to write to: what is beyond the size has to stay zero.
+    /// Returns all rows to write to. Bits and rows beyond the size have to stay zero.
     pub(crate) const fn all_rows_mut(&mut self) -> &mut [u64; MAX_ROWS] {
         &mut self.rows
     }
 
-    /// Turns the pixels of 32 columns of each row on, the first of them at column `left`; what
-    /// lies outside is dropped.
+    /// Turns on the pixels of 32 columns of each row, the first of them at column `left`. Bits
+    /// outside are dropped.
     #[inline(always)]
     pub(crate) fn add_columns(&mut self, bits: impl Iterator<Item = u32>, left: isize) {
         let mask = u64::MAX >> (MAX_COLUMNS - self.size.columns());
@@ -128,14 +128,14 @@ impl Silhouette {
         if left < 0 && by < u32::BITS {
             rows.for_each(|(row, bits)| *row |= u64::from(bits >> by) & mask);
         } else if left >= 0 && by < u32::BITS && self.size.columns() <= 32 {
-            // As the next, in one register of a microcontroller.
+            // Like the next case, in one register of a microcontroller.
             rows.for_each(|(row, bits)| *row |= u64::from(bits << by) & mask);
         } else if left >= 0 && by < u64::BITS {
             rows.for_each(|(row, bits)| *row |= u64::from(bits) << by & mask);
         }
     }
 
-    /// Whether the pixel is on; off outside of the silhouette.
+    /// Returns whether the pixel is on; pixels outside the silhouette are off.
     #[must_use]
     pub fn is_on(&self, row: usize, column: usize) -> bool {
         column < MAX_COLUMNS
@@ -145,14 +145,14 @@ impl Silhouette {
                 .is_some_and(|bits| bits >> column & 1 == 1)
     }
 
-    /// How many pixels are on.
+    /// Returns the number of pixels that are on.
     #[must_use]
     pub fn area(&self) -> u32 {
         self.rows.iter().map(|row| row.count_ones()).sum()
     }
 
-    /// Pixels on in both over pixels on in either (Jaccard 1912), 0..=1, row by row and
-    /// column by column from the upper left. Two empty silhouettes are equal: 1.
+    /// Returns the number of pixels on in both over those on in either (Jaccard 1912), 0..=1, with
+    /// the upper left pixels aligned. Two empty silhouettes are equal: 1.
     #[must_use]
     pub fn jaccard(&self, other: &Self) -> f32 {
         let (mut both, mut either) = (0u16, 0u16);
@@ -169,7 +169,7 @@ impl Silhouette {
         f32::from(both) / f32::from(either)
     }
 
-    /// The same as bytes: 0 or 255.
+    /// Returns the pixels as bytes: 0 or 255.
     #[must_use]
     pub fn to_coverage(&self) -> Coverage {
         let mut coverage = Coverage::empty(self.size);
@@ -183,7 +183,7 @@ impl Silhouette {
     }
 }
 
-/// Text art: a line of `#` and `.` for each row.
+/// Writes text art: a line of `#` and `.` for each row.
 impl fmt::Display for Silhouette {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for row in self.rows() {
@@ -200,12 +200,12 @@ impl fmt::Display for Silhouette {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Coverage {
     size: Size,
-    /// Those beyond the size are zero.
+    /// Bytes beyond the size are zero.
     pixels: [u8; MAX_PIXELS],
 }
 
 impl Coverage {
-    /// Nothing covered.
+    /// Makes a silhouette with nothing covered.
     #[must_use]
     pub const fn empty(size: Size) -> Self {
         Self {
@@ -214,26 +214,26 @@ impl Coverage {
         }
     }
 
-    /// Rows and columns.
+    /// Returns the rows and columns.
     #[must_use]
     pub const fn size(&self) -> Size {
         self.size
     }
 
-    /// Row by row from the top, as many bytes as the size has pixels.
+    /// Returns the pixels row by row from the top, as many bytes as the size has pixels.
     #[must_use]
     pub fn pixels(&self) -> &[u8] {
         self.pixels.get(..self.size.pixels()).unwrap_or_default()
     }
 
-    /// The same to write to.
+    /// Returns the pixels to write to.
     pub fn pixels_mut(&mut self) -> &mut [u8] {
         self.pixels
             .get_mut(..self.size.pixels())
             .unwrap_or_default()
     }
 
-    /// The pixels that are at least half covered.
+    /// Returns the pixels that are at least half covered.
     #[must_use]
     pub fn to_silhouette(&self) -> Silhouette {
         let mut silhouette = Silhouette::empty(self.size);
@@ -251,12 +251,13 @@ impl Coverage {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ninths {
     size: Size,
-    /// Rows of the bits of worth 1, 2, 4 and 8 of the samples that are on, 0 to 9.
+    /// The binary digits of the number of samples that are on, 0 to 9: rows of bits worth 1, 2, 4
+    /// and 8.
     planes: [[u64; MAX_ROWS]; 4],
 }
 
 impl Ninths {
-    /// The samples of nine silhouettes of one size, by full adders.
+    /// Counts the samples of nine silhouettes of one size, by full adders.
     #[must_use]
     pub(crate) fn of(images: &[Silhouette; 9]) -> Self {
         let [first, ..] = images;
@@ -281,13 +282,13 @@ impl Ninths {
         ninths
     }
 
-    /// Rows and columns.
+    /// Returns the rows and columns.
     #[must_use]
     pub const fn size(&self) -> Size {
         self.size
     }
 
-    /// How many samples of all pixels are on.
+    /// Returns the number of samples of all pixels that are on.
     pub(crate) fn samples(&self) -> u32 {
         let on = |plane: &[u64; MAX_ROWS]| plane.iter().map(|row| row.count_ones()).sum::<u32>();
         (0..)
@@ -296,12 +297,12 @@ impl Ninths {
             .sum()
     }
 
-    /// Rows of the bits of worth 1, 2, 4 and 8.
+    /// Returns rows of the bits worth 1, 2, 4 and 8.
     pub(crate) const fn planes(&self) -> &[[u64; MAX_ROWS]; 4] {
         &self.planes
     }
 
-    /// The pixels of which at least five samples are on.
+    /// Returns the pixels with at least five samples on.
     #[must_use]
     pub fn to_silhouette(&self) -> Silhouette {
         let mut silhouette = Silhouette::empty(self.size);
@@ -313,7 +314,7 @@ impl Ninths {
         silhouette
     }
 
-    /// The same as bytes: ninths of 255, rounded half up.
+    /// Returns the pixels as bytes: ninths of 255, rounded half up.
     #[must_use]
     pub fn to_coverage(&self) -> Coverage {
         let mut coverage = Coverage::empty(self.size);
@@ -333,7 +334,7 @@ impl Ninths {
     }
 }
 
-/// What a rasteriser draws: bits where it samples once a pixel, grey otherwise.
+/// The image of any rasteriser: bits with one sample a pixel, otherwise grey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(
     clippy::large_enum_variant,
@@ -349,7 +350,7 @@ pub enum AnySilhouette {
 }
 
 impl AnySilhouette {
-    /// Rows and columns.
+    /// Returns the rows and columns.
     #[must_use]
     pub const fn size(&self) -> Size {
         match self {
@@ -359,7 +360,7 @@ impl AnySilhouette {
         }
     }
 
-    /// The binary silhouette: grey pixels are on from half coverage up.
+    /// Returns the binary silhouette: grey pixels are on from half coverage up.
     #[must_use]
     pub fn silhouette(&self) -> Silhouette {
         match self {
@@ -369,7 +370,7 @@ impl AnySilhouette {
         }
     }
 
-    /// The same as bytes: 0 or 255 of bits.
+    /// Returns the pixels as bytes; bits become 0 or 255.
     #[must_use]
     pub fn to_coverage(&self) -> Coverage {
         match self {
@@ -430,7 +431,7 @@ mod tests {
         let ninths = Ninths::of(&images);
         let expected = [0, 28, 57, 85, 113, 142, 170, 198, 227, 255];
         assert_eq!(ninths.to_coverage().pixels()[..10], expected);
-        // From five on.
+        // Columns from five on.
         assert_eq!(ninths.to_silhouette(), rows(&[0x3e0]));
     }
 

@@ -1,8 +1,8 @@
-//! The one canonical skeleton: 19 joints, their tree, and the offsets of one body.
+//! The canonical skeleton: 19 joints, their tree, and the offsets of one body.
 //!
-//! Every clip is stored for this skeleton and every body is built on it, so that
-//! any clip plays on any avatar. The number is that of Charalambous & Bharath
-//! (BMVC 2016); the choice of joints is ours.
+//! Every clip is stored for this skeleton and every body is built on it, so that any clip plays on
+//! any avatar. The number of joints follows Charalambous & Bharath (BMVC 2016); their choice is
+//! ours.
 
 use glam::Vec3;
 
@@ -81,19 +81,19 @@ impl Joint {
         Self::RightFoot,
     ];
 
-    /// The joint stored at `index`, if there is one.
+    /// Returns the joint stored at `index`, if there is one.
     #[must_use]
     pub fn from_index(index: usize) -> Option<Self> {
         Self::ALL.get(index).copied()
     }
 
-    /// Position in storage order, below [`JOINTS`].
+    /// Returns the position in storage order, below [`JOINTS`].
     #[must_use]
     pub const fn index(self) -> usize {
         self as usize
     }
 
-    /// The joint that carries this one; `None` for the pelvis.
+    /// Returns the joint that carries this one; `None` for the pelvis.
     #[must_use]
     pub const fn parent(self) -> Option<Self> {
         Some(match self {
@@ -115,14 +115,14 @@ impl Joint {
         })
     }
 
-    /// Whether it is one of the left side.
+    /// Returns whether it is a joint of the left side.
     #[must_use]
     pub fn is_left(self) -> bool {
-        // The left ones are stored before the right ones.
+        // Left joints are stored before right ones.
         self < self.mirrored()
     }
 
-    /// The same joint of the other side; midline joints are their own mirror.
+    /// Returns the corresponding joint on the other side; midline joints are their own mirror.
     #[must_use]
     pub const fn mirrored(self) -> Self {
         match self {
@@ -145,11 +145,11 @@ impl Joint {
     }
 }
 
-/// The joint offsets of one body: what forward kinematics needs of it.
+/// The joint offsets of one body, for forward kinematics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Skeleton {
-    /// Where each joint lies from its parent in the rest pose, metres, in the
-    /// parent's frame; zero for the pelvis. Indexed by [`Joint::index`].
+    /// The offset of each joint from its parent in the rest pose, metres, in the parent's frame;
+    /// zero for the pelvis. Indexed by [`Joint::index`].
     pub offsets: [Vec3; JOINTS],
 }
 

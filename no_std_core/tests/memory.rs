@@ -1,4 +1,4 @@
-//! What the core takes from the heap, byte by byte.
+//! Tests of the core's heap use, byte by byte.
 #![expect(
     unsafe_code,
     reason = "a global allocator that counts cannot be written without it"
@@ -29,9 +29,9 @@ use small_pack::{small_pack, wild_clip};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-/// Counts by thread, so that tests do not see each other. A buffer that grows is
-/// counted as the old and the new one at once (`GlobalAlloc::realloc` is not
-/// overridden), as a simple allocator does it.
+/// An allocator that counts by thread, so that tests do not affect each other. A growing buffer
+/// counts as the old and the new one together (`GlobalAlloc::realloc` is not overridden), as in a
+/// simple allocator.
 struct Counting;
 
 thread_local! {
@@ -40,9 +40,9 @@ thread_local! {
     static CALLS: Cell<usize> = const { Cell::new(0) };
 }
 
-// SAFETY: every call is passed on unchanged to the system's allocator, which keeps the
-// contract; the counters are constants at first and have no destructor, so that counting
-// itself neither allocates nor runs after them.
+// SAFETY: every call goes unchanged to the system's allocator, which keeps the contract. The
+// counters are initialised by constants and have no destructor, so counting itself neither
+// allocates nor runs after them.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         LIVE.set(LIVE.get().wrapping_add(layout.size()));
@@ -62,21 +62,21 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// The rasterisers that take memory.
+/// The rasterisers that use the heap.
 #[cfg(feature = "skia")]
 const SKIA: [Rasterizer; 2] = [Rasterizer::Skia, Rasterizer::SkiaAa];
 
 /// The size whose window is the largest.
 const LARGEST: Size = Size::S64x64;
 
-/// What `work` takes from the heap.
+/// The heap use of some work.
 #[derive(Debug, PartialEq, Eq)]
 struct Taken {
-    /// Bytes that it still holds.
+    /// The bytes that it still holds.
     kept: isize,
-    /// Most bytes that it held at once.
+    /// The most bytes that it held together.
     peak: usize,
-    /// Allocations.
+    /// The number of allocations.
     calls: usize,
 }
 
@@ -98,8 +98,8 @@ const NOTHING: Taken = Taken {
     calls: 0,
 };
 
-/// As many hulls of as many points as the budget allows, or fewer; every point of a
-/// hull is a corner of its outline from somewhere: they lie on an ellipsoid.
+/// Returns as many hulls of as many points as the budget allows, or fewer. Every point of a hull is
+/// a corner of its outline from some viewpoint: points lie on an ellipsoid.
 fn body(random: &mut Random) -> UnpackedBody {
     let mut body = UnpackedBody::default();
     let spread = 10f64.powf(random.between(-2.0, 1.6));
@@ -127,9 +127,9 @@ fn body(random: &mut Random) -> UnpackedBody {
     body
 }
 
-/// A ring of 32 points in the plane of the front view: 32 corners.
+/// Returns rings of 32 points in the plane of the front view, with 32 corners.
 ///
-/// It takes as many columns where it fills the rows of `size`.
+/// They take `columns` columns if they fill the rows of `size`.
 fn ring(columns: f32, size: Size) -> UnpackedBody {
     let mut body = UnpackedBody::default();
     let width = columns / size.rows() as f32;
@@ -165,7 +165,7 @@ fn tiny_skia_holds_its_window_and_from_the_first_hull_on_one_path() {
         // 64 columns of 50 rows, a byte each.
         let (_, made) = taken(|| Renderer::new(rasterizer, Size::S50x30));
         assert_eq!((made.peak, made.calls), (3_200, 1));
-        // Of 64 rows.
+        // 64 rows.
         let (mut renderer, made) = taken(|| Renderer::new(rasterizer, LARGEST));
         assert_eq!((made.kept, made.peak), (4_096, 4_096));
         let (drawn, first) = taken(|| draw(&mut renderer, &figure, &camera(0.0, 0.0)));
@@ -185,7 +185,7 @@ fn tiny_skia_holds_its_window_and_from_the_first_hull_on_one_path() {
     }
 }
 
-/// What a rasteriser may take from the heap.
+/// Returns the bytes that a rasteriser may take from the heap.
 fn heap_bytes(rasterizer: Rasterizer) -> usize {
     match rasterizer {
         #[cfg(feature = "skia")]
@@ -260,7 +260,7 @@ fn the_stated_heap_is_reached_by_a_figure_as_wide_as_the_window() {
     }
 }
 
-/// 24 hulls of 32 points in the plane of the front view: a ring 1 m high and so wide.
+/// Returns 24 hulls of 32 points in the plane of the front view: rings 1 m high and `width_m` wide.
 fn rings(width_m: f64) -> Vec<u8> {
     let ring = (0..32).map(|i| {
         let turn = f64::from(i) / 32.0 * std::f64::consts::TAU;
@@ -270,7 +270,8 @@ fn rings(width_m: f64) -> Vec<u8> {
     plain_avatar::avatar(200, &vec![ring.collect(); MAX_POINTS / MAX_HULL_POINTS])
 }
 
-/// What drawing bodies hull by hull from everywhere takes, and adding the silhouettes up.
+/// Measures the heap use of drawing bodies hull by hull from everywhere and adding up the
+/// silhouettes.
 fn taken_lean<W>(size: Size, window: impl Fn(Size) -> W) -> Taken
 where
     W: for<'a> Window<lean::LeanFigure<'a>, Image = Silhouette>,

@@ -1,7 +1,7 @@
-//! What firmware has to make of the studies: their GEIs and answers, made here by what unpacks
-//! bodies first.
+//! Tests of the studies that firmware repeats: their GEIs and answers, computed here with unpacked
+//! bodies.
 //!
-//! `UPDATE_GOLDEN=1 cargo test -p edgegait-core --test study` writes the lists again.
+//! `UPDATE_GOLDEN=1 cargo test -p edgegait-core --test study` rewrites the lists.
 
 #[path = "golden/study.rs"]
 mod study;
@@ -33,7 +33,7 @@ fn gei(job: &Job<'_>, rasterizer: Rasterizer, recognizer: &LinearRecognizer<'_>)
     gei.gei()
 }
 
-/// The list of a study by one rasteriser.
+/// Returns the list of a study by one rasteriser.
 fn list(study: &Study, rasterizer: Rasterizer) -> String {
     let pack = Pack::parse(study.pack).expect("a pack");
     let recognizer = LinearRecognizer::parse(RECOGNIZER).expect("the recognizer");
@@ -79,8 +79,8 @@ fn answers_are_those_of_the_list() {
     }
 }
 
-/// Three people at four speeds from three sides: most are found at the speed that `spread` was
-/// trained at, from the viewpoints it was trained on.
+/// Asserts that most of three people at the speed that `spread` was trained at are found from three
+/// viewpoints.
 #[test]
 fn people_who_walk_as_in_training_are_recognized() {
     let lines = BARE

@@ -1,4 +1,4 @@
-//! What a ruler and a stopwatch say of a gait cycle, as it is decoded and drawn.
+//! Measures of a decoded gait cycle in space and time.
 
 use crate::people::cutting::stance::FeetMotion;
 use crate::people::{Body, BodyHull, Cycle, forward_kinematics};
@@ -7,14 +7,14 @@ use edgegait_core::clip::Loop;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
-/// Moments of a cycle at which it is measured.
+/// Number of moments at which a cycle is measured.
 const FRAMES: usize = 96;
 
-/// What is measured of a cycle.
+/// A measure of a gait cycle.
 ///
-/// Every measure is defined once, on joint centres and on the points of the feet's hulls, for
-/// made and for recorded people alike. A foot stands while a point of its sole is nearly still
-/// on the floor.
+/// Every measure has one definition for synthetic and recorded people, on joint centres and on the
+/// points of the feet's hulls. A foot stands while a point of its sole is nearly still on the
+/// floor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Measure {
     /// Lateral distance of the two ankle centres, each averaged while its foot stands, cm; negative
@@ -24,20 +24,20 @@ pub enum Measure {
     Cadence,
     /// Distance from one foot's contact to the next of the same foot, m.
     StrideLength,
-    /// Step length over cadence, mm/(steps/min), of a stature of 1.7 m.
+    /// Step length over cadence, mm/(steps/min), scaled to a stature of 1.7 m.
     WalkRatio,
     /// Share of the cycle in which both feet stand, %.
     DoubleSupport,
     /// Share of the cycle that a foot stands, %.
     Stance,
-    /// Direction of a standing foot against that of travel, degrees outwards.
+    /// Direction of a standing foot against the direction of travel, degrees outwards.
     ToeOut,
     /// Least height of the sole between a third and nine tenths of the swing above its median in
     /// the stance, cm.
     Clearance,
-    /// Height of the hips' middle from lowest to highest, cm.
+    /// Range of the height of the hips' middle, cm.
     Bob,
-    /// The hips' middle from side to side, cm.
+    /// Range of the sideways position of the hips' middle, cm.
     Sway,
     /// Arc of the upper arm seen from the side, degrees.
     ArmSwing,
@@ -60,7 +60,7 @@ pub enum Measure {
 }
 
 impl Measure {
-    /// All of them, in the order of the table.
+    /// All measures, in the order of the table.
     pub const ALL: [Self; 19] = [
         Self::StepWidth,
         Self::Cadence,
@@ -83,7 +83,7 @@ impl Measure {
         Self::Sink,
     ];
 
-    /// Its name and unit.
+    /// Returns the name and unit.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -110,14 +110,14 @@ impl Measure {
     }
 }
 
-/// A cycle's measures, in the order of [`Measure::ALL`].
+/// The measures of a cycle, in the order of [`Measure::ALL`].
 pub type Measures = [f64; Measure::ALL.len()];
 
-/// A gait cycle as it is decoded.
+/// A decoded gait cycle on its body.
 pub(super) struct Decoded {
-    /// The body that moves.
+    /// The walker's body.
     pub(super) body: Body,
-    /// How it moves.
+    /// Motion of the body.
     pub(super) cycle: Cycle,
 }
 
@@ -222,7 +222,7 @@ impl Decoded {
         measures
     }
 
-    /// Floor to crown, upright, metres.
+    /// Returns the height from floor to crown, upright, metres.
     fn stature(&self) -> f64 {
         let rest = [DQuat::IDENTITY; JOINTS];
         let (positions, _) = forward_kinematics(&self.body.offsets, DVec3::ZERO, &rest);
@@ -234,11 +234,11 @@ impl Decoded {
         high - low
     }
 
-    /// Where a foot stands along the way, metres, in the ground's frame of the cycle's first
-    /// moment.
+    /// Returns where a foot stands along the direction of travel, metres, in the ground's frame of
+    /// the cycle's first moment.
     fn footprint(&self, moments: &[MeasuredMoment], stands: &[[bool; 2]], side: usize) -> f64 {
         let travelled = |frame: usize| self.cycle.drift_m * frame as f64 / FRAMES as f64;
-        // From the last frame in the air on, so that a stance over the end is in one piece.
+        // Starts at a frame in the air, so that a stance over the cycle's end is in one piece.
         let start = (0..FRAMES)
             .find(|&frame| !stands[frame][side])
             .unwrap_or_default();
@@ -249,7 +249,7 @@ impl Decoded {
         )
     }
 
-    /// What is measured of one moment.
+    /// Returns the measurements of one moment.
     fn moment(&self, frame: usize) -> MeasuredMoment {
         let (root, pose) = (self.cycle.root[frame], &self.cycle.rotations[frame]);
         let (positions, turns) = forward_kinematics(&self.body.offsets, root, pose);
@@ -297,7 +297,7 @@ const LEFT: usize = 0;
 /// Index of the right side.
 const RIGHT: usize = 1;
 
-/// What is measured of one moment; of pairs the left one first.
+/// The measurements of one moment; the left side comes first in pairs.
 struct MeasuredMoment {
     pelvis: DVec3,
     ankles: [DVec3; 2],
@@ -312,8 +312,8 @@ struct MeasuredMoment {
     foot_deg: [f64; 2],
 }
 
-/// Least height of a sole between a third and nine tenths of its swing, metres, above its median
-/// while it stands.
+/// Returns the least height of a sole between a third and nine tenths of its swing, metres, above
+/// its median while it stands.
 fn clearance(moments: &[MeasuredMoment], stands: &[[bool; 2]], side: usize) -> f64 {
     let lands = (0..FRAMES)
         .find(|&frame| stands[(frame + 1) % FRAMES][side] && !stands[frame][side])
@@ -335,14 +335,14 @@ fn clearance(moments: &[MeasuredMoment], stands: &[[bool; 2]], side: usize) -> f
     least - floor.unwrap_or(f64::NAN)
 }
 
-/// Least and greatest of some values.
+/// Returns the least and the greatest of some values.
 fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::MAX, f64::MIN), |(low, high), value| {
         (low.min(value), high.max(value))
     })
 }
 
-/// Mean of some values.
+/// Returns the mean of some values.
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
     sum / count

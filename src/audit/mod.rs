@@ -1,5 +1,5 @@
-//! An audit of people, made or recorded: what is measured of them, as they are decoded and drawn,
-//! beside what is published.
+//! An audit of people, synthetic or recorded: measures of their decoded gait cycles beside
+//! published norms.
 
 mod measure;
 mod norms;
@@ -24,23 +24,23 @@ pub struct AuditLine {
     pub gait: Gait,
     /// Speed, km/h, rounded to a whole number.
     pub speed_kmh: u16,
-    /// Their sex, where it is known.
+    /// Sex of the people, where it is known.
     #[serde(serialize_with = "write_sex")]
     pub sex: Option<Sex>,
-    /// What is measured.
+    /// The quantity that is measured.
     #[serde(serialize_with = "write_measure")]
     pub measure: Measure,
-    /// How many people.
+    /// Number of people.
     pub people: usize,
     /// Mean over people.
     pub mean: f64,
     /// Standard deviation between people.
     pub sd: f64,
-    /// What is published of such people; of either sex where theirs is not known.
+    /// Published norm of such people; of either sex where theirs is not known.
     pub norm: Option<PublishedNorm>,
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde asks for it")]
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
 fn write_gait<S: Serializer>(gait: &Gait, to: S) -> Result<S::Ok, S::Error> {
     to.serialize_str(gait_name(*gait))
 }
@@ -53,7 +53,7 @@ fn write_sex<S: Serializer>(sex: &Option<Sex>, to: S) -> Result<S::Ok, S::Error>
     .serialize(to)
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde asks for it")]
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
 fn write_measure<S: Serializer>(measure: &Measure, to: S) -> Result<S::Ok, S::Error> {
     to.serialize_str(measure.name())
 }
@@ -65,18 +65,18 @@ const fn gait_name(gait: Gait) -> &'static str {
     }
 }
 
-/// How far a published spread may be missed.
+/// Most by which a spread may differ from the published one, as a share.
 const SPREAD: f64 = 0.25;
 
 impl AuditLine {
-    /// Whether the mean lies where healthy people's do; true where nothing is known.
+    /// Returns whether the mean lies in the range of healthy people; true if there is no norm.
     #[must_use]
     pub fn mean_holds(&self) -> bool {
         self.norm
             .is_none_or(|norm| (norm.mean.0..=norm.mean.1).contains(&self.mean))
     }
 
-    /// Whether people spread as published within a quarter; true where nothing is known.
+    /// Returns whether the spread is as published within a quarter; true if none is published.
     #[must_use]
     pub fn spread_holds(&self) -> bool {
         let sd = self.norm.and_then(|norm| norm.sd);
@@ -90,13 +90,13 @@ impl AuditLine {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Audit {
-    /// Line by line: by gait, speed, sex and measure.
+    /// Lines in the order of gait, speed, sex and measure.
     pub lines: Vec<AuditLine>,
 }
 
 impl Audit {
-    /// Measures the cycles of a pack: each person counts once at each speed, by the mean of the
-    /// cycles. Takes that are stored whole are not measured.
+    /// Measures the gait cycles of a pack: each person counts once at each speed, with the mean of
+    /// the cycles. Uncut motions are not measured.
     #[must_use]
     pub fn of(pack: &Pack<'_>) -> Self {
         type Group = (Gait, u16, Option<Sex>);
@@ -113,7 +113,7 @@ impl Audit {
                 Some(((walk.gait, kmh, subject.sex), walk.subject, measures))
             })
             .collect();
-        // A person's mean first, then people's.
+        // Takes each person's mean first, then the people's.
         let mut people: BTreeMap<(Group, usize), Vec<Measures>> = BTreeMap::new();
         for (group, person, measures) in measured {
             people.entry((group, person)).or_default().push(measures);
@@ -166,7 +166,7 @@ impl fmt::Display for Audit {
         if self.lines.is_empty() {
             return writeln!(
                 f,
-                "no cycles to measure (takes that are stored whole are not)"
+                "no cycles to measure (uncut motions are not measured)"
             );
         }
         writeln!(

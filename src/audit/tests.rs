@@ -1,4 +1,4 @@
-//! Measures of cycles whose values are known, and of what known changes do to a cycle.
+//! Tests of the measures, on cycles with known values and on known changes to a cycle.
 
 use super::measure::Decoded;
 use super::*;
@@ -91,7 +91,7 @@ fn sines_have_the_ranges_that_they_were_made_with() {
     }
 }
 
-/// What a change of the average man's walk at 5 km/h does to each measure.
+/// Returns each measure of the average man's walk at 5 km/h, before and after a change.
 fn changes(change: impl FnOnce(&mut Decoded)) -> impl Fn(Measure) -> (f64, f64) {
     let before = walk().measures();
     let mut changed = walk();
@@ -235,7 +235,7 @@ fn a_person_counts_once_at_a_speed_and_groups_are_by_speed_and_sex() {
     let stride = line(Gait::Walk, Sex::Female, Measure::StrideLength);
     assert_eq!((stride.people, stride.speed_kmh), (2, 5));
     assert_eq!(stride.norm, None);
-    // The walks' strides as the pack states them: of each woman the mean of three, then theirs.
+    // Strides as the pack states them: each woman's mean of three, then the women's mean.
     let mut strides: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     for index in 0..pack.walks().len() {
         let walk = pack.walk(index).expect("a walk");

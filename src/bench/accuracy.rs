@@ -1,4 +1,4 @@
-//! How often a recognizer is right, with the runtime and the settings that it was timed with.
+//! The rank-1 of a recognizer, with the runtime and the settings that it was timed with.
 
 use super::inputs::DrawnInputs;
 use crate::error::{Error, Result};
@@ -11,32 +11,32 @@ use serde::{Deserialize, Serialize};
 /// Rank-1 on walks that training has not seen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Accuracy {
-    /// The protocol by its name.
+    /// The name of the protocol.
     pub protocol: String,
-    /// From how many viewpoints each walk was seen.
+    /// The number of viewpoints from which each walk was seen.
     pub viewpoints: usize,
-    /// From how many it was to be seen; none in results of versions that do not say.
+    /// The planned number of viewpoints; none in results of versions that do not state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub viewpoints_planned: Option<usize>,
-    /// Inputs that were recognized.
+    /// The number of probes.
     pub probes: u64,
-    /// Share of hits, 0..1.
+    /// The share of hits, 0..1.
     pub rank1: f64,
-    /// Its 95 % intervals.
+    /// The 95 % intervals of rank-1.
     #[serde(flatten)]
     pub intervals: Rank1Intervals,
-    /// Probes whose output was not finite: they are misses.
+    /// The number of probes whose output was not finite; they count as misses.
     pub non_finite: u64,
-    /// Its hits by person; none in results of versions that do not say.
+    /// The hits by person; empty in results of versions that do not state them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub by_person: Vec<PersonResult>,
 }
 
 impl Accuracy {
-    /// How many pictures the scene's people are recognized by from these viewpoints.
+    /// Returns the number of images that measuring rank-1 from these viewpoints takes.
     ///
     /// # Errors
-    /// When the protocol does not go with the walks.
+    /// If the protocol does not fit the walks.
     pub(super) fn pictures(
         entrants: &[Entrant],
         scene: &DrawnInputs<'_>,
@@ -46,12 +46,12 @@ impl Accuracy {
         Ok(drawn.contest.source().sequences().list.len())
     }
 
-    /// Looks for the scene's people from its viewpoints, or from as many of them, evenly spread, as make
-    /// `most` pictures, as `edgegait score` does unless another protocol is named; and what to know
-    /// before trusting it. None if even one viewpoint makes more.
+    /// Measures rank-1 from the scene's viewpoints, under the default protocol of `edgegait score`,
+    /// and returns it with warnings. With `most`, uses only as many viewpoints, evenly spread, as
+    /// make at most that many images; none if even one viewpoint makes more.
     ///
     /// # Errors
-    /// When a figure cannot be drawn, or the recognizer fails.
+    /// If a figure cannot be drawn, or the recognizer fails.
     pub(super) fn within(
         entrants: &[Entrant],
         scene: &DrawnInputs<'_>,
@@ -66,7 +66,7 @@ impl Accuracy {
         found.transpose()
     }
 
-    /// What of so many viewpoints was left out, in words; none if nothing was.
+    /// Describes which part of this many viewpoints was left out; none if none was.
     #[must_use]
     pub(super) fn less(found: Option<&Self>, viewpoints: usize) -> Option<String> {
         match found.map(|found| found.viewpoints) {
@@ -78,7 +78,8 @@ impl Accuracy {
         }
     }
 
-    /// As many viewpoints, evenly spread, as make at most so many pictures; none if even one makes more.
+    /// Returns as many viewpoints, evenly spread, as make at most `most` images; none if even one
+    /// makes more.
     fn views_within(
         entrants: &[Entrant],
         scene: &DrawnInputs<'_>,
@@ -87,7 +88,7 @@ impl Accuracy {
         let all = &scene.views.list;
         let mut count = all.len();
         while count > 0 {
-            // The middle of each of so many equal parts of the list.
+            // The middle of each of `count` equal parts of the list.
             let at = |part: usize| (2 * part + 1) * all.len() / (2 * count);
             let views = Views {
                 name: scene.views.name.clone(),
@@ -178,7 +179,7 @@ mod tests {
             recognizer: Box::new(recognizer),
             settings: Settings::default(),
         }];
-        // Two people are looked for from each viewpoint.
+        // Each viewpoint has two probes, one for each person.
         let all = Accuracy::pictures(&entrants, &scene, &views).expect("a contest");
         assert_eq!(all, 18);
         let found = |most| {
@@ -190,7 +191,7 @@ mod tests {
         assert_eq!(found(Some(7)), Some((3, Some(9), 6)));
         assert_eq!(found(Some(1)), None);
         let three = Accuracy::views_within(&entrants, &scene, 6).expect("three");
-        // The second, fifth and eighth of nine.
+        // The second, fifth and eighth of the nine viewpoints.
         let expected = [20.0, 80.0, 140.0].map(|azimuth| View::new(azimuth, 0.0).expect("one"));
         assert_eq!(
             three.map(|views| views.list).as_deref(),

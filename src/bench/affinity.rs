@@ -1,12 +1,12 @@
-//! Which processors may be used.
+//! The processors that may be used.
 
 use super::board::CpuList;
 use crate::error::{ChoiceError, Result};
 
-/// Lets this thread, and all threads and processes that it starts, use these processors only.
+/// Restricts this thread, and all threads and processes that it starts, to these processors.
 ///
 /// # Errors
-/// If there is no such processor, or the system has no way to do it.
+/// If there is no such processor, or the system refuses.
 #[cfg(target_os = "linux")]
 pub(crate) fn pin(cpus: &CpuList) -> Result<()> {
     use rustix::thread::{CpuSet, sched_setaffinity};
@@ -24,7 +24,7 @@ pub(crate) fn pin(cpus: &CpuList) -> Result<()> {
         .map_err(|error| refused(cpus, format!("{error} (are these processors there?)")))
 }
 
-/// Refuses: only Linux is asked.
+/// Returns an error, as only Linux is supported.
 ///
 /// # Errors
 /// Always.

@@ -1,4 +1,4 @@
-//! How large the batches are that are measured.
+//! The sizes of the batches that are measured.
 
 use super::memory;
 use super::time_budget::{batch_within, largest};
@@ -6,19 +6,19 @@ use super::timed_model::{First, TimedWork};
 use crate::error::Result;
 use crate::score::Recognizer;
 
-/// The share of the memory that the machine can give that a batch may take. Ours.
+/// The largest share of the available memory that a batch may take. Our choice.
 const MEMORY_SHARE: f64 = 0.8;
 
-/// How large batches can be.
+/// The largest possible batch.
 pub(super) enum Sized {
-    /// Of so many inferences; why not of more, if so.
+    /// A batch of this many inferences, and the reason why it is not larger.
     Of(usize, &'static str),
-    /// Not at all, and why.
+    /// No batch is possible, with the reason.
     No(&'static str),
 }
 
 impl Sized {
-    /// How it is less than was asked for, in words; none if it is not.
+    /// Describes how the batch is smaller than requested; none if it is not.
     pub(super) fn less_than(&self, asked: usize) -> Option<String> {
         match *self {
             Self::Of(size, _) if size >= asked => None,
@@ -28,11 +28,11 @@ impl Sized {
     }
 }
 
-const TIME: &str = "others would take too long";
-const MEMORY: &str = "others would take more memory than there is";
+const TIME: &str = "larger ones would take too long";
+const MEMORY: &str = "larger ones would take more memory than there is";
 
-/// How large batches can be in the time and the memory that there are: a batch of two says how much
-/// memory one more takes, before one of many ends the process.
+/// Returns the largest batch that fits the time and the memory. A batch of two shows how much
+/// memory each further inference takes, before a large one ends the process.
 pub(super) fn batch(
     recognizer: &dyn Recognizer,
     draw: &dyn Fn(usize) -> Result<Vec<f32>>,
@@ -66,8 +66,8 @@ pub(super) fn batch(
     Ok(held(size, more as f64, available))
 }
 
-/// How large a batch of at most `size` can be, if each inference more takes so many bytes of those that
-/// are available.
+/// Returns the largest batch of at most `size` that memory allows, if each further inference takes
+/// `more` of the `available` bytes.
 fn held(size: usize, more: f64, available: f64) -> Sized {
     let is_held = |size: usize| (size - 1) as f64 * more <= MEMORY_SHARE * available;
     match largest(size, is_held) {
@@ -81,7 +81,7 @@ fn held(size: usize, more: f64, available: f64) -> Sized {
 mod tests {
     use super::*;
 
-    /// 8 of 10 MB may be taken: three inferences more than one at 2.5 MB each, 31 at 0.25 MB.
+    /// 8 of 10 MB may be taken: three further inferences at 2.5 MB each, 31 at 0.25 MB.
     #[test]
     fn a_batch_takes_no_more_memory_than_there_is() {
         let said = |size, more| held(size, more, 10e6).less_than(64);
@@ -92,7 +92,7 @@ mod tests {
         assert_eq!(said(64, 2.5e6), memory(4));
         assert_eq!(said(64, 7.9e6), memory(2));
         assert_eq!(said(64, 8.1e6), Some(format!("no batches ({MEMORY})")));
-        // What time had cut already.
+        // The time limit had already reduced the batch.
         assert_eq!(
             said(16, 0.13e6),
             Some(format!("batches of 16, not 64 ({TIME})"))

@@ -4,16 +4,16 @@ use super::board::{Clock, MachineState};
 use super::conditions::MachineConditions;
 use crate::report::{grouped, microseconds};
 
-/// A row: its label, and what it says of one column.
+/// A row of a table: its label, and the function that gives a column's cell.
 pub(super) type ResultRow<T> = (&'static str, fn(&T) -> Option<String>);
 
-/// The clocks at start and end.
+/// Returns the clocks at start and end.
 pub(super) fn of_clocks(conditions: &MachineConditions) -> Option<String> {
     let both = [&conditions.start, &conditions.end].into_iter();
     some_of(both.filter_map(clock))
 }
 
-/// Temperatures at start, hottest, and end.
+/// Returns the temperatures at start and end, with the highest between them.
 pub(super) fn degrees(conditions: &MachineConditions) -> Option<String> {
     let (start, end) = (&conditions.start, &conditions.end);
     let all = [start.temperature_c, conditions.hottest_c, end.temperature_c];
@@ -41,7 +41,7 @@ pub(super) fn megabytes(bytes: u64) -> String {
     format!("{:.1} MB", bytes as f64 * 1e-6)
 }
 
-/// Governor and frequencies, each that differs once.
+/// Returns governors and frequencies, without repeated neighbours.
 pub(super) fn clock(state: &MachineState) -> Option<String> {
     let of = |clock: &Clock| {
         let mhz = clock.current_khz.map(|khz| format!("{} MHz", khz / 1000));
@@ -53,7 +53,7 @@ pub(super) fn clock(state: &MachineState) -> Option<String> {
     (!clocks.is_empty()).then(|| clocks.join(" + "))
 }
 
-/// Joined by commas; none of nothing.
+/// Joins the parts with commas; none if there are none.
 pub(super) fn some_of(parts: impl Iterator<Item = String>) -> Option<String> {
     let parts: Vec<String> = parts.collect();
     (!parts.is_empty()).then(|| parts.join(", "))

@@ -1,22 +1,22 @@
-//! The machine while a model was measured.
+//! The state of the machine while a model was measured.
 
 use super::board::MachineState;
 use serde::{Deserialize, Serialize};
 
-/// The machine while a model was measured.
+/// The state of the machine while a model was measured.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MachineConditions {
-    /// Before it was loaded.
+    /// The state before the model was loaded.
     pub start: MachineState,
-    /// After the last window.
+    /// The state after the last window.
     pub end: MachineState,
-    /// Highest temperature between windows, degrees Celsius.
+    /// The highest temperature between windows, degrees Celsius.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hottest_c: Option<f64>,
 }
 
 impl MachineConditions {
-    /// Of states in their order, the first before and the last after what was measured.
+    /// Summarises states in time order, the first before and the last after the measurement.
     #[must_use]
     pub(super) fn of(states: &[MachineState]) -> Self {
         let temperatures = states.iter().filter_map(|state| state.temperature_c);

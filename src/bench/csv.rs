@@ -1,11 +1,11 @@
-//! Results as a table for other programs: a row for each model, number of threads and size of batch.
+//! Results as CSV: a row for each model, number of threads and batch size.
 
 use super::results::{BenchResults, ModelResult};
 use super::timing::Timing;
 use crate::error::Result;
 use serde::Serialize;
 
-/// A row; what was not measured is empty.
+/// A row of the file; what was not measured is empty.
 #[derive(Serialize)]
 struct CsvRow<'a> {
     model: &'a str,
@@ -13,9 +13,9 @@ struct CsvRow<'a> {
     runtime_version: &'a str,
     provider: &'a str,
     threads: usize,
-    /// Inferences of a call.
+    /// The number of inferences in a call.
     batch: usize,
-    /// Frames of an input, where inputs of several lengths were measured.
+    /// The number of frames in an input, where inputs of several lengths were measured.
     frames: Option<usize>,
     mean_us: f64,
     min_us: f64,
@@ -38,10 +38,10 @@ struct CsvRow<'a> {
     rank1_high: Option<f64>,
 }
 
-/// The rows of all models, the first line their names.
+/// Returns the CSV file: a line of column names, then the rows of all models.
 ///
 /// # Errors
-/// If they cannot be written down.
+/// If a row cannot be serialized.
 pub(crate) fn csv(results: &BenchResults) -> Result<Vec<u8>> {
     let mut rows = csv::Writer::from_writer(Vec::new());
     for model in &results.models {

@@ -1,15 +1,15 @@
-//! When something was measured.
+//! The date of a measurement.
 
 use std::time::SystemTime;
 
-/// Now, universal time, as RFC 3339 writes it.
+/// Returns the current time, UTC, in the format of RFC 3339.
 #[must_use]
 pub(crate) fn utc_now() -> String {
     let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
     utc(since.map_or(0, |since| since.as_secs()))
 }
 
-/// Seconds since 1970 as a date, by Howard Hinnant's `civil_from_days`
+/// Converts seconds since 1970 to a date, by Howard Hinnant's `civil_from_days`
 /// (howardhinnant.github.io/date_algorithms.html) for days from 1970 on.
 fn utc(seconds: u64) -> String {
     let (days, second) = (seconds / 86_400 + 719_468, seconds % 86_400);

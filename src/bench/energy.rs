@@ -1,4 +1,4 @@
-//! Energy, where the machine has a counter of it.
+//! Energy meters, where the machine has one.
 
 use super::board::SystemFiles;
 use std::path::{Path, PathBuf};
@@ -6,11 +6,11 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Time between two readings of a power sensor.
+/// The time between two readings of a power sensor.
 const SAMPLED_EVERY: Duration = Duration::from_millis(50);
 
-/// A counter of energy or a sensor of power. It sees all that it is wired to, idle and others'
-/// work included.
+/// A counter of energy or a sensor of power. It measures all that it is wired to, including idle
+/// power and the work of other processes.
 #[derive(Debug)]
 pub(crate) struct Meter {
     files: SystemFiles,
@@ -20,15 +20,16 @@ pub(crate) struct Meter {
 
 #[derive(Debug)]
 enum EnergyKind {
-    /// Counters in microjoules, with the range at which each begins anew, if it says.
+    /// Counters in microjoules, each with the value at which it wraps to 0, if known.
     Counters(Vec<(PathBuf, Option<u64>)>),
     /// Sensors in microwatts, sampled by a thread.
     Sensors(Vec<PathBuf>),
 }
 
 impl Meter {
-    /// The first there is of: a processor's own counters (powercap: RAPL), energy counters and
-    /// power sensors of hwmon (`Documentation/hwmon/sysfs-interface`); none if nothing can be read.
+    /// Finds the first readable meter: a processor's own counters (powercap: RAPL), then energy
+    /// counters and power sensors of hwmon (`Documentation/hwmon/sysfs-interface`); none if there
+    /// is none.
     #[must_use]
     pub(crate) fn find(root: &Path) -> Option<Self> {
         let files = SystemFiles::new(root);
@@ -36,7 +37,7 @@ impl Meter {
         let zones: Vec<PathBuf> = files
             .entries("sys/class/powercap", "intel-rapl:")
             .into_iter()
-            // Zones of zones (intel-rapl:0:0) are in their zone's count.
+            // Subzones (intel-rapl:0:0) are included in their zone's count.
             .filter(|zone| zone.to_string_lossy().matches(':').count() == 1)
             .filter(|zone| is_read(&zone.join("energy_uj")))
             .collect();
@@ -94,13 +95,13 @@ impl Meter {
         None
     }
 
-    /// What is read.
+    /// Returns the name of the counters or sensors that are read.
     #[must_use]
     pub(crate) fn source(&self) -> &str {
         &self.source
     }
 
-    /// Begins to count.
+    /// Starts to count energy.
     #[must_use]
     pub(crate) fn start(&self) -> EnergyCount {
         match &self.kind {
@@ -127,7 +128,7 @@ impl Meter {
         }
     }
 
-    /// Joules since `count` began; none if the machine stopped telling.
+    /// Returns the joules since `count` started; none if the meter can no longer be read.
     #[must_use]
     pub(crate) fn stop(&self, count: EnergyCount) -> Option<f64> {
         match (count, &self.kind) {
@@ -142,7 +143,7 @@ impl Meter {
                     .map(
                         |((&before, &after), (_, range))| match after.checked_sub(before) {
                             Some(more) => Some(more as f64 * 1e-6),
-                            // The counter began anew, once: windows are shorter than its range.
+                            // The counter wrapped once: windows are shorter than its range.
                             None => {
                                 let rest = range.as_ref()?.checked_sub(before)?;
                                 Some((rest + after + 1) as f64 * 1e-6)
@@ -166,13 +167,13 @@ impl Meter {
 /// Energy that is being counted.
 #[derive(Debug)]
 pub(crate) enum EnergyCount {
-    /// What counters said at the beginning.
+    /// The values of the counters at the start.
     Counters(Option<Vec<u64>>),
-    /// What samples sensors until it is told to stop.
+    /// A thread that samples the sensors until it is stopped.
     Sensors {
-        /// Dropped to stop.
+        /// The channel that stops the thread when it is dropped.
         stop: Sender<()>,
-        /// Gives joules.
+        /// The thread, which returns joules.
         sampler: JoinHandle<Option<f64>>,
     },
 }
@@ -185,7 +186,7 @@ mod tests {
     #[test]
     fn a_machine_without_counters_has_no_meter() {
         assert!(Meter::find(machine(&[]).path()).is_none());
-        // A counter that may not be read: absent as well.
+        // A counter that cannot be read counts as absent.
         let root = machine(&[("sys/class/powercap/intel-rapl:0/name", "package-0\n")]);
         assert!(Meter::find(root.path()).is_none());
     }
@@ -230,7 +231,7 @@ mod tests {
             "1750000\n",
         );
         assert_eq!(meter.stop(count), Some(0.25));
-        // It began anew, and does not say where: unknown.
+        // It wrapped, at an unknown value.
         let count = meter.start();
         write(root.path(), "sys/class/hwmon/hwmon1/energy1_input", "1\n");
         assert_eq!(meter.stop(count), None);

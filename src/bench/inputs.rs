@@ -1,4 +1,4 @@
-//! What a model is given: from a pack to the numbers of its input.
+//! The inputs of models, drawn from a pack.
 
 use crate::error::Result;
 use crate::score::Contract;
@@ -6,27 +6,27 @@ use crate::sweep::{Job, Moments, Settings, Shot, Swept, View, Views, silhouettes
 use crate::template::Template;
 use edgegait_core::pack::Pack;
 
-/// What is drawn for a model.
+/// The walks that are drawn for a model, and how.
 pub(crate) struct DrawnInputs<'a> {
     /// The pack.
     pub pack: &'a Pack<'a>,
-    /// Walks that are shown, by number; at least one.
+    /// The numbers of the walks that are shown; at least one.
     pub walks: &'a [usize],
-    /// From where accuracy is measured.
+    /// The viewpoints from which accuracy is measured.
     pub views: &'a Views,
-    /// How figures are drawn, as the model asks.
+    /// The settings for drawing figures, as the model's contract specifies.
     pub settings: Settings,
 }
 
 impl DrawnInputs<'_> {
-    /// The usual view ([`Contract::usual_views`]) of the stored cycle of the walk at this place of the list, which begins
-    /// anew at its end, as one input of a model with this contract: the walk is decoded, posed,
-    /// projected and drawn, and made into the model's template or kept as silhouettes, as many as the
-    /// contract says (or the settings, if it leaves that free). It is appended to `input`. On
-    /// the pool of threads that this is called in.
+    /// Draws one input for a model with this contract and appends it to `input`. It shows the
+    /// stored cycle of the walk at index `at` of the list (modulo its length) from the usual view
+    /// ([`Contract::usual_views`]), as the model's template or as silhouettes, as many as the
+    /// contract states (or else the settings). Includes decoding, posing and projection. Runs on
+    /// the thread pool of the caller.
     ///
     /// # Errors
-    /// When a figure cannot be drawn.
+    /// If a figure cannot be drawn.
     pub(crate) fn append_input(
         &self,
         contract: &Contract,
@@ -65,12 +65,12 @@ impl DrawnInputs<'_> {
         }
     }
 
-    /// The side view of so many frames of the first walk, as silhouettes: its stored cycle, then the
-    /// seeded variations of it one after another, as a tree of long recordings has them, the last one
-    /// cut. A cycle has as many frames as the settings say.
+    /// Draws `frames` silhouettes of the first walk from the usual view: its stored cycle, then its
+    /// seeded variations in turn, as in a tree of long recordings; the last one is cut. The
+    /// settings give the number of frames in a cycle.
     ///
     /// # Errors
-    /// When a figure cannot be drawn.
+    /// If a figure cannot be drawn.
     pub(super) fn sequence(&self, contract: &Contract, frames: usize) -> Result<Vec<f32>> {
         let views = usual_view(contract)?;
         let settings = Settings {
@@ -99,7 +99,7 @@ impl DrawnInputs<'_> {
         Ok(input)
     }
 
-    /// So many inputs (at least one), one after another, of one walk after the other.
+    /// Returns `count` inputs (at least one), which show the walks in turn.
     ///
     /// # Errors
     /// As [`Self::append_input`].
@@ -116,7 +116,7 @@ impl DrawnInputs<'_> {
     }
 }
 
-/// From where a model with this contract is shown walks.
+/// Returns the viewpoint from which a model with this contract is shown walks.
 fn usual_view(contract: &Contract) -> Result<Vec<View>> {
     Ok(vec![View::at(contract.usual_views()[0].into())?])
 }
@@ -177,7 +177,7 @@ mod tests {
         };
         let frames = scene.inputs(&sequences, 1).expect("drawn");
         assert_eq!(frames.len(), 32 * 1500);
-        // A longer one begins with the cycle, and goes on with another one of the same walker.
+        // A longer one begins with the cycle and continues with another cycle of the same person.
         let longer = scene.sequence(&sequences, 40).expect("drawn");
         assert_eq!(
             (longer.len(), &longer[..32 * 1500]),
@@ -188,7 +188,7 @@ mod tests {
         assert!((1..8 * 1500 / 10).contains(&other), "{other}");
         let shorter = scene.sequence(&sequences, 5).expect("drawn");
         assert_eq!(shorter, frames[..5 * 1500]);
-        // Their mean is the GEI, but for the rounding to bytes.
+        // Their mean is the GEI, except for the rounding to bytes.
         for (pixel, gei) in geis[..1500].iter().enumerate() {
             let mean = (0..32)
                 .map(|frame| frames[1500 * frame + pixel])

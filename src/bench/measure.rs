@@ -1,8 +1,8 @@
 //! Measures one model in this process, which should do nothing else.
 //!
-//! What is inside of a timed call: [`Recognizer::run`](crate::score::Recognizer::run) on numbers
-//! that lie ready, with all its checks, until its outputs lie in vectors. Drawing the input is
-//! outside, but for the end-to-end figures.
+//! A timed call is [`Recognizer::run`](crate::score::Recognizer::run) on an input in memory, with
+//! all its checks, until its outputs are in vectors. Drawing the input is not timed, except in the
+//! end-to-end times.
 
 use super::accuracy::Accuracy;
 use super::batch::{Sized, batch};
@@ -20,14 +20,15 @@ use crate::evaluate::contest::Entrant;
 use crate::score::BareOutputs;
 use crate::score::{Contract, Model, Recognizer};
 
-/// How far the means of windows may be apart before that is warned of, of their mean. Ours.
+/// The largest spread of the means of windows, relative to the median, without a warning. Our
+/// choice.
 const STEADY: f64 = 0.15;
 
-/// Inferences of a profile by operator. Ours.
+/// The number of inferences in a profile by operator. Our choice.
 const PROFILED: usize = 20;
 
-/// The kinds of work in their order, and what each may take of the time, as against the others, where
-/// all of them would take too long. Ours: what a user asks first is how long one inference takes.
+/// Returns the kinds of work in order, each with its weight in sharing the time if there is too
+/// little for all. The weights are our choice: a user first asks how long one inference takes.
 fn kinds(task: &Task<'_>) -> Vec<(String, f64)> {
     let batches = task.batches.iter();
     let of_batch = |size: &usize| match task.batches {
@@ -44,12 +45,12 @@ fn kinds(task: &Task<'_>) -> Vec<(String, f64)> {
         .collect()
 }
 
-/// Measures a model.
+/// Measures a model as the task specifies.
 ///
 /// # Errors
-/// If it cannot be loaded or drawn for, or an inference fails.
+/// If the model cannot be loaded, its input cannot be drawn, or an inference fails.
 pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
-    // Drawing has threads of its own: one, so that its time is comparable with the inference's.
+    // Drawing runs on one thread of its own, so that its time is comparable with the inference's.
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let contract = (task.open)()?.contract().clone();
     let (scene, plan) = (&task.scene, &task.plan);
@@ -86,7 +87,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
     let pictures = pictures.transpose();
     let rank1_s = |call_s: f64, draw_s: f64| {
         let pictures = pictures.as_ref().copied().ok().flatten().unwrap_or(0);
-        // Pictures are drawn by all threads, and recognized one after the other.
+        // Images are drawn by all threads and recognized one after the other.
         pictures as f64 * (call_s + draw_s / rayon::current_num_threads() as f64)
     };
     let expected = |call_s: f64| -> Vec<f64> {
@@ -216,12 +217,12 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
         .as_ref()
         .is_ok_and(|found| found.as_ref().is_some_and(|(it, _)| it.non_finite > 0));
     if first.non_finite > 0 || broken {
-        found.push("some of its outputs are not finite numbers".into());
+        found.push("some outputs are not finite numbers".into());
     }
     let single_timing = one.timing;
     if single_timing.spread > STEADY {
         found.push(format!(
-            "the means of its windows are {:.0} % apart: measure again on an idle machine",
+            "the means of the windows differ by {:.0} %: measure again on an idle machine",
             100.0 * single_timing.spread
         ));
     }
@@ -231,7 +232,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
             let named = doubt.strip_prefix(&format!("{name}: "));
             named.unwrap_or(doubt).to_owned()
         })),
-        Err(error) => found.push(format!("its rank-1 could not be measured: {error}")),
+        Err(error) => found.push(format!("rank-1 could not be measured: {error}")),
     }
     if let Some(share) = others_busy.filter(|share| *share > LOAD_WARNED_OF) {
         found.push(format!(
@@ -241,7 +242,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
     }
     let operators = match task.with_operators {
         true => {
-            // As many as there is time for; the first does not count.
+            // As many inferences as there is time for; the first does not count.
             let most = (cap.left_s() / call_s).clamp(2.0, PROFILED as f64);
             #[expect(
                 clippy::cast_possible_truncation,
@@ -257,7 +258,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
     };
     if task.with_operators && operators.is_none() {
         found.push(
-            "what each operator takes is not known: the embedded runtime does not tell".into(),
+            "the time of each operator is unknown: the embedded runtime does not report it".into(),
         );
     }
     // The model's name stands before each already.
@@ -336,7 +337,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
     })
 }
 
-/// The shape of an input of so many frames, and what an inference on it takes.
+/// Returns the shape of an input of `frames` frames, and its multiply-accumulates.
 pub(super) fn shape_and_macs(
     model: &Model,
     contract: &Contract,
@@ -347,7 +348,7 @@ pub(super) fn shape_and_macs(
     (input, model.graph().macs(&shape))
 }
 
-/// So much of a number of pictures.
+/// Returns this share of a number of images, rounded down.
 fn share_of(pictures: usize, share: f64) -> usize {
     #[expect(
         clippy::cast_possible_truncation,
@@ -358,7 +359,7 @@ fn share_of(pictures: usize, share: f64) -> usize {
     some
 }
 
-/// Drawing alone, and with the inference; people take turns.
+/// Times drawing alone, then drawing and inference; the walks take turns.
 fn parts(
     scene: &DrawnInputs<'_>,
     plan: &TimingPlan,

@@ -1,23 +1,22 @@
-//! How much memory this process has, where the system tells (`proc_pid_status(5)`).
+//! The memory of this process, where the system reports it (`proc_pid_status(5)`).
 
-/// The most memory that the process has had, bytes.
+/// Returns the peak memory of the process, bytes.
 #[must_use]
 pub(crate) fn peak_rss_bytes() -> Option<u64> {
     status("VmHWM:")
 }
 
-/// The memory that the process has now, bytes.
+/// Returns the current memory of the process, bytes.
 pub(super) fn rss_bytes() -> Option<u64> {
     status("VmRSS:")
 }
 
-/// Lets [`peak_rss_bytes`] begin anew (`proc_pid_clear_refs(5)`, value 5); where the system
-/// refuses, the peak stays what it was.
+/// Resets [`peak_rss_bytes`] (`proc_pid_clear_refs(5)`, value 5), where the system allows it.
 pub(super) fn forget_peak() {
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
-/// The memory that the machine can still give, bytes (`MemAvailable` of `proc(5)`).
+/// Returns the memory that is available on the machine, bytes (`MemAvailable` of `proc(5)`).
 pub(super) fn available_bytes() -> Option<u64> {
     kilobytes("/proc/meminfo", "MemAvailable:")
 }
@@ -40,7 +39,8 @@ mod tests {
     #[test]
     #[cfg(target_os = "linux")]
     fn a_peak_is_at_least_what_is_held_and_can_be_asked_for_anew() {
-        // Other tests hold memory too, and free it meanwhile: no more can be said.
+        // Other tests hold memory and free it at the same time, so nothing stronger can be
+        // asserted.
         let big = std::hint::black_box(vec![1_u8; 64 << 20]);
         let peak = peak_rss_bytes().expect("Linux tells");
         assert!(available_bytes().is_some_and(|bytes| bytes > 0));

@@ -1,11 +1,11 @@
-//! What a recognizer costs on this machine: time, memory, energy, and what it is worth.
+//! Measures what a recognizer costs on this machine (time, memory, energy), and its accuracy.
 //!
-//! The questions are those of MLPerf Tiny (rules 1.2) and of `onnxruntime_perf_test`; the rules
-//! are stated where they are applied: [`windows`] for how long, [`Times`] for which percentiles,
-//! [`measure`] for what is inside the timed call. Each model is measured in a process of its
-//! own, so that its load time, first inference and peak memory are its own. [`cap`] says what is cut
-//! where all of it would take too long. [`path`] measures what comes before an inference in the field as
-//! well, from a video on.
+//! The measurements follow MLPerf Tiny (rules 1.2) and `onnxruntime_perf_test`. The rules are
+//! stated where they are applied: [`windows`] for the duration, [`statistics::Times`] for the
+//! percentiles, [`mod@measure`] for the content of a timed call. Each model is measured in its own
+//! process, which isolates its load time, first inference and peak memory. [`time_budget`] decides
+//! what is cut if a measurement would take too long. [`video_pipeline`] measures everything from
+//! the frames of a video to an answer.
 
 mod accuracy;
 mod affinity;

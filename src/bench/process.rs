@@ -1,4 +1,4 @@
-//! A process of its own for each model that is measured.
+//! Measuring each model in its own process.
 
 use crate::error::{Error, Result};
 use crate::files::remove_unfinished;
@@ -8,25 +8,25 @@ use std::panic::resume_unwind;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-/// Exit code of a process whose parent has ended: as if SIGHUP had ended it, in a shell's words.
+/// The exit code of a process whose parent has ended: a shell's code for SIGHUP.
 const ORPHANED: i32 = 128 + 1;
 
-/// Before what a process that measures says of its progress, on standard error.
+/// The prefix of lines on standard error that report progress.
 const PROGRESS: &str = "progress: ";
 
-/// How far a measurement is.
+/// The progress of a measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MeasuringProgress {
-    /// What is being measured.
+    /// The work that is being measured.
     pub what: String,
-    /// How long all that is left takes, seconds, estimated.
+    /// The estimated time of all remaining work, seconds.
     pub left_s: f64,
 }
 
 impl MeasuringProgress {
-    /// Says it to the process that started this one.
+    /// Reports the progress to the parent process.
     pub(crate) fn say(&self) {
-        // If nobody reads it, this process is about to end too.
+        // If the parent no longer reads, this process is about to end too.
         let _ = writeln!(
             std::io::stderr(),
             "{PROGRESS}{:.1} {}",
@@ -35,7 +35,7 @@ impl MeasuringProgress {
         );
     }
 
-    /// What a line says, if it is one of progress.
+    /// Parses a line that reports progress.
     fn heard(line: &str) -> Option<Self> {
         let (left_s, what) = line.strip_prefix(PROGRESS)?.split_once(' ')?;
         Some(Self {
@@ -45,12 +45,12 @@ impl MeasuringProgress {
     }
 }
 
-/// What a process has to say that measures `model` and prints its result as JSON; `told` is told how
-/// far it is. Its standard input stays open for as long as this process lives, and has nothing to
-/// read.
+/// Runs a command that measures `model` and prints its result as JSON, and returns the result.
+/// `told` is called with its progress. Its standard input stays open, and empty, for as long as
+/// this process lives.
 ///
 /// # Errors
-/// If it cannot be started, dies, or prints something else; and its own.
+/// If the command cannot be started, dies, or prints something else; and the command's own errors.
 pub(crate) fn measured_by<R: DeserializeOwned>(
     mut command: Command,
     model: &Path,
@@ -67,7 +67,8 @@ pub(crate) fn measured_by<R: DeserializeOwned>(
     let (words, printed) = (child.stderr.take(), child.stdout.take());
     let (stderr, stdout) = std::thread::scope(|scope| {
         let words = scope.spawn(|| {
-            // Open until the child has ended, which ends when it is closed: where `told` unwinds too.
+            // Closing it ends the child. It stays open until the child has ended, or `told`
+            // unwinds.
             let _held = held;
             let mut rest = String::new();
             for line in words
@@ -87,7 +88,7 @@ pub(crate) fn measured_by<R: DeserializeOwned>(
         (words.join(), read.map(|_| stdout))
     });
     let stderr: std::io::Result<Vec<u8>> = stderr.unwrap_or_else(|panic| {
-        // It has no more to say.
+        // The child ends, as its standard input is closed.
         let _ = child.wait();
         resume_unwind(panic)
     });
@@ -99,11 +100,11 @@ pub(crate) fn measured_by<R: DeserializeOwned>(
     result_of(model, &output)
 }
 
-/// Ends this process when the one that started it has ended, however it did: standard input, which
-/// that one keeps open and never writes to, then ends.
+/// Starts a thread that ends this process when its parent has ended, for whatever reason: the
+/// parent keeps this process's standard input open and never writes to it, so it then ends.
 ///
 /// # Errors
-/// The system's, if it starts no thread.
+/// If the system cannot start a thread.
 pub(crate) fn end_with_parent() -> Result<()> {
     let wait = || {
         let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
@@ -116,7 +117,7 @@ pub(crate) fn end_with_parent() -> Result<()> {
         .map_err(|error| Error::io("a thread", error))
 }
 
-/// What the process that measured a model has to say.
+/// Returns the result of the process that measured a model, or its error.
 fn result_of<R: DeserializeOwned>(model: &Path, output: &Output) -> Result<R> {
     let words = String::from_utf8_lossy(&output.stderr);
     let words = words.trim();
@@ -137,7 +138,7 @@ fn result_of<R: DeserializeOwned>(model: &Path, output: &Output) -> Result<R> {
                 "the process that measured it died ({}): {}",
                 output.status,
                 if words.is_empty() {
-                    "it left no words"
+                    "it printed no error"
                 } else {
                     words
                 }

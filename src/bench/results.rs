@@ -1,4 +1,4 @@
-//! What `edgegait bench` finds, as the JSON that it writes.
+//! The results of `edgegait bench`, as the JSON that it writes.
 
 use super::accuracy::Accuracy;
 use super::board::Board;
@@ -16,55 +16,54 @@ use std::path::Path;
 /// The results of `edgegait bench`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct BenchResults {
-    /// What made them.
+    /// The command, version and settings that produced the results.
     #[serde(flatten)]
     pub header: ResultHeader,
-    /// When: universal time, `2026-11-21T20:38:00Z`.
+    /// The date, UTC, such as `2026-11-21T20:38:00Z`.
     pub date: String,
     /// The machine.
     pub board: Board,
-    /// The share of its processors that others kept busy before anything was measured, 0..1.
+    /// The share of the processors that other processes kept busy before the measurement, 0..1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load_of_others: Option<f64>,
     /// One entry per model, in the order given.
     pub models: Vec<ModelResult>,
-    /// The whole path with each model instead, if that was measured.
+    /// The results of `--video`, one per model, if that was measured.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub paths: Vec<PathResult>,
 }
 
-/// What one model costs. Times are in microseconds unless their name says otherwise.
+/// The costs of one model. Times are in microseconds unless their name states another unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ModelResult {
-    /// Its name, the model's file name as a rule.
+    /// The model's name, usually that of its file.
     pub name: String,
-    /// What ran it.
+    /// The runtime that ran the model.
     pub runtime: RuntimeName,
-    /// Threads inside of one inference.
+    /// The number of threads within one inference.
     pub threads: usize,
     /// Shape of the input for one inference.
     pub input: Vec<usize>,
-    /// Bytes of the file.
+    /// The size of the file, bytes.
     pub bytes: u64,
-    /// Numbers in the file's weights, as [`crate::score::Graph::parameters`] counts them.
+    /// The number of parameters, as counted by [`crate::score::Graph::parameters`].
     pub params: u64,
-    /// Multiply-accumulates of one inference, as [`crate::score::Graph::macs`] counts them.
+    /// The multiply-accumulates of one inference, as counted by [`crate::score::Graph::macs`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub macs: Option<u64>,
-    /// Why these are absent.
+    /// The reason why the multiply-accumulates are absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub macs_unknown: Option<String>,
-    /// Starting the runtime, milliseconds: for ONNX Runtime, loading its library.
+    /// The time to start the runtime, milliseconds; for ONNX Runtime, to load its library.
     pub runtime_load_ms: f64,
-    /// From the model's path to a recognizer that is ready, milliseconds.
+    /// The time from the model's path to a recognizer that is ready, milliseconds.
     pub load_ms: f64,
-    /// The first inference, milliseconds.
+    /// The time of the first inference, milliseconds.
     pub first_ms: f64,
-    /// Inferences one at a time.
+    /// The times of single inferences.
     #[serde(flatten)]
     pub single: Timing,
-    /// The most memory that the process had after its first single inference and those to warm up,
-    /// bytes.
+    /// The peak memory of the process after its first single inference and the warm-up, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_rss_bytes: Option<u64>,
     /// The same above what it had before the runtime was started, bytes.

@@ -173,9 +173,8 @@ mod tests {
         };
         assert_eq!(
             refused(columns),
-            "--raster columns: it draws all elevations of an azimuth at once, for which they have \
-             to share one scale and parallel rays, but framing height has a scale for each frame \
-             (use --raster rows, or something other than --framing height)"
+            "--raster columns: it draws all elevations of an azimuth in one pass, which needs one \
+             scale and parallel rays, but framing height has a scale for each frame (use --raster rows, or something other than --framing height)"
         );
         let motion = Settings {
             template: Template::Mhi,
@@ -239,7 +238,7 @@ mod tests {
         };
         assert_eq!(
             shown(class),
-            "m: no class is called \"F01\", as scoring by classes needs (use --protocol first-take)"
+            "m: no class is called \"F01\", which scoring by classes needs (use --protocol first-take)"
         );
         assert_eq!(
             shown(Error::Missing("a window")),

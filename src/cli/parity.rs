@@ -1,4 +1,4 @@
-//! `edgegait parity`: whether runtimes, or forms of a model, give the same answers.
+//! `edgegait parity`: checks whether runtimes, or forms of a model, give the same answers.
 
 mod text;
 
@@ -17,38 +17,38 @@ use crate::score::{Contract, Model, Runtime, shipped};
 use crate::sweep::Views;
 use std::path::{Path, PathBuf};
 
-/// From where people are seen unless flags or a protocol say so: the walker's left from front to
-/// back, level and from above. Ours: ten viewpoints take seconds and show each kind of picture.
+/// Default viewpoints: the walker's left from front to back, level and from above. Our choice: ten
+/// viewpoints take seconds and show each kind of image.
 const AZIMUTHS_DEG: [f32; 5] = [0.0, 45.0, 90.0, 135.0, 180.0];
 const ELEVATIONS_DEG: [f32; 2] = [0.0, 30.0];
 
 /// Compare the answers of one model on several runtimes, or of several forms of a model
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait parity mine.onnx                                  # the embedded runtime and ONNX Runtime\n  edgegait parity mine.onnx --runtime ort --runtime ort:xnnpack\n  edgegait parity float.onnx int8.onnx --runtime ort\n  edgegait parity float.onnx int8.onnx int8.onnx --runtime ort --runtime ort --runtime ort:qnn\n\nThe first side is the reference, and each of the others is compared with it: models with one\nruntime, runtimes with one model, or as many of both, in pairs. All are shown the same pictures,\nby default from 10 viewpoints, and people are looked for as `edgegait score` does. A relative\ndifference is the length of the difference of two answers, divided by the root mean square of how\nfar the reference's answers lie from their mean. The exit code is 0 if all answer the same, 4 if\none differs, 1 or 2 after an error."
+    after_help = "Examples:\n  edgegait parity mine.onnx                                  # the embedded runtime and ONNX Runtime\n  edgegait parity mine.onnx --runtime ort --runtime ort:xnnpack\n  edgegait parity float.onnx int8.onnx --runtime ort\n  edgegait parity float.onnx int8.onnx int8.onnx --runtime ort --runtime ort --runtime ort:qnn\n\nThe first side is the reference, and each of the others is compared with it: models with one\nruntime, runtimes with one model, or as many of both, in pairs. All get the same images, by\ndefault from 10 viewpoints, and rank-1 is computed as in `edgegait score`. A relative difference is\nthe length of the difference of two answers, divided by the root mean square distance of the\nreference's answers from their mean. The exit code is 0 if all sides give the same answers, 4 if one\ndiffers, 1 or 2 after an error."
 )]
 pub(super) struct ParityArgs {
-    /// ONNX models, the reference first, and a pack, a dataset or a tree of silhouettes [default: the
-    /// built-in cohort]; a model without a .toml beside it is taken as that of the first states
+    /// ONNX models, the reference first, and a pack, a dataset or a tree of silhouettes [default:
+    /// the built-in cohort]; a model without a .toml beside it uses the contract of the first
     #[arg(value_name = "MODEL|PACK|DATASET|TREE", required = true)]
     inputs: Vec<PathBuf>,
-    /// What runs a side: rten (the embedded runtime), ort (ONNX Runtime), or ort:PROVIDER, which is
-    /// one of cpu, xnnpack, acl, armnn, nnapi, coreml, qnn, rknpu, cuda, tensorrt, openvino; several
-    /// times for several sides [default: rten, and of one model ort too]
+    /// Runtime of a side: rten (the embedded runtime), ort (ONNX Runtime), or ort:PROVIDER with one
+    /// of cpu, xnnpack, acl, armnn, nnapi, coreml, qnn, rknpu, cuda, tensorrt, openvino; repeat it
+    /// for several sides [default: rten, and ort too if there is one model]
     #[arg(long, value_name = "NAME[:PROVIDER]", value_parser = RuntimeChoice::parse)]
     runtime: Vec<RuntimeChoice>,
     /// The ONNX Runtime library, for `--runtime ort` [env: EDGEGAIT_ORT_LIB, ORT_DYLIB_PATH;
-    /// default: looked for beside Python's onnxruntime and in the system's library folders]
+    /// default: searched for in Python's onnxruntime and in the system's library folders]
     #[arg(long, value_name = "PATH")]
     ort_lib: Option<PathBuf>,
-    /// Greatest relative difference of any answer [default: 0.0002; 0.5 where a side is quantised]
+    /// Limit of the relative difference of any answer [default: 0.0002; 0.5 if a side is quantised]
     #[arg(long, value_name = "X", value_parser = limit)]
     max_relative_difference: Option<f64>,
-    /// Mean relative difference of all answers [default: 0.0002; 0.1 where a side is quantised]
+    /// Limit of the mean relative difference [default: 0.0002; 0.1 if a side is quantised]
     #[arg(long, value_name = "X", value_parser = limit)]
     max_mean_relative_difference: Option<f64>,
-    /// Share of probes that one side alone takes for the right person, 0 to 1 [default: 0.001; 0.05
-    /// where a side is quantised]
+    /// Limit of the share of probes that only one side identifies correctly, 0 to 1 [default:
+    /// 0.001; 0.05 if a side is quantised]
     #[arg(long, value_name = "SHARE", value_parser = share)]
     max_changed_hits: Option<f64>,
     #[command(flatten)]
@@ -62,16 +62,16 @@ fn limit(text: &str) -> std::result::Result<f64, String> {
         .parse()
         .ok()
         .filter(|x: &f64| x.is_finite() && *x >= 0.0);
-    found.ok_or_else(|| "expected a number of 0 or more".to_owned())
+    found.ok_or_else(|| "expected a number, 0 or more".to_owned())
 }
 
 fn share(text: &str) -> std::result::Result<f64, String> {
     let found = text.parse().ok().filter(|x| (0.0..=1.0).contains(x));
-    found.ok_or_else(|| "expected a share of 0 to 1".to_owned())
+    found.ok_or_else(|| "expected a share from 0 to 1".to_owned())
 }
 
 impl ParityArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         FileArgs {
             inputs: with_contracts(&self.inputs)
@@ -82,7 +82,7 @@ impl ParityArgs {
         }
     }
 
-    /// The limits of these sides.
+    /// Returns the limits for these sides.
     fn limits(&self, reference: &ParitySide, other: &ParitySide) -> Limits {
         let usual = Limits::of(reference, other);
         let or = |given: Option<f64>, usual: f64| given.unwrap_or(usual);
@@ -97,7 +97,7 @@ impl ParityArgs {
     }
 }
 
-/// A model that is called as its side, and what runs it.
+/// A model, named after its side, and its runtime.
 struct Planned {
     model: Model,
     runtime: Runtime,
@@ -134,7 +134,7 @@ pub(super) fn run(args: &ParityArgs) -> Result<Ending> {
     })
 }
 
-/// What runs each side, of which there are as many as models or runtimes.
+/// Returns the runtime of each side; there are as many sides as models or runtimes.
 fn paired(models: &[PathBuf], runtimes: &[RuntimeChoice]) -> Result<Vec<RuntimeChoice>> {
     if models.iter().any(|path| is_baseline(path)) {
         return Err(Error::Usage(
@@ -215,7 +215,7 @@ fn opened(path: &Path, first: Option<&Planned>, header: &mut ResultHeader) -> Re
     }
     if !shipped::is_name(path) && !Contract::path_beside(path).is_file() {
         let warning = format!(
-            "{}: has no .toml beside it: it is taken for what {} is",
+            "{}: has no .toml beside it: it uses the contract of {}",
             path.display(),
             first.model.path().display()
         );
@@ -248,7 +248,7 @@ fn opened(path: &Path, first: Option<&Planned>, header: &mut ResultHeader) -> Re
 }
 
 impl Planned {
-    /// Refuses a side that is there already: it would be compared with itself.
+    /// Rejects a side that is the same as an earlier one.
     fn refuse_like(&self, before: &[Self]) -> Result<()> {
         let is_like = |other: &&Self| {
             other.model.bytes() == self.model.bytes() && other.runtime.name() == self.runtime.name()
@@ -260,7 +260,7 @@ impl Planned {
                 self.model.contract().name
             ))),
             Some(other) => Err(Error::Usage(format!(
-                "{} and {}: are the same file, on the same runtime",
+                "{} and {}: are the same file on the same runtime",
                 other.model.path().display(),
                 self.model.path().display()
             ))),
@@ -268,7 +268,7 @@ impl Planned {
     }
 }
 
-/// Loads each model on its runtime; which one refuses is said.
+/// Loads each model on its runtime; an error names the side.
 fn load(planned: &[Planned], setup: Setup<'_>) -> Result<Vec<Entrant>> {
     let each = planned.iter().enumerate().map(|(at, one)| {
         let (draw, seed, stored) = setup;
@@ -278,7 +278,7 @@ fn load(planned: &[Planned], setup: Setup<'_>) -> Result<Vec<Entrant>> {
     each.collect()
 }
 
-/// Shows all sides the same, and compares what they answer.
+/// Shows all sides the same images, and compares their answers.
 fn compared(
     args: &ParityArgs,
     planned: &[Planned],
@@ -310,7 +310,7 @@ fn compared(
                 Ok(ran) => side = side.with_operators(ran),
                 Err(error) => header
                     .warnings
-                    .push(format!("what ran each operation is not known: {error}")),
+                    .push(format!("it is not known where each operation ran: {error}")),
             }
         }
         sides.push(side);

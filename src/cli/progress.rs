@@ -11,37 +11,37 @@ use std::time::{Duration, Instant};
 /// Time between two plain lines.
 const INTERVAL: Duration = Duration::from_secs(3);
 
-/// Plain lines over which the time that a piece takes is averaged.
+/// Number of plain lines over which the time of a piece is averaged.
 const REMEMBERED: usize = 10;
-/// Work that takes longer than this, seconds, is worth a word about how to have less of it.
+/// Remaining time, seconds, above which advice on reducing the work is printed.
 const LONG_S: f64 = 600.0;
 
 /// Counts done pieces of work and shows them.
 #[derive(Debug)]
 pub(super) struct Progress {
     what: &'static str,
-    /// None where it is not known.
+    /// Number of pieces; none if it is unknown.
     total: Option<u64>,
     bar: Option<ProgressBar>,
     plain: Mutex<Plain>,
-    /// What to do about work that takes long, said once.
+    /// Advice about long work, printed once.
     advice: Option<&'static str>,
     stop: Stop,
 }
 
-/// What plain lines need to know.
+/// The state of plain lines.
 #[derive(Debug)]
 struct Plain {
     done: u64,
-    /// When lines were printed, and what was done then; at first the beginning.
+    /// Times at which lines were printed, with the pieces done by then; at first the start.
     printed: VecDeque<(Instant, u64)>,
     is_advised: bool,
 }
 
 impl Plain {
-    /// How long so many pieces more take, seconds, at the pace of the last lines.
+    /// Returns the remaining time, seconds, at the pace of the last lines.
     fn left_s(&self, now: Instant, total: u64) -> Option<f64> {
-        // Pieces come in batches, and the first line is of a batch that has only begun.
+        // Pieces come in batches, and the first line is about a batch that has only begun.
         if self.printed.len() < 2 {
             return None;
         }
@@ -51,7 +51,7 @@ impl Plain {
         Some(each_s * total.saturating_sub(self.done) as f64)
     }
 
-    /// The advice about work that takes so much longer, the first time that this is long.
+    /// Returns the advice about long work, the first time that the remaining time is long.
     fn advised(&mut self, advice: Option<&str>, left_s: Option<f64>) -> Option<String> {
         let left_s = left_s.filter(|left_s| *left_s > LONG_S && !self.is_advised)?;
         let advice = advice?;
@@ -63,21 +63,21 @@ impl Plain {
     }
 }
 
-/// Whether nobody wants to see progress.
+/// Whether progress is hidden.
 static IS_SILENT: AtomicBool = AtomicBool::new(false);
 
-/// Shows no progress from now on, if so.
+/// Hides or shows progress from now on.
 pub(super) fn silence(is_silent: bool) {
     IS_SILENT.store(is_silent, Ordering::Relaxed);
 }
 
-/// Ends one command's work where it next makes progress, by unwinding without a message, so that
-/// what is half-made is removed, or kept to be gone on with.
+/// Ends one command's work at its next progress step, by unwinding without a message, so that
+/// unfinished files are removed, or kept to be resumed.
 #[derive(Clone, Debug, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
 thread_local! {
-    /// Of the command for which this thread works.
+    /// The handle that ends the command for which this thread works.
     static STOP: RefCell<Stop> = RefCell::default();
 }
 
@@ -87,12 +87,12 @@ impl Stop {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// That of the command for which this thread works.
+    /// Returns the handle of the command for which this thread works.
     pub(super) fn of_thread() -> Self {
         STOP.with_borrow(Self::clone)
     }
 
-    /// What this thread begins from now on is ended by this one.
+    /// Makes this handle end the work that this thread begins from now on.
     pub(super) fn obey(&self) {
         STOP.set(self.clone());
     }
@@ -108,25 +108,25 @@ fn is_silent() -> bool {
     IS_SILENT.load(Ordering::Relaxed)
 }
 
-/// Whether progress is a bar that moves.
+/// Returns whether progress is shown as a bar.
 fn has_bar() -> bool {
     std::io::stderr().is_terminal() && !is_silent()
 }
 
 impl Progress {
-    /// Starts work of `total` pieces; `what` says which, for example "walks".
+    /// Starts work of `total` pieces, named `what`, for example "walks".
     #[must_use]
     pub(super) fn new(what: &'static str, total: usize) -> Self {
         Self::of(what, Some(total as u64))
     }
 
-    /// Starts work of which nobody knows how many pieces it has.
+    /// Starts work with an unknown number of pieces.
     #[must_use]
     pub(super) fn counting(what: &'static str) -> Self {
         Self::of(what, None)
     }
 
-    /// The same, which says what to do if it takes more than ten minutes.
+    /// Adds advice, which is printed if the work takes more than ten minutes longer.
     #[must_use]
     pub(super) fn advising(mut self, advice: &'static str) -> Self {
         self.advice = Some(advice);
@@ -162,14 +162,14 @@ impl Progress {
         }
     }
 
-    /// Unwinds if the work is to end: before a piece that takes long is begun. (Of work that is divided
-    /// among threads each piece is begun, also after another one has unwound.)
+    /// Unwinds if the work is to end. Call it before a long piece: work that is divided among
+    /// threads begins each piece even after another has unwound.
     pub(super) fn check(&self) {
         self.stop.unwind_if_ended();
     }
 
-    /// One piece is done. Without a terminal a line is printed every few seconds, so that
-    /// short work prints none.
+    /// Counts a finished piece. Without a terminal, prints a line every few seconds, so that short
+    /// work prints none.
     pub(super) fn step(&self) {
         self.stop.unwind_if_ended();
         if let Some(bar) = &self.bar {
@@ -216,7 +216,7 @@ impl Progress {
     }
 }
 
-/// So many seconds, for people: `40 s`, `12 min`, `3 h 20 min`.
+/// Formats a duration in seconds for people: `40 s`, `12 min`, `3 h 20 min`.
 #[must_use]
 pub(super) fn time_of(seconds: f64) -> String {
     #[expect(
@@ -235,17 +235,17 @@ pub(super) fn time_of(seconds: f64) -> String {
     }
 }
 
-/// Shows what is being done, of which somebody else knows how long it takes.
+/// Shows the current work and a remaining time that the caller states.
 #[derive(Debug)]
 pub(super) struct Doing {
     bar: Option<ProgressBar>,
-    /// What was printed last, and when.
+    /// The last printed work, and when it was printed.
     printed: Mutex<(String, Instant)>,
     stop: Stop,
 }
 
 impl Doing {
-    /// Starts such work.
+    /// Starts the display.
     #[must_use]
     pub(super) fn new() -> Self {
         let bar = has_bar().then(|| {
@@ -263,8 +263,8 @@ impl Doing {
         }
     }
 
-    /// This is being done now, and all that is left takes about so long. Without a terminal a line is
-    /// printed every few seconds, and one for what is new where a while is left.
+    /// Shows the current work and the remaining time of all work. Without a terminal, prints a line
+    /// every few seconds, and one for each new kind of work if much time remains.
     pub(super) fn now(&self, what: &str, left_s: f64) {
         self.stop.unwind_if_ended();
         let line = format!("{what}, about {} left", time_of(left_s));
@@ -345,7 +345,7 @@ mod tests {
     fn what_is_left_follows_the_pace_of_the_last_lines() {
         let begin = Instant::now();
         let at = |s: u64| begin + Duration::from_secs(s);
-        // A hundred that were known already, then one in two seconds.
+        // A hundred that were known already, then one every two seconds.
         let plain = Plain {
             done: 110,
             printed: VecDeque::from([(at(3), 100), (at(13), 108)]),

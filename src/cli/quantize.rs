@@ -1,4 +1,4 @@
-//! `edgegait quantize`: a linear recognizer in 8-bit weights, for firmware.
+//! `edgegait quantize`: exports a linear recognizer with 8-bit weights, for firmware.
 
 use super::args::{Common, FileArgs, ViewArgs};
 use super::drawing::DrawArgs;
@@ -23,11 +23,11 @@ use serde::Serialize;
 use std::fmt;
 use std::path::PathBuf;
 
-/// Export a linear recognizer of GEIs as 8-bit weights, which firmware reads in place
+/// Export a linear recognizer of GEIs with 8-bit weights, which firmware reads in place
 #[derive(Debug, clap::Args)]
 #[command(
-    mut_arg("walks", |walks| walks.help("Only these walks, by name [default: those that the contract's training names]")),
-    after_help = "Examples:\n  edgegait quantize models/spread.onnx --out spread.egr\n  edgegait quantize mine.onnx --pack cohort.egp --raster rows --cycles 8 --out mine.egr\n\nThe file's answers are compared with the model's on walks that training has not seen."
+    mut_arg("walks", |walks| walks.help("Only these walks, by name [default: the training walks of the contract]")),
+    after_help = "Examples:\n  edgegait quantize models/spread.onnx --out spread.egr\n  edgegait quantize mine.onnx --pack cohort.egp --raster rows --cycles 8 --out mine.egr\n\nThe file's answers are compared with the model's on unseen variations of walks."
 )]
 pub(super) struct QuantizeArgs {
     /// A model whose class scores are an affine function of a GEI, with its contract (.toml)
@@ -37,13 +37,13 @@ pub(super) struct QuantizeArgs {
     /// Where to write the recognizer
     #[arg(long, value_name = "PATH", default_value = "recognizer.egr")]
     out: PathBuf,
-    /// The pack whose walks answers are compared on [default: the built-in cohort]
+    /// Pack of the walks on which answers are compared [default: the built-in cohort]
     #[arg(long, value_name = "PACK")]
     pack: Option<PathBuf>,
     #[command(flatten)]
     selection: SelectionArgs,
-    /// Cycles of each walk to compare answers on, from variation 1000 on, which training never
-    /// uses
+    /// Cycles of each walk on which answers are compared, from variation 1000 on, which training
+    /// never uses
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: u32,
     #[command(flatten)]
@@ -56,7 +56,7 @@ pub(super) struct QuantizeArgs {
     pub common: Common,
 }
 
-/// The results.
+/// The results of the command.
 #[derive(Serialize)]
 struct QuantizeResults {
     #[serde(flatten)]
@@ -65,8 +65,8 @@ struct QuantizeResults {
     bytes: usize,
     classes: usize,
     weights: usize,
-    /// Greatest difference between the model's scores and an affine function, as a share of what
-    /// pixels change in them.
+    /// Greatest difference between the model's scores and an affine function, as a share of the
+    /// effect of pixels on the scores.
     affine_deviation: f64,
     #[serde(flatten)]
     agreement: Agreement,
@@ -130,7 +130,7 @@ pub(super) fn run(args: &QuantizeArgs) -> Result<()> {
     args.common.write_json(&results)
 }
 
-/// Unseen cycles of walks, and how they are shown.
+/// Returns unseen cycles of walks, and the form of the inputs.
 fn probes<'a>(
     pack: &'a Pack<'a>,
     walks: &[usize],
@@ -151,7 +151,7 @@ fn probes<'a>(
 }
 
 impl QuantizeArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         let model = with_contracts(std::slice::from_ref(&self.model)).into_iter();
         FileArgs {
@@ -163,7 +163,7 @@ impl QuantizeArgs {
         }
     }
 
-    /// Refuses a name under which nothing can be written, before any work is done.
+    /// Checks the name of the output, before any work is done.
     fn check_out(&self) -> Result<()> {
         let out = &self.out;
         if out.extension().is_none_or(|extension| extension != "egr") {
@@ -175,7 +175,7 @@ impl QuantizeArgs {
         Ok(())
     }
 
-    /// Whose answers are compared.
+    /// Returns the source of the walks on which answers are compared.
     fn source(&self, contract: &Contract) -> SourceArgs {
         let mut selection = self.selection.clone();
         if selection.walks.is_empty() {

@@ -1,4 +1,4 @@
-//! Which recognizers a command runs: named models, the pixel baseline, or the shipped models.
+//! Loads the recognizers of a command: named models, the pixel baseline, or the shipped models.
 
 use super::contest::Setup;
 use crate::cache::Cache;
@@ -13,7 +13,7 @@ use crate::sequences::is_pack_or_folder;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Models, and at most one pack or folder, told apart by what they are.
+/// Separates the models from the pack or folder, of which there is at most one.
 pub(super) fn sort_inputs(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Option<PathBuf>)> {
     let (mut models, mut data) = (Vec::new(), None);
     for path in inputs {
@@ -32,23 +32,23 @@ pub(super) fn sort_inputs(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Option<Pa
     Ok((models, data))
 }
 
-/// These files, and the contracts that are read with those that are models.
+/// Returns these files, and the contracts beside them.
 pub(super) fn with_contracts(inputs: &[PathBuf]) -> Vec<PathBuf> {
     let beside = inputs.iter().map(|path| Contract::path_beside(path));
     inputs.iter().cloned().chain(beside).collect()
 }
 
-/// Whether a name stands for the pixel baseline.
+/// Returns whether a name stands for the pixel baseline.
 pub(super) fn is_baseline(path: &Path) -> bool {
     path == Path::new(baseline::PIXELS) && !path.exists()
 }
 
-/// Loads the named models, or the shipped ones, and says how each is shown people: as its
-/// contract asks, where they are drawn, or as a dataset's templates are `stored`. Networks that take
-/// long remember in the cache what they answered.
+/// Loads the named models, or the shipped ones, with the form of their inputs: drawn according to
+/// the contract, or as a dataset's templates are `stored`. The answers of slow networks are cached.
 ///
 /// # Errors
-/// If a model cannot be used, or its contract asks for what is not stored or can not be drawn.
+/// If a model cannot be used, or if its contract needs inputs that are not stored or cannot be
+/// drawn.
 pub(super) fn load(
     paths: &[PathBuf],
     (runtime, cache): (&Runtime, &Cache),
@@ -63,7 +63,7 @@ pub(super) fn load(
     let (firmware, files): (Vec<&PathBuf>, Vec<&PathBuf>) =
         paths.iter().partition(|path| Firmware::is_one(path));
     let files: Vec<PathBuf> = files.into_iter().cloned().collect();
-    // Nothing is named, or other than firmware.
+    // Nothing is named, or not only firmware.
     let models = if firmware.is_empty() || !files.is_empty() {
         models(&files)?
     } else {
@@ -97,10 +97,10 @@ pub(super) fn load(
     Ok(entrants)
 }
 
-/// A recognizer that is loaded, and how it is shown people.
+/// Returns a loaded recognizer with the form of its inputs.
 ///
 /// # Errors
-/// If its contract asks for what is not stored or cannot be drawn.
+/// If its contract needs inputs that are not stored or cannot be drawn.
 fn entrant_of(recognizer: Box<dyn Recognizer>, (draw, seed, stored): Setup<'_>) -> Result<Entrant> {
     let contract = recognizer.contract();
     let settings = match stored {
@@ -113,11 +113,11 @@ fn entrant_of(recognizer: Box<dyn Recognizer>, (draw, seed, stored): Setup<'_>) 
     })
 }
 
-/// Recognizers of the program that runs this command in its own process, beside those that were
-/// loaded.
+/// Adds the recognizers of the program that runs this command in its own process to the loaded
+/// ones.
 ///
 /// # Errors
-/// As [`entrant_of`], and if two have one name.
+/// The same as [`entrant_of`], and if two have the same name.
 pub(super) fn with_held(
     mut entrants: Vec<Entrant>,
     held: &[Arc<dyn Recognizer>],
@@ -154,8 +154,8 @@ impl Recognizer for HeldRecognizer {
     }
 }
 
-/// The names of recognizers from these files, in their order, no two alike: of those that are, each has the
-/// end of its path that tells it from the others.
+/// Returns unique names of the recognizers from these files, in order. Equal names get the end of
+/// the path that distinguishes them.
 ///
 /// # Errors
 /// If a file appears twice.
@@ -169,7 +169,7 @@ pub(super) fn told_apart(all: Vec<(String, PathBuf)>) -> Result<Vec<String>> {
             return Err(Error::Usage(format!("{}: appears twice", path.display())));
         }
     }
-    // The last parts of a path, without what its name ends with unless that tells two apart.
+    // The last parts of a path, without the extension unless it distinguishes two files.
     let is_ending_told = |path: &Path| {
         let stem = path.with_extension("");
         all.iter()
@@ -215,10 +215,10 @@ pub(super) fn told_apart(all: Vec<(String, PathBuf)>) -> Result<Vec<String>> {
     Ok(all.iter().map(name).collect())
 }
 
-/// A model on a runtime, and how it is shown people.
+/// Loads a model on a runtime, with the form of its inputs.
 ///
 /// # Errors
-/// As [`load`].
+/// The same as [`load`].
 pub(super) fn entrant(
     model: &Model,
     runtime: &Runtime,
@@ -233,7 +233,7 @@ pub(super) fn entrant(
     }
 }
 
-/// The named models, or the shipped ones.
+/// Opens the named models, or the shipped ones.
 pub(super) fn models(paths: &[PathBuf]) -> Result<Vec<Model>> {
     if paths.is_empty() {
         return shipped::linear();

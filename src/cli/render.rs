@@ -1,4 +1,4 @@
-//! `edgegait render`: look at one walk.
+//! `edgegait render`: draws walks to look at.
 
 use super::args::{Common, FileArgs, ViewArgs};
 use super::conditions::ConditionArgs;
@@ -27,18 +27,18 @@ use std::path::{Path, PathBuf};
 pub(super) struct RenderArgs {
     #[command(flatten)]
     source: SourceArgs,
-    /// Where to write: .png (a row for each walk, condition and viewpoint and a column for each frame; of
-    /// a template a row for each walk and condition and a column for each viewpoint; of several a row
-    /// for each walk, condition and viewpoint and a column for each template, three for the frequencies;
-    /// vectors as bars) or .npy (one walk: u8 [T,50,30], [V,T,50,30] for several viewpoints or conditions (the viewpoints of each), [V,50,30]
-    /// for a template, [V,150,30] for frequencies, [V,D] for vectors, or of --size)
-    /// [default: text art on the terminal]
+    /// File to write. A .png has a row for each walk, condition and viewpoint, and a column for
+    /// each frame; with one template, a row for each walk and condition, and a column for each
+    /// viewpoint; with several, a column for each template, three for frequency, and bars for
+    /// vectors. A .npy has one walk: u8 [T,50,30]; [V,T,50,30] for several viewpoints or conditions
+    /// (the viewpoints of each condition in turn); [V,50,30] for a template, [V,150,30] for
+    /// frequency, [V,D] for vectors; --size changes 50 and 30 [default: text art on the terminal]
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
-    /// Which variation of the stored cycle; 0 is the cycle itself
+    /// Variation of the stored cycle; 0 is the cycle itself
     #[arg(long, value_name = "N", default_value_t = 0)]
     cycle: u32,
-    /// First moment that is drawn, seconds from the clip's first frame
+    /// Time of the first frame, seconds from the clip's first frame
     #[arg(
         long,
         value_name = "S",
@@ -47,7 +47,7 @@ pub(super) struct RenderArgs {
         allow_negative_numbers = true
     )]
     start_s: f64,
-    /// Frames drawn for each second of the clip, in place of --frames-per-cycle
+    /// Frames a second, instead of --frames-per-cycle
     #[arg(
         long,
         value_name = "F",
@@ -55,14 +55,14 @@ pub(super) struct RenderArgs {
         conflicts_with = "frames_per_cycle"
     )]
     fps: Option<f64>,
-    /// How many frames are drawn at --fps
+    /// Number of frames, with --fps
     #[arg(long, value_name = "N", requires = "fps", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: Option<u32>,
-    /// Write a gallery: for each walk and condition what the camera sees, a silhouette, and the
-    /// GEI, from one viewpoint; with --template the first walk in each of these, by name
+    /// Write a labelled figure from one viewpoint: for each walk and condition, the camera's image,
+    /// a silhouette and the GEI; with --template, the first walk in each template
     #[arg(long, requires = "out", conflicts_with_all = ["fps", "scale"])]
     gallery: bool,
-    /// Pixels of the PNG for each pixel of a silhouette
+    /// Side of a silhouette's pixel in the PNG, in pixels
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=16))]
     scale: u32,
     #[command(flatten)]
@@ -75,7 +75,7 @@ pub(super) struct RenderArgs {
     pub common: Common,
 }
 
-/// Where the rendered goes.
+/// The destination of the images.
 enum RenderTarget<'a> {
     Terminal,
     Png(&'a Path),
@@ -83,7 +83,7 @@ enum RenderTarget<'a> {
 }
 
 impl RenderArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         let (pack, conditions) = (self.source.pack.clone(), self.conditions.file());
         let inputs = pack.into_iter().chain(conditions).chain(self.views.file());
@@ -98,7 +98,7 @@ impl RenderArgs {
         }
     }
 
-    /// When the walks are seen.
+    /// Returns the times at which the walks are drawn.
     fn moments(&self) -> Result<Moments> {
         let (Some(fps), Some(frames)) = (self.fps, self.frames) else {
             return Ok(Moments::Cycle);
@@ -121,7 +121,7 @@ impl RenderArgs {
         })
     }
 
-    /// The templates that are made of each cycle; none where silhouettes are asked for.
+    /// Returns the templates to make from each cycle; none for silhouettes.
     fn templates(&self) -> Result<&[Template]> {
         let templates = self.draw.template.as_slice();
         if templates == [Template::Silhouettes] {
@@ -129,18 +129,18 @@ impl RenderArgs {
         }
         if templates.contains(&Template::Silhouettes) {
             return Err(Error::Usage(
-                "--template silhouettes: expected it alone, found it among templates".into(),
+                "--template silhouettes: expected it alone, found other templates too".into(),
             ));
         }
         if !templates.is_empty() && self.fps.is_some() {
             return Err(Error::Usage(
-                "--template: a template is made of a whole cycle, which --fps does not draw".into(),
+                "--template: a template needs a whole cycle, which --fps does not draw".into(),
             ));
         }
         Ok(templates)
     }
 
-    /// Where to write, refused before anything is drawn if it makes no sense.
+    /// Returns the destination, after checking it.
     fn target(&self, templates: &[Template]) -> Result<RenderTarget<'_>> {
         match self.out.as_deref() {
             None if !templates.is_empty() => Err(Error::Usage(
@@ -164,7 +164,7 @@ impl RenderArgs {
     }
 }
 
-/// What was rendered.
+/// The results of the command.
 #[derive(Serialize)]
 struct Rendered {
     #[serde(flatten)]
@@ -201,14 +201,14 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         walks.truncate(1);
     } else if walks.len() > 1 && !matches!(target, RenderTarget::Png(_)) {
         return Err(Error::Usage(format!(
-            "{} walks are chosen: expected one, or --out with a .png (--subjects and --walks choose)",
+            "{} walks are chosen: expected one, or --out with a .png (choose with --subjects and --walks)",
             walks.len()
         )));
     }
     let take = walks.iter().copied().find(|&walk| is_take(&pack, walk));
     if let (Moments::Cycle, Some(take)) = (moments, take) {
         return Err(Error::Usage(format!(
-            "{} is a whole take, not a cycle: say which frames of it with --fps F --frames N, and --start-s S for a later start",
+            "{} is an uncut motion, not a cycle: choose its frames with --fps F --frames N, and --start-s S for a later start",
             walk_name(&pack, take)
         )));
     }
@@ -285,18 +285,18 @@ pub(super) fn has_extension(path: &Path, extension: &str) -> bool {
         .is_some_and(|found| found.eq_ignore_ascii_case(extension))
 }
 
-/// A frame's bytes.
+/// Returns the bytes of a frame.
 fn pixels(frame: &AnySilhouette) -> Vec<u8> {
     frame.to_coverage().pixels().to_vec()
 }
 
-/// The names of templates; none if there are none.
+/// Returns the names of templates; none without templates.
 fn names(templates: &[Template]) -> Option<String> {
     let names: Vec<&str> = templates.iter().map(|template| template.name()).collect();
     (!names.is_empty()).then(|| names.join(","))
 }
 
-/// A template of a cycle's frames.
+/// Makes a template from the frames of a cycle.
 fn made(template: Template, frames: &[AnySilhouette], size: Size) -> Result<Vec<u8>> {
     let mut builder = Builder::new(template, size, frames.len() as u32);
     for frame in frames {
@@ -305,8 +305,8 @@ fn made(template: Template, frames: &[AnySilhouette], size: Size) -> Result<Vec<
     Ok(builder.finish())
 }
 
-/// What a contact sheet shows: a row of frames for each viewpoint of each walk; of one template a
-/// row for each walk with its viewpoints; of several a row for each viewpoint with its templates.
+/// Returns the images of a contact sheet: a row of frames for each viewpoint of each walk; for one
+/// template, a row of viewpoints for each walk; for several, a row of templates for each viewpoint.
 fn pictures(
     templates: &[Template],
     frames: &[Vec<AnySilhouette>],
@@ -340,8 +340,8 @@ fn pictures(
     }
 }
 
-/// Writes the frames of several viewpoints as `[V,T,rows,columns]`, of one as `[T,rows,columns]`;
-/// a template of each as `[V,rows,columns]`, or `[V,numbers]` if it is a vector.
+/// Writes the frames of several viewpoints as `[V,T,rows,columns]`, of one viewpoint as
+/// `[T,rows,columns]`; templates as `[V,rows,columns]`, or `[V,numbers]` if they are vectors.
 fn write_array(
     path: &Path,
     template: Option<Template>,
@@ -379,7 +379,8 @@ fn write_bytes<D: Dimension>(
     write_npy(path, &array)
 }
 
-/// Two frames of the first view side by side, of moments the first and the last one, two rows of pixels a line.
+/// Draws two frames of the first view side by side as text, with two rows of pixels in a line: at
+/// phases 0 and 0.25 of a cycle, or the first and last frame.
 fn text_art(pack: &Pack<'_>, shots: &[Shot<'_>], frames: &[Vec<AnySilhouette>]) -> String {
     let mut text = String::new();
     let (Some(shot), Some(frames)) = (shots.first(), frames.first()) else {
@@ -415,8 +416,7 @@ fn text_art(pack: &Pack<'_>, shots: &[Shot<'_>], frames: &[Vec<AnySilhouette>]) 
     text
 }
 
-/// Refuses moments after the end of a take: there is nothing to be seen there. A loop goes on
-/// for ever.
+/// Rejects times after the end of an uncut motion. A gait cycle repeats for ever.
 fn refuse_beyond(pack: &Pack<'_>, walk: usize, moments: Moments) -> Result<()> {
     let Moments::Seconds {
         start_s,
@@ -442,7 +442,7 @@ fn refuse_beyond(pack: &Pack<'_>, walk: usize, moments: Moments) -> Result<()> {
     Ok(())
 }
 
-/// Two rows of pixels as one line of half blocks.
+/// Draws two rows of pixels as one line of half blocks.
 fn half_blocks(silhouette: &Silhouette, row: usize) -> String {
     (0..silhouette.size().columns())
         .map(|column| {

@@ -1,4 +1,4 @@
-//! Flags that say what runs the models.
+//! Flags that choose the runtime of models.
 
 use crate::error::{Error, Result};
 use crate::score::Provider;
@@ -7,36 +7,36 @@ use clap::ValueEnum;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// What runs the models.
+/// The flags that choose the runtime.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct RuntimeArgs {
-    /// What runs the models: the embedded runtime, or the real ONNX Runtime
+    /// Runtime of the models
     #[arg(long, value_name = "NAME", default_value = "rten")]
     runtime: RuntimeArg,
     /// The ONNX Runtime library, for `--runtime ort` [env: EDGEGAIT_ORT_LIB, ORT_DYLIB_PATH;
-    /// default: looked for beside Python's onnxruntime and in the system's library folders]
+    /// default: searched for in Python's onnxruntime and in the system's library folders]
     #[arg(long, value_name = "PATH")]
     ort_lib: Option<PathBuf>,
-    /// What ONNX Runtime computes with, if its library was built for it
+    /// Execution provider of ONNX Runtime, if its library was built with it
     #[arg(long, value_name = "NAME", default_value = "cpu")]
     provider: Provider,
 }
 
-/// Names of the runtimes.
+/// The runtimes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum RuntimeArg {
-    /// rten, embedded
+    /// The embedded runtime, rten
     Rten,
     /// ONNX Runtime, from its shared library
     Ort,
 }
 
 impl RuntimeArgs {
-    /// The runtime asked for, with one thread.
+    /// Returns the requested runtime, with one thread.
     ///
     /// # Errors
     /// If there is no ONNX Runtime library, or it cannot be used, or has no such provider; if
-    /// flags are given that the embedded runtime has no use for.
+    /// flags have no effect on the embedded runtime.
     pub(super) fn runtime(&self) -> Result<Runtime> {
         let engine = RuntimeChoice {
             runtime: self.runtime,
@@ -47,7 +47,7 @@ impl RuntimeArgs {
     }
 }
 
-/// A runtime and what it computes with, in one word: `rten`, `ort`, `ort:xnnpack`.
+/// A runtime and its provider, in one word: `rten`, `ort`, `ort:xnnpack`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct RuntimeChoice {
     runtime: RuntimeArg,
@@ -66,10 +66,10 @@ impl RuntimeChoice {
         provider: Provider::Cpu,
     };
 
-    /// What a word stands for.
+    /// Parses a word.
     ///
     /// # Errors
-    /// With the words that there are.
+    /// For an unknown word, with a list of the known ones.
     pub(super) fn parse(word: &str) -> std::result::Result<Self, String> {
         match word.split_once(':') {
             None if word == "rten" => return Ok(Self::EMBEDDED),
@@ -91,7 +91,7 @@ impl RuntimeChoice {
         ))
     }
 
-    /// The runtime, with one thread.
+    /// Loads the runtime, with one thread.
     ///
     /// # Errors
     /// If there is no ONNX Runtime library, or it cannot be used, or has no such provider.
@@ -103,7 +103,7 @@ impl RuntimeChoice {
     }
 }
 
-/// The word that [`RuntimeChoice::parse`] reads.
+/// Formats a choice as the word that [`RuntimeChoice::parse`] reads.
 impl fmt::Display for RuntimeChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.runtime, self.provider) {
@@ -114,7 +114,7 @@ impl fmt::Display for RuntimeChoice {
     }
 }
 
-/// Refuses a library where none is used.
+/// Rejects a library that no runtime uses.
 pub(super) fn refuse_idle_library(ort_lib: Option<&Path>, engines: &[RuntimeChoice]) -> Result<()> {
     let is_used = engines.iter().any(|one| one.runtime == RuntimeArg::Ort);
     if ort_lib.is_none() || is_used {

@@ -1,4 +1,4 @@
-//! `edgegait score`: how well recognizers hold up.
+//! `edgegait score`: scores recognizers.
 
 use super::args::{Common, FileArgs};
 use super::cache::CacheArgs;
@@ -21,16 +21,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Inferences before and during the measurement of latency.
+/// Numbers of inferences before and during the measurement of latency.
 const WARM_UP: usize = 20;
 const TIMED: usize = 300;
-/// Ends the warm-up of a slow recognizer, and its measurement.
+/// Time limits of the warm-up and the measurement of a slow recognizer.
 const MOST_WARM_UP: Duration = Duration::from_secs(1);
 const MOST_TIMED: Duration = Duration::from_secs(10);
-/// What to do about a score that takes long.
-const LESS: &str = "--views side, --subjects and --walks ask for less; networks' answers are kept as \
-                    they come, so that the same command goes on where it was ended (--cache)";
-/// Viewpoints of which the report shows templates, where they were swept.
+/// The advice about scoring that takes long.
+const LESS: &str = "--views side, --subjects and --walks reduce the work; networks' answers are cached, \
+                    so that the same command continues where it was interrupted (--cache)";
+/// Viewpoints of the templates in the report, if they were drawn.
 const SHOWN: [(f64, f64); 8] = [
     (0.0, 0.0),
     (45.0, 0.0),
@@ -41,16 +41,16 @@ const SHOWN: [(f64, f64); 8] = [
     (90.0, 60.0),
     (90.0, 90.0),
 ];
-/// People whom the report shows.
+/// Number of people that the report shows.
 const SHOWN_PEOPLE: usize = 3;
 
 /// Score recognizers on walks seen from many viewpoints, and write a report
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait score                                # the shipped models, 26 people, 703 viewpoints\n  edgegait score mine.onnx cohort.egp --walks walk-5kmh --views side --json -\n  edgegait score --runtime ort --ort-lib /path/to/libonnxruntime.so\n\nPeople whom a model has classes for are probed with cycles that training has not seen, and\nthe highest class score decides. Others are enrolled by their first take at the model's\ntraining viewpoints, probed with their other takes, and the nearest embedding decides."
+    after_help = "Examples:\n  edgegait score                                # the shipped models, 26 people, 703 viewpoints\n  edgegait score mine.onnx cohort.egp --walks walk-5kmh --views side --json -\n  edgegait score --runtime ort --ort-lib /path/to/libonnxruntime.so\n\nIf a model has classes for all people, probes are cycles that training has not seen, and the\nhighest class score decides. Otherwise the gallery is each person's first take at the model's\ntraining viewpoints, probes are the other takes, and the nearest embedding decides."
 )]
 pub(super) struct ScoreArgs {
-    /// ONNX models or "pixels" (the GEI or --template itself), and a pack, a dataset or a tree of silhouettes
+    /// ONNX models or "pixels" (the pixel baseline), and a pack, a dataset or a tree of silhouettes
     /// (<person>/<take>/<view>/ with PNG frames or a pickled array) [default: the shipped models,
     /// the built-in cohort]
     #[arg(value_name = "MODEL|PACK|DATASET|TREE")]
@@ -58,14 +58,14 @@ pub(super) struct ScoreArgs {
     /// Folder of the report
     #[arg(long, value_name = "PATH", default_value = "edgegait-report")]
     out: PathBuf,
-    /// Write whom each recognizer took each probe for, and how near it came to the right person
+    /// Write each recognizer's answer to each probe, with the rank and distance of the right person
     #[arg(long, value_name = "FILE")]
     probes_csv: Option<PathBuf>,
     #[command(flatten)]
     runtime: RuntimeArgs,
     #[command(flatten)]
     pub contest: ContestArgs,
-    /// Leave out the baselines: `pixels`, which compares templates as they are, and `random`, which
+    /// Omit the baselines: `pixels`, which compares the templates themselves, and `random`, which
     /// compares random projections of them
     #[arg(long)]
     no_baselines: bool,
@@ -80,8 +80,8 @@ pub(super) fn run(args: &ScoreArgs) -> Result<()> {
     run_with(args, &[])
 }
 
-/// The same with recognizers of the program that runs it in its own process; of shipped models only
-/// those that are named.
+/// Runs the subcommand with recognizers of the program that runs it in its own process; shipped
+/// models are scored only if named.
 pub(super) fn run_with(args: &ScoreArgs, held: &[Arc<dyn Recognizer>]) -> Result<()> {
     let started = Instant::now();
     let runtime = args.runtime.runtime()?;
@@ -124,7 +124,7 @@ pub(super) fn run_with(args: &ScoreArgs, held: &[Arc<dyn Recognizer>]) -> Result
     for warning in &results.header.warnings {
         args.common.say(format_args!("warning: {warning}"));
     }
-    // Each is tried, whatever becomes of the others.
+    // Each output is tried, even if another fails.
     let rows = match (&args.probes_csv, rows) {
         (Some(path), Some(rows)) => written_rows(path, rows),
         _ => Ok(()),
@@ -138,7 +138,7 @@ pub(super) fn run_with(args: &ScoreArgs, held: &[Arc<dyn Recognizer>]) -> Result
 }
 
 impl ScoreArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         let report = Output::new("--out", &self.out, OutputKind::Report);
         let rows = self.probes_csv.as_ref();
@@ -164,7 +164,7 @@ fn written_rows(path: &Path, rows: ProbeTable) -> Result<()> {
 /// A table that is being written.
 type ProbeTable = csv::Writer<Vec<u8>>;
 
-/// The results of a contest, and the templates that the report shows.
+/// Runs a contest, and returns its results and the templates for the report.
 fn judged(
     contest: &Contest<'_>,
     entrants: &[Entrant],
@@ -250,7 +250,7 @@ fn judged(
         time: None,
     };
     for (at, (result, entrant)) in results.recognizers.iter_mut().zip(entrants).enumerate() {
-        // Those who take the same pictures were shown them with the first of them.
+        // Entrants with the same inputs were shown them together with the first such entrant.
         let of =
             |other: &usize| !pictures[*other].is_empty() && entrants[*other].is_shown_as(entrant);
         if let Some(first) = (0..=at).find(of) {
@@ -265,10 +265,10 @@ fn judged(
     Ok((results, samples))
 }
 
-/// A picture, and from where it is seen: azimuth and elevation in degrees, if they are known.
+/// An image, with its azimuth and elevation in degrees, if known.
 type SeenPicture = (Vec<u8>, Option<(f64, f64)>);
 
-/// How long one input takes, one at a time, after a warm-up.
+/// Measures the time of an inference of one input, after a warm-up.
 fn latency(recognizer: &dyn Recognizer, pictures: &[SeenPicture]) -> Result<Option<Latency>> {
     let contract = recognizer.contract();
     let fed = |(bytes, from): &SeenPicture| {
@@ -286,8 +286,8 @@ fn latency(recognizer: &dyn Recognizer, pictures: &[SeenPicture]) -> Result<Opti
     failed.map(|()| Latency::of(&times))
 }
 
-/// Appends microseconds of inferences one at a time, after a warm-up; at least one of each where
-/// there is an input, and no other after it has taken long.
+/// Appends the times of inferences of one input in microseconds, after a warm-up. If there is an
+/// input, both run at least once; both stop at their time limits.
 fn timed(recognizer: &dyn Recognizer, inputs: &[Vec<f32>], times: &mut Vec<f64>) -> Result<()> {
     let started = Instant::now();
     for input in inputs.iter().cycle().take(WARM_UP) {

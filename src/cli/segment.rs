@@ -1,4 +1,4 @@
-//! `edgegait segment`: video frames to silhouettes.
+//! `edgegait segment`: segments video frames into silhouettes.
 
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
@@ -15,43 +15,43 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Most frames of a sequence that `score` and `train` read.
+/// The most frames of a sequence that `score` and `train` read.
 const MOST_READ: usize = 10_000;
 
-/// Segment a video of one walker into silhouettes: a background is subtracted in LAB, and the
-/// differences are parted into two clusters
+/// Segment a video of one walker into silhouettes, by background subtraction in LAB and two
+/// clusters of differences
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  edgegait segment frames --out silhouettes --contact-sheet look.png\n  edgegait segment walk.mp4 --background empty.png --out silhouettes --person 007 --take bg-01 --view 054\n  ffmpeg -i walk.mp4 -f yuv4mpegpipe - | edgegait segment - --background empty --out silhouettes"
 )]
 pub(super) struct SegmentArgs {
-    /// A folder of frames (.png, .jpg), a video (Y4M; others by an installed ffmpeg), or "-":
-    /// Y4M on standard input, which needs --background
+    /// A folder of frames (.png, .jpg), a video (Y4M; other formats need an installed ffmpeg), or
+    /// "-": Y4M on standard input, which needs --background
     #[arg(value_name = "FRAMES")]
     frames: PathBuf,
     /// Tree to write into, as <person>/<take>/<view>/<person>-<take>-<view>-<NNN>.png
     #[arg(long, value_name = "TREE")]
     out: PathBuf,
-    /// The empty scene: a picture, or a folder of several, of which the median is taken
+    /// The empty scene: a picture, or a folder of several, whose median is used
     /// [default: the median of frames of the video, at least 10]
     #[arg(long, value_name = "FILE|FOLDER")]
     background: Option<PathBuf>,
-    /// Who walks
+    /// Name of the person
     #[arg(long, value_name = "P", default_value = "001")]
     person: String,
-    /// Which take it is: how the person walks, and a number
+    /// Name of the take: the way of walking, and a number
     #[arg(long, value_name = "T", default_value = "nm-01")]
     take: String,
-    /// From where: the azimuth in degrees, and the elevation if it is not 0, as in 090e15
+    /// Viewpoint: the azimuth in degrees, and the elevation if it is not 0, as in 090e15
     #[arg(long, value_name = "V", default_value = "090")]
     view: String,
-    /// Keep all that differs, not its largest part alone
+    /// Keep all parts that differ from the background, not only the largest
     #[arg(long)]
     all_parts: bool,
-    /// Half the side of the square that closes gaps at the end, pixels; 0 closes none
+    /// Half the side of the square that closes gaps, pixels; 0 closes none
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..=32))]
     closing_px: u8,
-    /// Write a picture of at most 32 frames with outlines of what was found
+    /// Write an image of at most 32 frames with the outlines of their silhouettes
     #[arg(long, value_name = "FILE.png")]
     contact_sheet: Option<PathBuf>,
     #[command(flatten)]
@@ -67,19 +67,19 @@ struct SegmentResults {
     rows: u32,
     frames: usize,
     empty_frames: usize,
-    /// In LAB.
+    /// Thresholds of the frames, in LAB.
     threshold: Range,
-    /// In LAB.
+    /// Noise of the frames, in LAB.
     noise: Range,
-    /// Of red, green and blue together.
+    /// Gains of red, green and blue.
     gain: Range,
-    /// Pixels of frames that are not empty.
+    /// Areas of the silhouettes that are not empty, pixels.
     area_px: Range,
     seconds: f64,
     frames_per_second: f64,
 }
 
-/// What numbers lie within, and their mean; 0 of none.
+/// The least, mean and greatest of several numbers; 0 without numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 struct Range {
     least: f64,
@@ -102,7 +102,7 @@ impl Range {
 }
 
 impl SegmentArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         let folder = self
             .out
@@ -222,7 +222,7 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
     })
 }
 
-/// What a user should know of a sequence with so many frames.
+/// Returns warnings about a sequence with this number of frames.
 fn warnings(frames: usize, empty: usize) -> Vec<String> {
     let mut warnings = Vec::new();
     if empty == frames {

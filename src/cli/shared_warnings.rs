@@ -1,21 +1,21 @@
-//! Warnings of files, those that several files share said once.
+//! Warnings about files, where a warning that several files share is printed once.
 
 use std::fmt;
 
-/// Files that are named of those that share a warning.
+/// The most files that are named for a shared warning.
 const NAMED: usize = 3;
 
 /// A warning, and the names of the files that it is about.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct SharedWarning<'a> {
-    /// What is said of each.
+    /// The text of the warning.
     pub warning: &'a str,
-    /// At least one.
+    /// The names of the files, at least one.
     pub files: Vec<&'a str>,
 }
 
 impl<'a> SharedWarning<'a> {
-    /// The warnings of these files, in the order in which they appear first.
+    /// Collects the warnings of these files, in order of their first appearance.
     pub(super) fn of(files: impl Iterator<Item = (&'a str, &'a [String])>) -> Vec<Self> {
         let mut found: Vec<Self> = Vec::new();
         for (file, warnings) in files {
@@ -34,7 +34,7 @@ impl<'a> SharedWarning<'a> {
         found
     }
 
-    /// Whether it is about several files.
+    /// Returns whether the warning is about several files.
     #[must_use]
     pub(super) const fn is_shared(&self) -> bool {
         self.files.len() > 1

@@ -1,4 +1,4 @@
-//! `edgegait study`: real silhouettes beside those of synthetic twins.
+//! `edgegait study`: compares real silhouettes with those of synthetic twins.
 
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
@@ -11,31 +11,31 @@ use crate::study::{Choices, Findings, Paths, StudyPlan, run as run_study, run_sy
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Azimuths, degrees, of the synthetic part where there is no manifest to say.
+/// Azimuths of the synthetic part without a manifest, degrees.
 const AZIMUTHS_DEG: [f32; 3] = [90.0, 45.0, 0.0];
 
-/// Compare real silhouettes with those of synthetic twins of the same people: how alike they are, and
-/// what a recognizer that was trained on one makes of the other
+/// Compare real silhouettes with those of synthetic twins: their similarity, and how well
+/// recognizers trained on one work on the other
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  edgegait study people mocap --manifest people.csv          # REAL silhouettes, folders of recordings\n  edgegait study people mocap --manifest people.csv --full   # all masks, both framings, flips and crops\n  edgegait study                                             # the synthetic part alone\n\nThe manifest is a CSV file with a row for each take and view: id, take, view and source, and, where they\nare known, azimuth, elevation, fps, cycles (a-b;c-d, frames from 0), lhs (left contacts), source_root,\nsource_frames_30fps and distance_m. Measurements of the people are read from bodies.csv beside it."
 )]
 pub(super) struct StudyArgs {
-    /// A tree of real silhouettes, <person>/<take>/<view>/ [default: none, and the synthetic part alone
-    /// of the built-in cohort]
+    /// A tree of real silhouettes, <person>/<take>/<view>/ [default: none; only the synthetic part,
+    /// with the built-in cohort]
     #[arg(value_name = "REAL", requires = "manifest")]
     real: Option<PathBuf>,
-    /// Folders of the recordings by which those people walked
+    /// Folders of motion recordings of the same walks
     #[arg(value_name = "MOTION")]
     motions: Vec<PathBuf>,
-    /// Which recording each take shows
+    /// Manifest that pairs takes with recordings
     #[arg(long, value_name = "FILE.csv", requires = "real")]
     manifest: Option<PathBuf>,
     /// Measurements of the people [default: bodies.csv beside the manifest, if it is there]
     #[arg(long, value_name = "FILE.csv", requires = "real")]
     bodies: Option<PathBuf>,
-    /// The same of people with clothes and hair, to price these [default: bodies_dressed.csv beside the
-    /// manifest, if it is there]
+    /// Measurements of the people with clothes and hair, to measure their effect [default:
+    /// bodies_dressed.csv beside the manifest, if it is there]
     #[arg(long, value_name = "FILE.csv", requires = "real")]
     dressed: Option<PathBuf>,
     /// Only these people, by name
@@ -54,13 +54,13 @@ pub(super) struct StudyArgs {
         requires = "real"
     )]
     views: Vec<String>,
-    /// Metres from the camera to the walker, where the manifest does not say
+    /// Metres from the camera to the walker, if the manifest does not state it
     #[arg(long, value_name = "M", default_value_t = 6.0)]
     distance_m: f64,
-    /// How many splits are drawn
+    /// Number of random splits
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100))]
     splits: u32,
-    /// All masks (given, segmented, degraded), framings by height and box, and with and without the
+    /// Use all masks (given, segmented, degraded), framings height and box, with and without the
     /// paper's flips and crops
     #[arg(long)]
     full: bool,
@@ -71,7 +71,7 @@ pub(super) struct StudyArgs {
     pub common: Common,
 }
 
-/// The results.
+/// The results of the command.
 #[derive(Serialize)]
 struct StudyResults {
     #[serde(flatten)]
@@ -81,7 +81,7 @@ struct StudyResults {
 }
 
 impl StudyArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         let tables = [&self.real, &self.manifest, &self.bodies, &self.dressed];
         let tables = tables.into_iter().flatten().cloned();
@@ -135,7 +135,7 @@ pub(super) fn run(args: &StudyArgs) -> Result<()> {
 }
 
 impl StudyArgs {
-    /// Refuses a folder for figures in which there may be others.
+    /// Rejects a folder for figures that may contain other files.
     fn check_figures(&self) -> Result<()> {
         let figures = self.out.join("figures");
         let is_own = self.common.overwrite || self.out.join("study.json").is_file();
@@ -176,7 +176,7 @@ impl StudyArgs {
         Ok((header, findings))
     }
 
-    /// Without real silhouettes: says what is lacking, and runs what needs none.
+    /// Runs the synthetic part alone, with a warning about the missing real silhouettes.
     fn of_cohort(
         &self,
         choices: &Choices,
@@ -184,7 +184,7 @@ impl StudyArgs {
     ) -> Result<(ResultHeader, Findings)> {
         let mut header = header.with("pack", "built-in");
         header.warnings.push(
-            "no real silhouettes: this is the synthetic part alone, of the built-in cohort. Comparing needs a tree of silhouettes, the recordings that its people walked by, and a manifest that pairs them (REAL, MOTION and --manifest)"
+            "no real silhouettes: this is only the synthetic part, with the built-in cohort. A comparison needs a tree of silhouettes, motion recordings of its walks, and a manifest that pairs them (REAL, MOTION and --manifest)"
                 .into(),
         );
         let progress = Progress::counting("study");

@@ -1,32 +1,32 @@
-//! How many random subspaces there are, and how large they are.
+//! Flags that choose the number and size of random subspaces.
 
 use crate::train::subspaces::SubspaceOptions;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct SubspaceArgs {
-    /// Random subspaces that vote
+    /// Number of random subspaces that vote
     /// [default: 300]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=2000))]
     subspaces: Option<u16>,
-    /// Eigenvectors that each of them draws
+    /// Random eigenvectors of each subspace
     /// [default: 2]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=80))]
     eigenvectors: Option<u16>,
-    /// Discriminants that each of them keeps, at most
+    /// Most discriminants of each subspace
     /// [default: 10]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=128))]
     discriminants: Option<u16>,
 }
 
 impl SubspaceArgs {
-    /// Whether anything is said.
+    /// Returns whether any of these flags was given.
     pub(super) fn is_given(&self) -> bool {
         [self.subspaces, self.eigenvectors, self.discriminants]
             .iter()
             .any(Option::is_some)
     }
 
-    /// What is said, or the defaults.
+    /// Returns the requested options, or the defaults.
     pub(super) fn subspaces(&self, seed: u64) -> SubspaceOptions {
         let usual = SubspaceOptions::default();
         let or = |given: Option<u16>, usual| given.map_or(usual, usize::from);

@@ -1,4 +1,4 @@
-//! `edgegait sweep`: walks by viewpoints, or a tree's gait cycles, as a dataset.
+//! `edgegait sweep`: makes a dataset of walks seen from viewpoints, or of a tree's gait cycles.
 
 mod tree;
 mod work;
@@ -27,24 +27,24 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use work::{SweepWork, grouped};
 
-/// What is written if nothing else is said.
+/// The default output.
 const OUT: &str = "dataset";
 
 /// Sweep walks over viewpoints, or a tree of silhouettes, into a dataset of GEIs or other templates
 #[derive(Debug, clap::Args)]
 #[command(
-    mut_arg("pack", |arg| arg.value_name("PACK|TREE").help("A pack, or a tree of silhouettes (<person>/<take>/<view>/), whose gait cycles are found [default: the built-in cohort of 26 people]")),
+    mut_arg("pack", |arg| arg.value_name("PACK|TREE").help("A pack, or a tree of silhouettes (<person>/<take>/<view>/), which is cut into gait cycles [default: the built-in cohort of 26 people]")),
     after_help = "Examples:\n  edgegait sweep --out dataset                 # 26 people at 5 km/h, 703 viewpoints\n  edgegait sweep cohort.egp --views side --cycles 8 --out side --json -\n  edgegait sweep --views side --template mhi --augment flip,crop --out mhi\n  edgegait sweep --views side --template gei,silhouettes --joints --out sequences\n  edgegait sweep --views side --conditions casia-b --format opengait --out tree\n  edgegait sweep tree --fps 30 --out geis       # a template of each gait cycle of a tree's recordings\n  edgegait sweep --shard 1/3 --out one    # the others elsewhere; then: edgegait merge one two three --out whole\n  edgegait sweep cohort.egp --cycles 250 --raster columns --framing cycle --digest"
 )]
 pub(super) struct SweepArgs {
     #[command(flatten)]
     pub source: SourceArgs,
-    /// What to write: a folder with geis.npy or, of another template, NAME.npy; index.csv,
-    /// manifest.json; or as --format says
+    /// Folder to write: geis.npy (NAME.npy for another template), index.csv and manifest.json;
+    /// --format chooses another format
     #[arg(long, value_name = "PATH", default_value = OUT)]
     out: PathBuf,
-    /// Store nothing, and print one hash of all templates: SHA-256 of the SHA-256 of each cycle's,
-    /// in the order of a dataset
+    /// Store nothing, and print one hash of all templates: SHA-256 of the SHA-256 of each cycle, in
+    /// the order of a dataset
     #[arg(long, conflicts_with_all = ["out", "format", "shard", "resume"])]
     digest: bool,
     /// Cycles of each walk: the stored one, then seeded variations of it
@@ -64,16 +64,16 @@ pub(super) struct SweepArgs {
     views: ViewArgs,
     #[command(flatten)]
     draw: DrawArgs,
-    /// Choose the fastest rasteriser, jitter and frames per cycle whose GEIs are this close to exact
-    /// coverage, root mean square of 255, on a sample of these walks and viewpoints
+    /// Choose the fastest rasteriser, jitter and frames per cycle whose GEIs differ by at most this
+    /// root mean square (of 255) from exact coverage, on a sample of these walks and viewpoints
     #[arg(long, value_name = "X", value_parser = gei_rmse, conflicts_with_all = ["raster", "jitter", "frames_per_cycle", "resume", "shard", "fps"])]
     max_gei_rmse: Option<f64>,
-    /// Tell joints besides, of 19 where they are and where they appear (joints.npy, keypoints.npy)
+    /// Also write the positions of 19 joints in space and in the image (joints.npy, keypoints.npy)
     #[arg(long, conflicts_with_all = ["digest", "augment"])]
     joints: bool,
-    /// Frames a second, in place of --frames-per-cycle; whole takes are swept from start to end. Of a
-    /// tree those of its recordings, to find gait cycles in them
-    /// [default for takes and trees: 25]
+    /// Frames a second, instead of --frames-per-cycle; uncut motions are swept from start to end.
+    /// For a tree, the frame rate of its recordings, to find gait cycles
+    /// [default for uncut motions and trees: 25]
     #[arg(long, value_name = "F", value_parser = fps, conflicts_with = "frames_per_cycle")]
     fps: Option<f64>,
     /// Make one template of each whole recording of a tree, not of each gait cycle
@@ -99,7 +99,7 @@ struct SweepResults {
     seconds: f64,
     silhouettes_per_second: f64,
     threads: usize,
-    /// None of a tree, which is not drawn.
+    /// The rasteriser; none for a tree, which is not drawn.
     #[serde(skip_serializing_if = "Option::is_none")]
     raster: Option<&'static str>,
     framing: &'static str,
@@ -110,13 +110,13 @@ struct SweepResults {
 }
 
 impl SweepArgs {
-    /// Refuses flags that only a tree of silhouettes has a use for.
+    /// Rejects flags that only apply to a tree of silhouettes.
     fn refuse_without_tree(&self) -> Result<()> {
         let flags = [("--whole-recordings", self.whole_recordings)].into_iter();
         refuse_without_tree(flags.chain(self.layout.given()))
     }
 
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         if self.list_conditions {
             return FileArgs::default();
@@ -134,7 +134,7 @@ impl SweepArgs {
     }
 }
 
-/// What is asked for, of a pack.
+/// A request to sweep a pack.
 struct SweepRequest {
     header: ResultHeader,
     conditions: Vec<Condition>,
@@ -146,7 +146,7 @@ struct SweepRequest {
 }
 
 impl SweepRequest {
-    /// Reads all that the flags name, and refuses walks that cannot be swept.
+    /// Reads all files that the flags name, and rejects walks that cannot be swept.
     fn of(args: &SweepArgs) -> Result<Self> {
         let mut header = ResultHeader::new("sweep", args.common.seed);
         let conditions = args.conditions.load(None, &mut header)?;
@@ -173,10 +173,10 @@ impl SweepRequest {
     }
 }
 
-/// The items of what would be stored.
+/// Returns the items that would be stored.
 ///
 /// # Errors
-/// As [`run`], and for flags that say how it is stored.
+/// The same as [`run`], and for flags about storing.
 pub(super) fn items(args: &SweepArgs) -> Result<Items> {
     let export = &args.export;
     let flags = [
@@ -327,7 +327,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
     args.report(header, &settings, &wanted, made, started)
 }
 
-/// What was made.
+/// A finished dataset.
 struct MadeDataset {
     rows: usize,
     silhouettes: u64,
@@ -338,19 +338,19 @@ struct MadeDataset {
 }
 
 impl SweepArgs {
-    /// Which cycles of each walk.
+    /// Returns the range of cycles of each walk.
     fn variations(&self) -> Range<u32> {
         let first = self.first_cycle.unwrap_or(0);
         first..first + self.cycles.unwrap_or(1)
     }
 
-    /// The first cycle of each walk.
+    /// Returns the first cycle of each walk.
     fn firsts(&self, walks: &[usize]) -> Vec<Job<'static>> {
         let first = self.variations().start;
         walks.iter().map(|&walk| Job::plain(walk, first)).collect()
     }
 
-    /// How silhouettes are drawn, and what is made of them.
+    /// Returns the settings, and the templates to make.
     fn wanted(&self) -> Result<(Settings, Wanted)> {
         let format = self.export.format();
         let templates = templates_of(&self.draw.template, format);
@@ -377,7 +377,7 @@ impl SweepArgs {
         Ok((settings, wanted))
     }
 
-    /// Refuses, before any work, walks that cannot be swept.
+    /// Rejects, before any work, walks that cannot be swept.
     fn check_walks(
         &self,
         pack: &Pack<'_>,
@@ -392,7 +392,7 @@ impl SweepArgs {
         for &job in jobs {
             if varied && is_take(pack, job.walk) {
                 return Err(Error::Usage(format!(
-                    "--cycles, --first-cycle: {} is a whole take, which is as it was recorded",
+                    "--cycles, --first-cycle: {} is an uncut motion, which has no variations",
                     walk_name(pack, job.walk)
                 )));
             }
@@ -412,7 +412,7 @@ impl SweepArgs {
             };
             if numbers.saturating_mul(views).saturating_mul(kept) > MOST_BYTES {
                 return Err(Error::Usage(format!(
-                    "{}: expected at most {MOST_BYTES} bytes of a walk, which are held at once, found {numbers} from each of {views} viewpoints (ask for fewer viewpoints, frames or cycles)",
+                    "{}: expected at most {MOST_BYTES} bytes of a walk in memory, found {numbers} for each of {views} viewpoints (choose fewer viewpoints, frames or cycles)",
                     walk_name(pack, job.walk)
                 )));
             }
@@ -425,7 +425,7 @@ impl SweepArgs {
         Ok(())
     }
 
-    /// Says what was made.
+    /// Reports the finished dataset.
     fn report(
         &self,
         header: ResultHeader,
@@ -454,7 +454,7 @@ impl SweepArgs {
             ref several => format!("rows of {} templates", several.len()),
         };
         self.common.say(format_args!(
-            "{}: {} {what} of {} silhouettes in {:.1} s, {:.0} silhouettes a second on {} threads; {:.2} % of the figures lay outside of the image",
+            "{}: {} {what} of {} silhouettes in {:.1} s, {:.0} silhouettes a second on {} threads; {:.2} % of the figures lay outside the image",
             made.said,
             results.geis,
             results.silhouettes,
@@ -467,10 +467,10 @@ impl SweepArgs {
     }
 }
 
-/// Most bytes of what is made of one walk at once: a gigabyte is in memory with four of them.
+/// Most bytes of the templates of one walk: four walks in memory take a gigabyte.
 const MOST_BYTES: usize = 1 << 28;
 
-/// The value of `--fps`.
+/// Parses the value of `--fps`.
 fn fps(text: &str) -> std::result::Result<f64, String> {
     let found = text
         .parse()

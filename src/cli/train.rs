@@ -1,4 +1,4 @@
-//! `edgegait train`: fit a recognizer and export it as ONNX.
+//! `edgegait train`: trains a recognizer and exports it as ONNX.
 
 mod fitting;
 mod mix;
@@ -34,17 +34,17 @@ use serde::Serialize;
 use sources::{Gathered, SourceResult, gathered};
 use std::path::{Path, PathBuf};
 
-/// Principal components that are kept where nothing is said.
+/// The default number of principal components.
 const USUAL_COMPONENTS: u16 = 100;
 
 /// Train recognizers and export each as one ONNX graph of plain operators
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote\n  edgegait train tree --fps 30 --partition p.json     # silhouettes, cut into gait cycles\n  edgegait train real synthetic.egp --mix real:0.7    # several sources, of one all, of the other a share\n  edgegait train --template geni --augment flip,crop --out geni.onnx\n  edgegait train --method svm --components 5,10,20,50 # recognizer-5.onnx, recognizer-10.onnx ...\n  edgegait train --method gabor-subspaces --out gabor.onnx\n  edgegait train --method view-transformation --template frequency --azimuth-deg 0,45,90,135,180 --out vtm.onnx"
+    after_help = "Examples:\n  edgegait train --out side.onnx                      # built-in cohort, side view\n  edgegait train --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30,60 --out spread.onnx\n  edgegait train dataset --out mine.onnx              # a dataset that `sweep` wrote\n  edgegait train tree --fps 30 --partition p.json     # silhouettes, cut into gait cycles\n  edgegait train real synthetic.egp --mix real:0.7    # several sources, one in part\n  edgegait train --template geni --augment flip,crop --out geni.onnx\n  edgegait train --method svm --components 5,10,20,50 # recognizer-5.onnx, recognizer-10.onnx ...\n  edgegait train --method gabor-subspaces --out gabor.onnx\n  edgegait train --method view-transformation --template frequency --azimuth-deg 0,45,90,135,180 --out vtm.onnx"
 )]
 pub(super) struct TrainArgs {
-    /// Packs, datasets and trees of silhouettes (<person>/<take>/<view>/): of several, people of one
-    /// name are one class. Names of people and walks, and viewpoints, choose from each
+    /// Packs, datasets and trees of silhouettes (<person>/<take>/<view>/); people with the same
+    /// name are one class. --subjects, --walks and the viewpoints choose from each
     /// [default: the built-in cohort of 26 people]
     #[arg(value_name = "PACK|DATASET|TREE")]
     sources: Vec<PathBuf>,
@@ -60,11 +60,11 @@ pub(super) struct TrainArgs {
     /// [default: 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     cycles: Option<u32>,
-    /// How people are told apart
+    /// Training method
     #[arg(long, value_name = "METHOD", default_value = "lda")]
     method: MethodArg,
-    /// Principal components that are kept, where a method has them; several counts write NAME-N.onnx for
-    /// each
+    /// Principal components to keep, if the method has them; several numbers write a NAME-N.onnx
+    /// for each
     #[arg(long, value_name = "N[,N..]", default_values_t = [USUAL_COMPONENTS], value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=4096))]
     components: Vec<u16>,
     /// Weight of the errors of `--method svm`
@@ -73,10 +73,10 @@ pub(super) struct TrainArgs {
     svm_c: Option<f64>,
     #[command(flatten)]
     subspaces: SubspaceArgs,
-    /// Floating-point type that lda, real-synthetic and svm compute in; models are f32
+    /// Floating-point type of the computation of lda, real-synthetic and svm; models are f32
     #[arg(long, value_name = "TYPE", default_value = "f64")]
     precision: Precision,
-    /// Only people whom a partition trains with, of a tree, as OpenGait has them: a JSON file with
+    /// Only the training people of a tree's partition, in OpenGait's format: a JSON file with
     /// TRAIN_SET and TEST_SET
     #[arg(long, value_name = "FILE.json")]
     partition: Option<PathBuf>,
@@ -98,15 +98,17 @@ pub(super) struct TrainArgs {
 enum MethodArg {
     /// The nearest mean along linear discriminants of the principal components
     Lda,
-    /// The same of templates and of their crops (--crop-steps, --crop-rows), in two parts (Han & Bhanu)
+    /// LDA of templates and of their crops (--crop-steps, --crop-rows), in two parts (Han & Bhanu)
     RealSynthetic,
     /// Linear support vector machines on the principal components, one for each person against the rest
     Svm,
-    /// Numbers of a template that vary more between people than within them (after Nandy et al.: row-width)
+    /// Values of a template that vary more between people than within them (after Nandy et al.:
+    /// row-width)
     FeatureChoice,
-    /// Votes of discriminants in random subspaces of Gabor features of GEIs (Guan & Li)
+    /// Votes of discriminants in random subspaces of the GEIs' Gabor features (Guan & Li)
     GaborSubspaces,
-    /// Templates brought from the gallery's viewpoint to the probe's (Makihara et al.: frequency)
+    /// Templates transformed from the gallery's viewpoint to the probe's (Makihara et al.:
+    /// frequency)
     ViewTransformation,
 }
 
@@ -141,7 +143,7 @@ struct TrainedModel {
     training_rank1: Option<f64>,
 }
 
-/// A model that is to be written.
+/// A model to write.
 struct MadeModel {
     bytes: Vec<u8>,
     contract: Contract,
@@ -205,7 +207,7 @@ pub(super) fn run(args: &TrainArgs) -> Result<()> {
 }
 
 impl TrainArgs {
-    /// What it reads and writes.
+    /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
         let outs = self.outs().unwrap_or_default().into_iter();
         FileArgs {
@@ -222,7 +224,7 @@ impl TrainArgs {
         }
     }
 
-    /// What is made of each template before a method learns.
+    /// Returns the augmentation of training templates.
     fn augmentation(&self) -> Result<Augmentation> {
         match self.method {
             MethodArg::RealSynthetic => self.augment.without_crops(),
@@ -235,12 +237,12 @@ impl TrainArgs {
         let method = self.method;
         if self.svm_c.is_some() && method != MethodArg::Svm {
             return usage(
-                "--svm-c is the weight of errors of --method svm: LDA has none, nor have the others".into(),
+                "--svm-c is the weight of errors of --method svm: other methods have none".into(),
             );
         }
         if self.subspaces.is_given() && method != MethodArg::GaborSubspaces {
             return usage(
-                "--subspaces, --eigenvectors and --discriminants are of --method gabor-subspaces"
+                "--subspaces, --eigenvectors and --discriminants need --method gabor-subspaces"
                     .into(),
             );
         }
@@ -264,18 +266,18 @@ impl TrainArgs {
             return usage("--components: this method has no principal components".into());
         }
         if !is_linear && self.precision != Precision::F64 {
-            return usage("--precision is of lda, real-synthetic and svm".into());
+            return usage("--precision applies to lda, real-synthetic and svm".into());
         }
         if matches!(how, How::ViewTransformation) && self.augmentation()?.flip {
             return usage(
-                "--augment flip: a mirrored template is one of another viewpoint, and --method view-transformation learns of viewpoints"
+                "--augment flip: a mirrored template shows another viewpoint, and --method view-transformation learns viewpoints"
                     .into(),
             );
         }
         Ok(how)
     }
 
-    /// Where the model with each number of components goes.
+    /// Returns the path of the model for each number of components.
     fn outs(&self) -> Result<Vec<PathBuf>> {
         let out = &self.out;
         if out.extension().is_none_or(|extension| extension != "onnx") {
@@ -393,7 +395,7 @@ impl MadeModel {
         }
     }
 
-    /// A model without class scores.
+    /// Creates a model without class scores.
     const fn embeddings(bytes: Vec<u8>, contract: Contract, dims: usize) -> Self {
         Self {
             bytes,
@@ -467,7 +469,7 @@ fn table(models: &[TrainedModel]) -> Table<'static> {
     table
 }
 
-/// Rank-1 on the samples that it was trained on.
+/// Returns rank-1 on the training samples.
 fn rank1(recognizer: &LinearModel, samples: &Samples) -> f64 {
     let (rows, labels) = (samples.numbers.rows(), &samples.labels);
     let hits = rows

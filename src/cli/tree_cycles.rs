@@ -1,4 +1,4 @@
-//! How the recordings of a tree are cut into gait cycles: flags of the commands that read one.
+//! Flags that choose how the recordings of a tree are cut into gait cycles.
 
 use super::progress::Progress;
 use crate::dataset::ResultHeader;
@@ -7,14 +7,14 @@ use crate::gait_cycles::CycleFinder;
 use crate::sequences::Recordings;
 use crate::sweep::TAKE_FPS;
 
-/// Recordings without cycles that are named one by one.
+/// The most recordings without cycles that are named.
 const NAMED: usize = 5;
 
-/// The flags.
+/// The flags that choose how recordings are cut.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct CuttingArgs {
-    /// Frames a second of a tree's recordings, to find gait cycles in them [default: 25; the cycles of a
-    /// tree that was made here are known]
+    /// Frames a second of a tree's recordings, to find gait cycles [default: 25; the cycles of a
+    /// tree that EdgeGait made are known]
     #[arg(long, value_name = "F", conflicts_with = "whole_recordings")]
     fps: Option<f32>,
     /// Make one template of each whole recording of a tree, not of each gait cycle
@@ -23,7 +23,7 @@ pub(super) struct CuttingArgs {
 }
 
 impl CuttingArgs {
-    /// The flags of a command that has a frame rate of its own.
+    /// Creates the flags for a command that has a frame rate of its own.
     pub(super) const fn new(fps: Option<f32>, whole_recordings: bool) -> Self {
         Self {
             fps,
@@ -31,7 +31,7 @@ impl CuttingArgs {
         }
     }
 
-    /// The flags, and whether each was given.
+    /// Returns the flags, and whether each was given.
     pub(super) fn given(&self) -> [(&'static str, bool); 2] {
         [
             ("--fps", self.fps.is_some()),
@@ -39,11 +39,11 @@ impl CuttingArgs {
         ]
     }
 
-    /// The recordings by gait cycles, unless they are to stay whole; the header says what became of
-    /// them.
+    /// Cuts the recordings into gait cycles, unless they are to stay whole, and states the result
+    /// in the header.
     ///
     /// # Errors
-    /// If cycles are not looked for at such a frame rate, or a recording cannot be read.
+    /// If the frame rate is out of range, or a recording cannot be read.
     pub(super) fn cut(
         &self,
         recordings: Recordings,
@@ -70,7 +70,7 @@ impl CuttingArgs {
             let more = without.len().saturating_sub(NAMED);
             let names = without.iter().take(NAMED);
             header.warnings.push(format!(
-                "{} of {all} recordings have no gait cycle that can be found, and count whole: {}{}",
+                "{} of {all} recordings have no gait cycle that can be found, and are used whole: {}{}",
                 without.len(),
                 names.cloned().collect::<Vec<_>>().join("; "),
                 if more > 0 { format!("; and {more} more") } else { String::new() }

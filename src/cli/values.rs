@@ -1,4 +1,4 @@
-//! Flags' names of the library's own choices, and what `--help` says of each.
+//! The values of flags that the library names, with their help texts.
 
 use crate::bench::TableFormat;
 use crate::people::cohort::Dressing;
@@ -9,7 +9,7 @@ use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use edgegait_core::pack::Sex;
 
-/// A flag's values are called what the library calls them.
+/// Implements [`ValueEnum`] with the library's names.
 macro_rules! values {
     ($type:ty { $($variant:ident: $help:literal,)* }) => {
         impl ValueEnum for $type {
@@ -35,7 +35,7 @@ pub(super) enum SexArg {
 }
 
 impl SexArg {
-    /// The sex itself.
+    /// Returns the sex.
     pub(super) const fn sex(self) -> Sex {
         match self {
             Self::Female => Sex::Female,
@@ -44,12 +44,12 @@ impl SexArg {
     }
 }
 
-/// How often people change their clothes, on the command line.
+/// When clothes are sampled, on the command line.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(super) enum DressedArg {
-    /// Clothes are a part of the person
+    /// Once: the same clothes in all takes
     ForGood,
-    /// Other clothes in each take, which packs carry as further bodies
+    /// For each take, which packs store as further bodies
     PerTake,
 }
 
@@ -61,7 +61,7 @@ impl DressedArg {
         }
     }
 
-    /// As results state it.
+    /// Returns the name that results state.
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::ForGood => "for-good",
@@ -74,17 +74,17 @@ values!(FramingMode {
     Height: "Each frame fills the rows, centred on its centroid",
     Box: "Each frame is stretched to its bounding box",
     Cycle: "One scale and centre for a whole cycle and all elevations",
-    Camera: "What a sensor there sees",
+    Camera: "The image of a sensor at the viewpoint",
 });
 
 values!(Lens {
-    Ortho: "In parallel",
-    Persp: "From one eye",
+    Ortho: "Parallel rays",
+    Persp: "Perspective, from one point",
 });
 
 values!(Jitter {
-    None: "At the centre",
-    R2: "At a point of the R2 sequence, another for each frame (Roberts 2018)",
+    None: "At the pixel's centre",
+    R2: "At a different point of the R2 sequence for each frame (Roberts 2018)",
 });
 
 values!(Template {
@@ -93,16 +93,16 @@ values!(Template {
     Mei: "Motion Energy Image: where anything moved (Bobick & Davis 2001)",
     Mhi: "Motion History Image: how recently it moved (Bobick & Davis 2001)",
     Msi: "Motion Silhouette Image: how recently the figure was there (Lam & Lee 2006)",
-    Ghi: "Gait History Image-style: what stays, and when the rest moved last (Liu & Zheng 2007)",
+    Ghi: "Gait History Image-style: what stays still, and when the rest last moved (Liu & Zheng 2007)",
     Geni: "Gait Entropy Image: how uncertain each pixel is (Bashir, Xiang & Gong 2009)",
     Frequency: "Amplitudes of the frequencies 0, 1 and 2 of a cycle, stacked (Makihara et al. 2006)",
-    Kfd: "Key Fourier Descriptors-style of the outline, a vector (Yu et al. 2004)",
-    RowWidth: "Row-width-style: how wide each row of the GEnI is, a vector (after Nandy et al.)",
+    Kfd: "Key Fourier Descriptors-style vector of the outline (Yu et al. 2004)",
+    RowWidth: "Row-width-style vector: the width of each row of the GEnI (after Nandy et al.)",
 });
 
 values!(Provider {
-    Cpu: "The processor, in every library",
-    Xnnpack: "XNNPACK: the processor by Google's kernels",
+    Cpu: "The CPU, in every library",
+    Xnnpack: "XNNPACK: Google's kernels for the CPU",
     Acl: "Arm Compute Library",
     Armnn: "Arm NN",
     Nnapi: "Android's Neural Networks API",
@@ -116,5 +116,5 @@ values!(Provider {
 
 values!(TableFormat {
     Text: "Aligned columns",
-    Markdown: "Tables of Markdown",
+    Markdown: "Markdown tables",
 });

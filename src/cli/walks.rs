@@ -1,4 +1,4 @@
-//! Where walks come from, and which are used: a pack file, or the built-in cohort.
+//! Flags that choose walks from a pack or from the built-in cohort.
 
 use super::progress::Progress;
 use crate::encode::STEPS_OF_WALK;
@@ -7,7 +7,7 @@ use crate::sequences::{BUILT_IN_WALK, PackSource, Selection, built_in};
 use edgegait_core::pack::Pack;
 use std::path::PathBuf;
 
-/// Which walks are used.
+/// The flags that choose walks.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct SelectionArgs {
     /// Only these people, by name
@@ -19,7 +19,7 @@ pub(super) struct SelectionArgs {
     pub walks: Vec<String>,
 }
 
-/// Walks of a pack.
+/// The flags that choose a pack and its walks.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct SourceArgs {
     /// A pack [default: the built-in cohort of 26 people]
@@ -27,13 +27,13 @@ pub(super) struct SourceArgs {
     pub pack: Option<PathBuf>,
     #[command(flatten)]
     pub selection: SelectionArgs,
-    /// A pack of the program that runs the command in its own process.
+    /// A pack held by the program that runs the command in its own process.
     #[arg(skip)]
     pub held: Option<PackSource>,
 }
 
 impl SelectionArgs {
-    /// What is asked for; of the built-in cohort one walk of each person, unless names say otherwise.
+    /// Returns the requested selection; by default, one walk of each person of the built-in cohort.
     #[must_use]
     pub(super) fn selection(&self, is_built_in: bool) -> Selection {
         Selection {
@@ -48,7 +48,7 @@ impl SelectionArgs {
 }
 
 impl SourceArgs {
-    /// Walks of a pack's file, or of the built-in cohort.
+    /// Creates the choice of a pack file, or of the built-in cohort.
     pub(super) const fn new(pack: Option<PathBuf>, selection: SelectionArgs) -> Self {
         Self {
             pack,
@@ -60,7 +60,7 @@ impl SourceArgs {
     /// Reads the pack, or makes the built-in cohort at the speeds that are needed.
     ///
     /// # Errors
-    /// When the file cannot be read or is no pack.
+    /// If the file cannot be read or is not a pack.
     pub(super) fn load(&self) -> Result<PackSource> {
         if let Some(held) = &self.held {
             return Ok(held.clone());
@@ -74,10 +74,10 @@ impl SourceArgs {
         PackSource::made(&options, &|| progress.step())
     }
 
-    /// The numbers of the chosen walks, in pack order.
+    /// Returns the numbers of the chosen walks, in pack order.
     ///
     /// # Errors
-    /// When a name is unknown.
+    /// If a name is unknown.
     pub(super) fn choose(&self, pack: &Pack<'_>) -> Result<Vec<usize>> {
         let is_built_in = self.pack.is_none() && self.held.is_none();
         self.selection.selection(is_built_in).of(pack)

@@ -1,4 +1,4 @@
-//! Arrays that grow: .npy files whose first side is known at the end.
+//! Arrays that grow: .npy files whose first dimension is known only at the end.
 
 use std::fs::File;
 use std::io::{BufWriter, Seek as _, SeekFrom, Write as _};
@@ -7,7 +7,7 @@ use std::path::Path;
 use super::contents::{Array, NPY_HEADER, npy_header};
 use crate::error::{Error, Result};
 
-/// An array in the making.
+/// A .npy file that is being written.
 #[derive(Debug)]
 pub(super) struct Growing {
     pub array: Array,
@@ -16,7 +16,7 @@ pub(super) struct Growing {
 }
 
 impl Growing {
-    /// Opens the array's file in a folder, which has so many bytes already, if any.
+    /// Opens the array's file in a folder to append after `known` bytes, or creates it.
     pub(super) fn open(folder: &Path, array: Array, known: Option<u64>) -> Result<Self> {
         let path = folder.join(array.file());
         let (file, bytes) = open(&path, known)?;
@@ -34,20 +34,20 @@ impl Growing {
         Ok(growing)
     }
 
-    /// Appends numbers.
+    /// Appends the bytes of numbers.
     pub(super) fn push(&mut self, bytes: &[u8]) -> std::io::Result<()> {
         self.file.write_all(bytes)?;
         self.bytes += bytes.len() as u64;
         Ok(())
     }
 
-    /// Gives everything to the system; how many bytes the file has.
+    /// Flushes the file and returns its length, bytes.
     pub(super) fn flush(&mut self) -> std::io::Result<u64> {
         self.file.flush()?;
         Ok(self.bytes)
     }
 
-    /// Writes the header, now that its first side is known.
+    /// Writes the header, now that the first dimension is known.
     pub(super) fn close(mut self) -> std::io::Result<()> {
         self.file.flush()?;
         let count = (self.bytes - NPY_HEADER as u64) / self.array.bytes() as u64;
@@ -62,7 +62,7 @@ impl Growing {
     }
 }
 
-/// Opens a file to append to it: of so many bytes if they are known, else anew.
+/// Opens a file to append after `known` bytes, or creates it if there are none.
 pub(super) fn open(path: &Path, known: Option<u64>) -> Result<(File, u64)> {
     let io = |source| Error::io(path, source);
     let Some(bytes) = known else {
@@ -73,7 +73,7 @@ pub(super) fn open(path: &Path, known: Option<u64>) -> Result<(File, u64)> {
     Ok((file, bytes))
 }
 
-/// A table that grows.
+/// A CSV table that is being written.
 #[derive(Debug)]
 pub(super) struct GrowingTable {
     name: &'static str,
@@ -82,8 +82,7 @@ pub(super) struct GrowingTable {
 }
 
 impl GrowingTable {
-    /// Opens a table in a folder, which has so many bytes already, if any; a new one gets these
-    /// columns.
+    /// Opens a table in a folder to append after `known` bytes, or creates it with these columns.
     pub(super) fn open(
         folder: &Path,
         name: &'static str,
@@ -102,7 +101,7 @@ impl GrowingTable {
         Ok(table)
     }
 
-    /// Its file's name.
+    /// Returns the name of the table's file.
     pub(super) const fn name(&self) -> &'static str {
         self.name
     }
@@ -121,7 +120,7 @@ impl GrowingTable {
         self.append(&line.map_err(|error| failed(error.to_string()))?)
     }
 
-    /// Appends rows as they are.
+    /// Appends rows that are already encoded.
     pub(super) fn append(&mut self, bytes: &[u8]) -> Result<()> {
         let written = self.file.write_all(bytes);
         written.map_err(|source| Error::io(self.name, source))?;
@@ -129,7 +128,7 @@ impl GrowingTable {
         Ok(())
     }
 
-    /// Gives everything to the system; how many bytes the file has.
+    /// Flushes the file and returns its length, bytes.
     pub(super) fn flush(&mut self) -> std::io::Result<u64> {
         self.file.flush()?;
         Ok(self.bytes)

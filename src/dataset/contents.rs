@@ -1,4 +1,4 @@
-//! What a dataset holds for each row of its index, and in which arrays.
+//! The contents of each row of a dataset's index, and the arrays that hold them.
 
 use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;

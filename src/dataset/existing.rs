@@ -1,4 +1,4 @@
-//! What is there already where a dataset shall be.
+//! Decides whether a dataset may replace what is at its target.
 
 use std::fs;
 use std::path::Path;
@@ -9,20 +9,20 @@ use super::{INDEX, MANIFEST, Manifest, WALKERS, npz, sequences};
 use crate::error::{ChoiceError, Error, Result};
 use crate::template::Template;
 
-/// What makes datasets: the commands that their manifests name.
+/// The commands that make datasets, as manifests name them.
 const COMMANDS: [&str; 2] = ["sweep", "generate"];
 
-/// What to do with a folder that is already there.
+/// The rule for replacing an existing folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
     /// Replace it if it is an earlier dataset of this program and holds nothing else.
     ReplaceOwn,
-    /// Replace it if it is a dataset, whoever made it, and holds nothing else.
+    /// Replace it if it is a dataset of any program and holds nothing else.
     Replace,
 }
 
 impl Existing {
-    /// What may be replaced where `--overwrite` was given, or was not.
+    /// Returns the rule with or without `--overwrite`.
     #[must_use]
     pub const fn of(overwrite: bool) -> Self {
         if overwrite {
@@ -33,15 +33,15 @@ impl Existing {
     }
 }
 
-/// Whether a dataset was made by this program.
+/// Returns whether this program made a dataset.
 fn is_own(manifest: &Manifest) -> bool {
     COMMANDS.contains(&manifest.header.command.as_str())
 }
 
-/// Refuses what must not be replaced by a dataset of this format.
+/// Checks that a dataset of this format may replace `target`.
 ///
 /// # Errors
-/// If `target` is there and must not be replaced ([`Existing`]), or the system's.
+/// If `target` exists and must not be replaced ([`Existing`]), or cannot be read.
 pub fn check_replaceable(target: &Path, format: DatasetFormat, existing: Existing) -> Result<()> {
     if !target.exists() {
         return Ok(());

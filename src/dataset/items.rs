@@ -1,8 +1,8 @@
-//! A dataset that is drawn when it is asked for: any of its items, in any order, by their numbers.
+//! A dataset that is rendered on demand: any of its items, in any order, by their numbers.
 //!
-//! What [`DatasetWriter`](super::DatasetWriter) stores of a design or a sweep is drawn here one item
-//! or batch at a time, and never stored. An item is the same bytes whoever draws it, alone or among
-//! others: it depends on its number, the seed and the pass alone.
+//! Renders the items that [`DatasetWriter`](super::DatasetWriter) would store for a design or a
+//! sweep, one item or batch at a time, and never stores them. The bytes of an item depend only on
+//! its number, the seed and the pass, not on the batch.
 
 mod drawn;
 mod shares;
@@ -25,18 +25,19 @@ use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The first variation of passes after the first: beyond those that commands and protocols can
-/// name, so that no pass draws what somebody is tested with.
+/// The first variation of passes after the first. It is beyond those that commands and protocols
+/// can name, so that no pass draws test data.
 const FIRST_OF_PASSES: u32 = 1 << 20;
 
-/// Most bytes that are drawn at once, and most items: their numbers are listed.
+/// The most bytes, and the most items, of one call. Item numbers are listed in memory.
 const MAX_BYTES: usize = 1 << 31;
 const MAX_ITEMS: usize = 1 << 24;
 
-/// The bytes of a pack, which [`Pack::parse`] accepts, shared by those who draw from it.
+/// The shared bytes of a pack that [`Pack::parse`] accepts.
 pub type PackBytes = Arc<[u8]>;
 
-/// The items: each is a gait cycle (or a take) seen from one viewpoint.
+/// The items of a dataset that is rendered on demand: each is a gait cycle or an uncut motion seen
+/// from one viewpoint.
 #[derive(Clone, Debug)]
 pub struct Items {
     origin: ItemOrigin,
@@ -44,52 +45,52 @@ pub struct Items {
     wanted: Wanted,
 }
 
-/// Where they come from.
+/// The source of items.
 #[derive(Clone, Debug)]
 enum ItemOrigin {
-    /// Of people of a design, who are made when they are needed.
+    /// People of a design, who are made when they are needed.
     Design {
         design: Box<Design>,
-        /// Their numbers in the design.
+        /// The numbers of the people in the design.
         people: Range<usize>,
     },
-    /// Of walks of a pack.
+    /// Walks of a pack.
     Pack {
         items: Box<PackItems>,
-        /// Names of who walks, each once, in the order of their first walk.
+        /// The names of the people, each once, in the order of their first walk.
         subjects: Vec<String>,
-        /// Which of them walks each of the walks.
+        /// The index in `subjects` of each walk's person.
         labels: Vec<usize>,
     },
 }
 
-/// Which walks of a pack are drawn, from where.
+/// The walks of a pack to draw, and their conditions, variations and viewpoints.
 #[derive(Clone, Debug)]
 pub struct PackItems {
     /// The pack.
     pub bytes: PackBytes,
-    /// Numbers of its walks.
+    /// The numbers of the walks in the pack.
     pub walks: Vec<usize>,
-    /// Under what each is walked; as it is where there are none.
+    /// The conditions of each walk; if empty, walks are drawn as they are.
     pub conditions: Vec<Condition>,
-    /// Which variations of each.
+    /// The variations of each walk.
     pub variations: Range<u32>,
-    /// From where each is seen.
+    /// The viewpoints of each walk.
     pub views: Vec<View>,
 }
 
-/// The cycle that an item is of.
+/// The person and cycle of an item.
 #[derive(Clone, Copy)]
 struct ItemCycle {
-    /// Number of the person in the list; of a pack 0.
+    /// The number of the person in the list; 0 for a pack.
     person: usize,
-    /// Number of the cycle, of that person or in the pack.
+    /// The number of the cycle, of that person or in the pack.
     cycle: usize,
 }
 
 impl Items {
-    /// Those of a design's people: of the split of this name, where it has splits with names; at
-    /// most so many of them, if it is said.
+    /// Returns the items of a design's people: those of the split of this name, if the design has
+    /// named splits, and at most `most` people.
     ///
     /// # Errors
     /// If there is no such split, or there are several and none is named.
@@ -115,10 +116,10 @@ impl Items {
         })
     }
 
-    /// Those of a pack's walks.
+    /// Returns the items of a pack's walks.
     ///
     /// # Errors
-    /// If the bytes are no pack, or what is wanted cannot be drawn.
+    /// If the bytes are not a pack, or the wanted templates cannot be drawn.
     pub fn of_pack(items: PackItems, settings: Settings, wanted: Wanted) -> Result<Self> {
         let pack = Pack::parse(&items.bytes)?;
         Drawer::new(settings, &wanted)?;
@@ -145,19 +146,19 @@ impl Items {
         })
     }
 
-    /// How many there are.
+    /// Returns the number of items.
     #[must_use]
     pub fn len(&self) -> usize {
         self.people() * self.cycles() * self.views()
     }
 
-    /// Whether there is none.
+    /// Returns whether there are no items.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// From how many viewpoints each cycle is seen: so many items are one cycle's.
+    /// Returns the number of viewpoints, and so of items, of each cycle.
     #[must_use]
     pub fn views(&self) -> usize {
         match &self.origin {
@@ -166,7 +167,7 @@ impl Items {
         }
     }
 
-    /// How many people are made for them; 1 of a pack.
+    /// Returns the number of people that are made for the items; 1 for a pack.
     #[must_use]
     pub fn people(&self) -> usize {
         match &self.origin {
@@ -175,21 +176,21 @@ impl Items {
         }
     }
 
-    /// How many can be drawn at once, as far as memory goes: 2 GiB of what is drawn, if each has one
-    /// frame. [`Self::draw`] counts the others too.
+    /// Returns the most items that one call can draw in 2 GiB of results, if each has one frame.
+    /// [`Self::draw`] counts further frames too.
     #[must_use]
     pub fn most_at_once(&self) -> usize {
         (MAX_BYTES / self.bytes(1).max(1)).clamp(1, MAX_ITEMS)
     }
 
-    /// Bytes of an item of so many frames.
+    /// Returns the number of bytes of an item with this number of frames.
     fn bytes(&self, frames: u32) -> usize {
         let times = |array: &Array| if array.is_of_frames { frames } else { 1 };
         let bytes = |array: &Array| array.bytes() * times(array) as usize;
         self.arrays().iter().map(bytes).sum()
     }
 
-    /// How many cycles each of those has.
+    /// Returns the number of cycles of each person.
     fn cycles(&self) -> usize {
         match &self.origin {
             ItemOrigin::Design { design, .. } => design.cycles(),
@@ -199,7 +200,7 @@ impl Items {
         }
     }
 
-    /// The arrays of each item.
+    /// Returns the arrays of each item.
     #[must_use]
     pub fn arrays(&self) -> Vec<Array> {
         let contents = Contents {
@@ -210,7 +211,7 @@ impl Items {
         contents.arrays()
     }
 
-    /// Names of the people, each once, in order.
+    /// Returns the names of the people, each once, in order.
     #[must_use]
     pub fn subjects(&self) -> Vec<String> {
         match &self.origin {
@@ -223,7 +224,7 @@ impl Items {
         }
     }
 
-    /// The number of the person of an item, in [`Self::subjects`].
+    /// Returns the index in [`Self::subjects`] of an item's person.
     #[must_use]
     pub fn label(&self, item: usize) -> usize {
         let place = self.place(item);
@@ -235,8 +236,8 @@ impl Items {
         }
     }
 
-    /// The people who have to be made for these items: numbers in the list, each once. None of a
-    /// pack, which is there.
+    /// Returns the numbers of the people that must be made for these items, each once; none for a
+    /// pack.
     #[must_use]
     pub fn people_of(&self, items: &[usize]) -> Vec<usize> {
         if let ItemOrigin::Pack { .. } = self.origin {
@@ -248,7 +249,7 @@ impl Items {
         people
     }
 
-    /// Makes one of the people, with all walks: a pack of 3 kB for one walk and 9 kB for ten, in 8 ms a
+    /// Makes a person with all walks: a pack of 3 kB for one walk and 9 kB for ten, in 8 ms per
     /// walk.
     ///
     /// # Errors
@@ -264,16 +265,17 @@ impl Items {
         }
     }
 
-    /// Draws items of these numbers, in their order, from the packs of their [`people_of`]: one by
-    /// the thread that asks, more on the threads of the present pool. Pass 0 is what a
-    /// dataset on a disk would hold; each further pass has other variations of the same walks, and the
-    /// same of whole takes, which have none.
-    /// `tell` is called before each cycle, and ends the work by an error.
+    /// Draws the items of these numbers, in their order, from the packs of their [`people_of`].
+    /// The calling thread draws a single item; more are drawn on the threads of the current pool.
+    /// Pass 0 equals a stored dataset. Each further pass has other variations of the same walks,
+    /// and the same uncut motions, which have no variations.
+    /// `tell` is called before each cycle; an error from it ends the work.
     ///
     /// [`people_of`]: Self::people_of
     ///
     /// # Errors
-    /// What cannot be drawn, more than 2 GiB of it, and of `tell`; if there are no more passes.
+    /// If an item cannot be drawn, the results exceed 2 GiB, `tell` fails, or there are no more
+    /// passes.
     pub fn draw(
         &self,
         items: &[usize],
@@ -284,7 +286,7 @@ impl Items {
         let shift = self.shift(pass)?;
         let shelf = self.shelf(packs)?;
         self.check_room(items, &shelf)?;
-        // One item is drawn by whoever asks, without a pool.
+        // The calling thread draws a single item, without a pool.
         let threads = match items.len() {
             0 | 1 => 1,
             _ => rayon::current_num_threads(),
@@ -305,7 +307,7 @@ impl Items {
         } else {
             let paint = |drawer: &mut Result<Drawer>, share| match drawer {
                 Ok(drawer) => paint(drawer, share),
-                // Settings have been checked.
+                // The settings were checked before.
                 Err(_) => Err(Error::Missing("settings that can be drawn")),
             };
             shares.par_iter().map_init(drawer, paint).collect()
@@ -319,7 +321,7 @@ impl Items {
         Ok(all)
     }
 
-    /// Refuses items that take more room than there is for those of one call.
+    /// Checks that the items fit into the memory limit of one call.
     fn check_room(&self, items: &[usize], shelf: &Shelf<'_>) -> Result<()> {
         let fixed = self.bytes(0);
         let of_frame = self.bytes(1) - fixed;
@@ -340,7 +342,7 @@ impl Items {
         Ok(())
     }
 
-    /// What an index would say of these items.
+    /// Returns the index rows of these items.
     ///
     /// # Errors
     /// If there are no more passes.
@@ -376,8 +378,8 @@ impl Items {
         Ok(rows)
     }
 
-    /// In which order a stream has them, where so many people's are mixed with each other, and those
-    /// of a cycle come one after another or are mixed too.
+    /// Returns the order of the items in a stream. The items of `people_at_once` people are
+    /// shuffled together; those of a cycle stay together if `is_by_cycle`.
     #[must_use]
     pub fn order(&self, seed: u64, people_at_once: usize, is_by_cycle: bool) -> ItemOrder {
         ItemOrder {
@@ -389,7 +391,7 @@ impl Items {
         }
     }
 
-    /// Where an item is.
+    /// Returns the person and cycle of an item.
     fn place(&self, item: usize) -> ItemCycle {
         let (views, cycles) = (self.views(), self.cycles());
         ItemCycle {
@@ -398,7 +400,7 @@ impl Items {
         }
     }
 
-    /// By how much variations of a pass are shifted.
+    /// Returns the shift of a pass's variation numbers.
     fn shift(&self, pass: u32) -> Result<u32> {
         let Some(before) = pass.checked_sub(1) else {
             return Ok(0);
@@ -408,7 +410,7 @@ impl Items {
             ItemOrigin::Design { design, .. } => 0..design.takes.len() as u32 * take,
             ItemOrigin::Pack { items, .. } => items.variations.clone(),
         };
-        // Whole takes, so that no two passes share one; all numbers have to be such of u32.
+        // Whole takes, so that no two passes share one; all numbers must fit in u32.
         let span = (end - start / take * take).checked_next_multiple_of(take);
         let shift = span
             .and_then(|span| FIRST_OF_PASSES.checked_add(before.checked_mul(span)?))
@@ -416,7 +418,7 @@ impl Items {
         shift.ok_or_else(|| ChoiceError::NoMorePasses(pass).into())
     }
 
-    /// Packs by person.
+    /// Opens the packs by person.
     fn shelf<'p>(&'p self, packs: &'p BTreeMap<usize, PackBytes>) -> Result<Shelf<'p>> {
         match &self.origin {
             ItemOrigin::Pack { items, .. } => {
@@ -432,7 +434,7 @@ impl Items {
         }
     }
 
-    /// The pack and the job of a place.
+    /// Returns the pack and the job of a person and cycle.
     fn job<'s>(
         &'s self,
         shelf: &'s Shelf<'s>,
@@ -455,7 +457,7 @@ impl Items {
         found.ok_or(Error::Missing("the person of an item"))
     }
 
-    /// From where a job is seen.
+    /// Returns the viewpoints of a job.
     fn views_of(&self, pack: &Pack<'_>, job: Job<'_>) -> Result<Cow<'_, [View]>> {
         match &self.origin {
             ItemOrigin::Design { design, .. } => design.views_of(pack, job).map(Cow::Owned),
@@ -463,7 +465,7 @@ impl Items {
         }
     }
 
-    /// Draws items of one cycle.
+    /// Draws the items of one cycle.
     fn cycle(
         &self,
         drawer: &mut Drawer,
@@ -485,10 +487,10 @@ impl Items {
     }
 }
 
-/// Packs by person.
+/// The opened packs by person.
 type Shelf<'p> = BTreeMap<usize, Pack<'p>>;
 
-/// A job in a pass whose variations are shifted by so much; a take, which has none, as it is.
+/// Returns a job with its variation shifted. Uncut motions have no variations and stay the same.
 fn job_in<'c>(pack: &Pack<'_>, job: Job<'c>, shift: u32) -> Job<'c> {
     let shift = if is_take(pack, job.walk) { 0 } else { shift };
     Job {

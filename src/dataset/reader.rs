@@ -92,8 +92,8 @@ impl Dataset {
         })
     }
 
-    /// Returns the files that identify a dataset folder: the manifest, which holds the hashes of the
-    /// others, or the others if there is no manifest.
+    /// Returns the files that identify a dataset folder: the manifest, which holds the hashes of
+    /// the others, or the others if there is no manifest.
     ///
     /// # Errors
     /// If a file cannot be read.

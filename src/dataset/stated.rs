@@ -1,4 +1,4 @@
-//! How results and manifests state what templates were made of, by the names of the flags.
+//! The settings that results and manifests state of their templates, by flag names.
 
 use super::{Dataset, ResultHeader};
 use crate::error::{Error, Result};
@@ -8,7 +8,7 @@ use crate::template::augment::{Augmentation, Crops};
 use glam::Vec3;
 use std::path::Path;
 
-/// Names of what [`ResultHeader::drawn`] states.
+/// The settings that [`ResultHeader::drawn`] states.
 const DRAWN: [&str; 11] = [
     "template",
     "raster",
@@ -24,7 +24,7 @@ const DRAWN: [&str; 11] = [
 ];
 
 impl ResultHeader {
-    /// The header with how silhouettes are drawn.
+    /// Returns the header with the settings for drawing silhouettes.
     #[must_use]
     pub fn drawn(self, settings: &Settings) -> Self {
         let Sensor {
@@ -60,7 +60,7 @@ impl ResultHeader {
         header
     }
 
-    /// The header with how the silhouettes of a dataset were drawn, as far as it says.
+    /// Returns the header with the drawing settings that a dataset states.
     #[must_use]
     pub fn drawn_as(mut self, dataset: &Dataset) -> Self {
         for key in DRAWN {
@@ -71,7 +71,7 @@ impl ResultHeader {
         self
     }
 
-    /// The header with what was made of each image besides itself, if anything was.
+    /// Returns the header with the augmentation settings, if there is any augmentation.
     #[must_use]
     pub fn augmented(self, augmentation: Augmentation) -> Self {
         if augmentation == Augmentation::default() {
@@ -91,11 +91,10 @@ impl ResultHeader {
 }
 
 impl Dataset {
-    /// The framing that it says it was drawn with; none if it does not say. `folder` is only for
-    /// messages.
+    /// Returns the framing that the dataset states, if any. `folder` is only for messages.
     ///
     /// # Errors
-    /// When what it says is no framing.
+    /// If the stated value is not a framing.
     pub fn framing(&self, folder: &Path) -> Result<Option<FramingMode>> {
         let Some(stated) = self.manifest().header.settings.get("framing") else {
             return Ok(None);

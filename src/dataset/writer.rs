@@ -1,7 +1,7 @@
-//! Writes a dataset as its rows come, and leaves nothing half-written under its name.
+//! Writes a dataset row by row, and never leaves a partial one under its name.
 //!
-//! Everything is made in a folder beside the target, which is gone on with if the work is ended
-//! before it is done, and renamed at the end. Memory does not grow with the number of rows.
+//! Everything is written to a folder beside the target, from which interrupted work can be resumed
+//! and which is renamed at the end. Memory does not grow with the number of rows.
 
 use super::arrays::{Growing, GrowingTable};
 use super::contents::{Contents, DatasetFormat, Shard};
@@ -19,27 +19,27 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The names of the parts of people that a partition knows.
+/// The names of the splits that a partition has.
 const TRAIN: &str = "train";
 const TEST: &str = "test";
 
-/// What is written: everything of which its bytes depend.
+/// The settings of a dataset to write: everything that its bytes depend on.
 #[derive(Clone, Debug)]
 pub struct DatasetRun {
-    /// What makes it.
+    /// The header of the manifest.
     pub header: ResultHeader,
-    /// What it holds of each row.
+    /// The contents of each row.
     pub contents: Contents,
-    /// How it is written.
+    /// The file format.
     pub format: DatasetFormat,
-    /// Pieces of work after which it can be gone on with.
+    /// The number of units of work; the dataset can be resumed after each.
     pub units: usize,
-    /// Which part of the whole it is; none if it is the whole.
+    /// The shard that the dataset is; none for a whole dataset.
     pub shard: Option<Shard>,
 }
 
 impl DatasetRun {
-    /// What another run must agree with to go on with this one.
+    /// Returns the settings that must be equal in a run that resumes this one.
     fn stated(&self) -> Result<Value> {
         let mut stated = serde_json::to_value(&self.header)?;
         let templates: Vec<&str> = self.contents.templates.iter().map(|t| t.name()).collect();
@@ -54,7 +54,7 @@ impl DatasetRun {
         Ok(stated)
     }
 
-    /// What the manifest says of so many rows in these files.
+    /// Returns the manifest of a dataset with this number of rows and these files.
     fn manifest(&self, rows: usize, files: Vec<InputFile>) -> Manifest {
         let mut templates = self.contents.templates.iter().copied();
         Manifest {
@@ -70,22 +70,22 @@ impl DatasetRun {
     }
 }
 
-/// A row of the index with what belongs to it.
+/// A row of the index with its arrays.
 #[derive(Clone, Copy, Debug)]
 pub struct Item<'a> {
-    /// What it shows.
+    /// The row of the index.
     pub row: &'a IndexRow,
-    /// The recording that it is of: the name of a folder in trees.
+    /// The name of the take, which is a folder in trees.
     pub take: &'a str,
     /// The templates' bytes, images row by row from the top, in the order of
     /// [`Contents::templates`].
     pub templates: &'a [Vec<u8>],
-    /// Where joints are, f32 `[frames][19][3]`, and where they appear, `[frames][19][2]`, if the
-    /// dataset holds that.
+    /// The positions of joints, f32 `[frames][19][3]`, and their image points,
+    /// `[frames][19][2]`; used if the dataset holds joints.
     pub joints: [&'a [u8]; 2],
 }
 
-/// A dataset in the making. Dropped before [`Self::finish`] it waits to be gone on with.
+/// A dataset that is being written. If dropped before [`Self::finish`], it can be resumed.
 #[derive(Debug)]
 pub struct DatasetWriter {
     target: PathBuf,
@@ -93,12 +93,12 @@ pub struct DatasetWriter {
     run: DatasetRun,
     work: Unfinished,
     index: GrowingTable,
-    /// Who walks, if anything was said of them.
+    /// The table of walkers, if any was described.
     walkers: Option<GrowingTable>,
     store: Store,
 }
 
-/// Where silhouettes and templates go.
+/// The destination of silhouettes and templates.
 #[derive(Debug)]
 enum Store {
     Arrays(Vec<Growing>),
@@ -106,13 +106,13 @@ enum Store {
 }
 
 impl DatasetWriter {
-    /// Begins a dataset that will be `target`, or goes on with it: [`Self::done`] says where. The
-    /// folder that holds it is made if need be; `target` itself is not touched yet.
+    /// Begins a dataset that will become `target`, or resumes it after [`Self::done`] units.
+    /// Creates the parent folder if needed; `target` itself is not touched yet.
     ///
     /// # Errors
     ///
-    /// If `target` is there and must not be replaced ([`Existing`]), if unfinished work is there and
-    /// `resume` is false or it is of another run, or the system's.
+    /// If `target` exists and must not be replaced ([`Existing`]), if unfinished work is there and
+    /// `resume` is false or it belongs to another run, or if a file cannot be read or written.
     pub fn begin(
         target: impl AsRef<Path>,
         run: DatasetRun,
@@ -155,25 +155,25 @@ impl DatasetWriter {
         })
     }
 
-    /// How many pieces of work are done.
+    /// Returns the number of finished units of work.
     #[must_use]
     pub const fn done(&self) -> usize {
         self.work.journal.done
     }
 
-    /// How many rows there are.
+    /// Returns the number of rows.
     #[must_use]
     pub const fn rows(&self) -> usize {
         self.work.journal.rows
     }
 
-    /// How many frames all rows have.
+    /// Returns the number of frames of all rows.
     #[must_use]
     pub const fn frames(&self) -> usize {
         self.work.journal.frames
     }
 
-    /// Sum over all silhouettes of the share that lay outside of the image.
+    /// Returns the sum over all silhouettes of the share that lay outside the image.
     #[must_use]
     pub const fn clipped(&self) -> f64 {
         self.work.journal.clipped
@@ -184,7 +184,7 @@ impl DatasetWriter {
         self.work.journal.clipped += share;
     }
 
-    /// Says that a person belongs to a part of the people, such as `train`.
+    /// Records that a person belongs to a split, such as `train`.
     pub fn belongs(&mut self, subject: &str, part: &str) {
         let people = self.work.journal.parts.entry(part.to_owned()).or_default();
         if people.last().is_none_or(|last| last != subject) {
@@ -196,8 +196,8 @@ impl DatasetWriter {
     ///
     /// # Errors
     ///
-    /// If the row cannot be (a speed below 0, say), if something is of another size, or the
-    /// system's.
+    /// If the row is invalid (for example a speed below 0), an array has another size, or a file
+    /// cannot be written.
     pub fn push(&mut self, item: Item<'_>) -> Result<()> {
         let Item { row, templates, .. } = item;
         let place = |problem: String| {
@@ -249,10 +249,10 @@ impl DatasetWriter {
         Ok(())
     }
 
-    /// Says who walks in one walk.
+    /// Appends the description of the person in one walk.
     ///
     /// # Errors
-    /// The system's.
+    /// If the file cannot be written.
     pub fn describe(&mut self, row: &WalkerRow) -> Result<()> {
         self.walkers()?.push(row)
     }
@@ -269,10 +269,10 @@ impl DatasetWriter {
         })
     }
 
-    /// A piece of work is done.
+    /// Ends a unit of work.
     ///
     /// # Errors
-    /// The system's.
+    /// If a file cannot be written.
     pub fn end_unit(&mut self) -> Result<()> {
         if let Store::Tree(sequences) = &mut self.store {
             sequences.write()?;
@@ -284,7 +284,7 @@ impl DatasetWriter {
         Ok(())
     }
 
-    /// Gives everything to the system, and notes it.
+    /// Flushes all files and writes the journal.
     fn note(&mut self) -> Result<()> {
         let io = |source| Error::io(&self.target, source);
         let mut files = Vec::new();
@@ -309,18 +309,19 @@ impl DatasetWriter {
         self.work.note()
     }
 
-    /// Writes the manifest and gives the dataset its name.
+    /// Writes the manifest and renames the dataset to its target.
     ///
     /// # Errors
     ///
-    /// If fewer pieces of work are done than [`DatasetRun::units`], if `target` has appeared
-    /// meanwhile and must not be replaced, or the system's; then `target` is as before.
+    /// If the number of finished units of work is not [`DatasetRun::units`], if `target` has
+    /// appeared meanwhile and must not be replaced, or if a file cannot be written. Then `target`
+    /// is unchanged.
     pub fn finish(mut self) -> Result<()> {
         let units = self.run.units;
         if self.done() != units {
             return Err(Error::input(
                 &self.target,
-                format!("expected {units} pieces of work, found {}", self.done()),
+                format!("expected {units} units of work, found {}", self.done()),
             ));
         }
         self.note()?;
@@ -377,10 +378,10 @@ impl DatasetWriter {
         work.finish(None)
     }
 
-    /// Appends a shard that is a folder of its own, as one piece of work.
+    /// Appends the folder of a shard as one unit of work.
     ///
     /// # Errors
-    /// If its bytes are not those of which its manifest tells, or the system's.
+    /// If its files do not have the hashes in its manifest, or a file cannot be read or written.
     pub(super) fn append(&mut self, shard: &Path, manifest: &Manifest) -> Result<()> {
         let checked =
             |name: &str| crate::dataset::checked_file::CheckedFile::open(shard, name, manifest);
@@ -418,7 +419,7 @@ impl DatasetWriter {
     }
 }
 
-/// The absolute path of the folder, through links if it is there.
+/// Returns the absolute path of the folder, with links resolved if it exists.
 fn target_of(dir: &Path) -> Result<PathBuf> {
     if dir.exists() {
         return fs::canonicalize(dir).map_err(|source| Error::io(dir, source));
@@ -426,22 +427,21 @@ fn target_of(dir: &Path) -> Result<PathBuf> {
     std::path::absolute(dir).map_err(|source| Error::io(dir, source))
 }
 
-/// What is there of a run that was to be gone on with.
+/// The state of a target when a run is to be resumed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum UnfinishedRun {
-    /// No dataset has the name yet.
+    /// No dataset is at the target yet.
     Absent,
-    /// All of it.
+    /// The complete dataset of this run.
     Whole,
-    /// Another run's dataset; how that differs, in words.
+    /// A dataset of another run, and how it differs.
     Other(String),
 }
 
-/// What is there already of what this run would make. Files are not read, but what they say of
-/// themselves.
+/// Compares the manifest at a target with that of this run. Reads no other files.
 ///
 /// # Errors
-/// As reading a manifest.
+/// If the manifest cannot be read.
 pub fn standing(target: &Path, run: &DatasetRun) -> Result<UnfinishedRun> {
     let path = target.join(MANIFEST);
     let found = match run.format {

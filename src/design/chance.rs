@@ -1,5 +1,5 @@
-//! What a design leaves to chance: drawn for each person or cycle from the seed, whatever else is
-//! made.
+//! Samples what a design leaves to chance, for each person or cycle from the seed, independently of
+//! other people and cycles.
 
 use super::{Angles, Speeds};
 use crate::sweep::Job;
@@ -8,25 +8,25 @@ use edgegait_core::pack::Pack;
 use rand::{Rng, RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
-/// Streams of people's own draws begin here; bodies and clothes have others.
+/// First random stream of people's speeds and ages; bodies and clothes have others.
 const PEOPLE: u64 = 1 << 62;
-/// Streams of cycles' draws begin here.
+/// First random stream of cycles' viewpoints.
 const CYCLES: u64 = 3 << 62;
-/// Steps of an age in a year, of a speed in a km/h, and of an angle in a degree: results state
-/// what is drawn exactly.
+/// Steps in a year of age, in a km/h of speed and in a degree of angle, so that results state
+/// sampled values exactly.
 const YEAR: f64 = 1.0;
 const KMH: f64 = 10.0;
 const DEGREE: f32 = 8.0;
 
-/// What draws for the person of a number.
+/// Returns the random generator of the person with this number.
 pub(super) fn of_person(seed: u64, number: usize) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(PEOPLE | number as u64);
     rng
 }
 
-/// What draws for a cycle, by the names of who walks and of the walk, as variations are drawn. All
-/// conditions have the same viewpoints.
+/// Returns the random generator of a cycle, seeded by the names of the person and of the walk, as
+/// for variations. All conditions have the same viewpoints.
 pub(super) fn of_cycle(seed: u64, pack: &Pack<'_>, job: Job<'_>) -> ChaCha8Rng {
     let walk = pack.walk(job.walk);
     let subject = walk.and_then(|walk| pack.subject(walk.subject));
@@ -38,26 +38,26 @@ pub(super) fn of_cycle(seed: u64, pack: &Pack<'_>, job: Job<'_>) -> ChaCha8Rng {
     rng
 }
 
-/// A whole number of steps from one to the other, each as likely.
+/// Samples a multiple of a step between two numbers, uniformly.
 fn steps(rng: &mut impl Rng, [low, high]: [f64; 2], steps: f64) -> f64 {
     let (low, high) = ((low * steps).ceil(), (high * steps).floor());
     let count = (high - low).max(0.0) as u32;
     (low + f64::from(rng.random_range(0..=count))) / steps
 }
 
-/// An age, years.
+/// Samples an age, years.
 pub(super) fn years(rng: &mut impl Rng, between: [f64; 2]) -> f64 {
     steps(rng, between, YEAR)
 }
 
 impl Speeds {
-    /// How many different ones there are.
+    /// Returns the number of different speeds between two.
     pub(super) fn count(between: [f64; 2]) -> usize {
         let [low, high] = between;
         ((high * KMH).floor() - (low * KMH).ceil()).max(-1.0) as usize + 1
     }
 
-    /// The slowest and the fastest, or all.
+    /// Returns the slowest and the fastest speed, or all.
     pub(super) fn bounds(&self) -> Vec<f64> {
         match self {
             Self::Each(speeds) => speeds.clone(),
@@ -69,7 +69,7 @@ impl Speeds {
         }
     }
 
-    /// One person's, slowest first, each once.
+    /// Samples the speeds of one person, all different, slowest first.
     pub(super) fn drawn(&self, rng: &mut impl Rng) -> Vec<f64> {
         let (between, walks) = match self {
             Self::Each(speeds) => return speeds.clone(),
@@ -88,7 +88,7 @@ impl Speeds {
 }
 
 impl Angles {
-    /// One of them.
+    /// Samples an angle.
     pub(super) fn drawn(&self, rng: &mut impl Rng) -> f32 {
         match self {
             Self::Choice(angles) => angles[rng.random_range(0..angles.len())],

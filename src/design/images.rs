@@ -1,4 +1,4 @@
-//! How a design's silhouettes are drawn, as users write it.
+//! The table of a design file that specifies its images.
 
 use super::DesignImages;
 use crate::sweep::{FramingMode, Lens, Raster, Sensor, Settings, Wanted};
@@ -6,7 +6,7 @@ use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use serde::Deserialize;
 
-/// The table `[images]`; what is left out is as `sweep` has it.
+/// The table `[images]`; missing keys have the defaults of `sweep`.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenImages {
@@ -22,7 +22,7 @@ pub(super) struct WrittenImages {
     frames_per_cycle: Option<u32>,
 }
 
-/// One name, or several.
+/// The name of a template, or several names.
 #[derive(Deserialize)]
 #[serde(
     untagged,
@@ -73,7 +73,7 @@ enum WrittenLens {
 }
 
 impl WrittenImages {
-    /// What is made of each cycle.
+    /// Returns the outputs for each cycle.
     pub(super) fn images(&self) -> Result<DesignImages, String> {
         let templates = match &self.template {
             None => vec![Template::Gei],
@@ -129,7 +129,7 @@ impl WrittenImages {
             ..usual
         };
         if self.distance_m.is_some() && !settings.uses_sensor() {
-            return Err("distance_m changes nothing with parallel rays (lens = \"persp\", or framing = \"camera\")".into());
+            return Err("distance_m changes nothing with parallel rays (set lens = \"persp\" or framing = \"camera\")".into());
         }
         Ok(settings)
     }

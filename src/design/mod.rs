@@ -1,5 +1,5 @@
-//! Designs: who walks, how, under which conditions and seen from where, in one TOML file from
-//! which a whole training set is made again.
+//! Designs: TOML files that specify people, walks, conditions and viewpoints, from which a whole
+//! training set is generated reproducibly.
 
 mod chance;
 mod images;
@@ -17,140 +17,142 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
-/// Names of the designs that are built in.
+/// The names of the built-in designs.
 pub const NAMES: [&str; 2] = ["casia-b-like", "domain-random"];
 const BUILT_IN: [&str; 2] = [
     include_str!("built_in/casia-b-like.toml"),
     include_str!("built_in/domain-random.toml"),
 ];
 
-/// Cycles of one take of a made walk: variations `8 t` to `8 t + 7` of a stored cycle are of take
-/// `t`.
+/// Number of cycles in a take of a synthetic walk: variations `8 t` to `8 t + 7` of a stored cycle
+/// belong to take `t`.
 const CYCLES_OF_A_TAKE: u32 = crate::people::variation::CYCLES_OF_A_TAKE;
 
-/// What a dataset is made of.
+/// The specification of a synthetic training set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
-    /// Who walks.
+    /// The people and their speeds.
     pub population: Population,
-    /// Which takes of each walk there are.
+    /// The takes of each walk.
     pub takes: Vec<DesignTake>,
-    /// How many cycles of each, at most 8.
+    /// The number of cycles in each take, at most 8.
     pub cycles: u32,
-    /// From where each cycle is seen.
+    /// The viewpoints of each cycle.
     pub views: Viewpoints,
-    /// Under what each cycle is walked; as it is where there are none.
+    /// The conditions under which each cycle is walked; none for plain walks.
     pub conditions: Vec<Condition>,
-    /// How it is drawn; with the seed of everything.
+    /// The settings of rendering, and the seed of everything random.
     pub settings: Settings,
-    /// What is made of each cycle.
+    /// The outputs for each cycle.
     pub images: DesignImages,
-    /// Which people belong together: they share nobody, and are at least one.
+    /// The splits, at least one, which share no people.
     pub splits: Vec<Split>,
 }
 
-/// What is made of each cycle.
+/// The outputs for each cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DesignImages {
-    /// Templates, the first of which is the settings', and joints.
+    /// Templates, the first of which is that of the settings, and joints.
     pub wanted: Wanted,
-    /// Whether it says of which size they are.
+    /// Whether the design states the size of the images.
     pub has_size: bool,
 }
 
-/// Cycles of a walk that belong together, as one recording does.
+/// A take of a walk: cycles that belong together as in one recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DesignTake {
-    /// What the index calls it, such as `bg-01`, instead of by the walk.
+    /// The name in the index, such as `bg-01`, instead of the walk's.
     pub name: Option<String>,
-    /// Where it has a name, the number of the condition that acts on it, if one does. Takes
-    /// without a name are walked under each.
+    /// The number of the condition of a take with a name, if any. Takes without a name are walked
+    /// under every condition.
     pub condition: Option<usize>,
 }
 
 /// People of a population who go into one dataset.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Split {
-    /// What it is called; `None` where there is but one.
+    /// The split's name; `None` if it is the only one.
     pub name: Option<String>,
-    /// Their numbers.
+    /// The numbers of the people.
     pub people: Range<usize>,
 }
 
-/// People as [`crate::people::cohort`] makes them.
+/// The people of a design, as [`crate::people::cohort`] makes them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Population {
-    /// Sex of all of them.
+    /// The sex of all people; `None` for both.
     pub sex: Option<Sex>,
-    /// Ages, years, from which theirs are drawn evenly; without them as a cohort's.
+    /// Least and greatest age, years, between which ages are sampled uniformly; `None` for a
+    /// cohort's ages.
     pub ages: Option<[f64; 2]>,
-    /// How fast they walk.
+    /// The speeds at which people walk.
     pub speeds: Speeds,
-    /// Whether they are dressed.
+    /// The dressing of the people; `None` for bare bodies.
     pub dressed: Option<Dressing>,
 }
 
-/// How fast people walk.
+/// The speeds at which people walk.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Speeds {
-    /// Each person at each of these, km/h.
+    /// The speeds at which each person walks, km/h.
     Each(Vec<f64>),
-    /// Each person at so many of their own, drawn evenly between two in steps of 0.1 km/h.
+    /// Speeds that are sampled uniformly for each person, in steps of 0.1 km/h.
     Drawn {
-        /// Slowest and fastest, km/h.
+        /// Slowest and fastest speed, km/h.
         between: [f64; 2],
-        /// How many.
+        /// The number of speeds, and so of walks, of each person.
         walks: usize,
     },
 }
 
-/// From where cycles are seen.
+/// The viewpoints of each cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Viewpoints {
-    /// Each of them from all of these.
+    /// The same viewpoints for all cycles.
     Grid(Vec<View>),
-    /// Each from so many of its own.
+    /// Viewpoints that are sampled for each cycle.
     Drawn {
         /// Azimuths, degrees.
         azimuth: Angles,
         /// Elevations, degrees.
         elevation: Angles,
-        /// How many.
+        /// The number of viewpoints of each cycle.
         count: usize,
     },
 }
 
-/// Angles that are drawn from, degrees.
+/// The distribution from which angles are sampled, degrees.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Angles {
-    /// One of these.
+    /// A choice among these angles.
     Choice(Vec<f32>),
-    /// Anything between the two, in steps of an eighth.
+    /// A range, in steps of an eighth of a degree.
     Between([f32; 2]),
 }
 
-/// The TOML of the design that is built in under a name, or that of a `.toml` file.
+/// Returns the TOML of the built-in design of this name, or of a `.toml` file.
 ///
 /// # Errors
-/// If there is none of this name, or the file cannot be read.
+/// If there is no design of this name, or the file cannot be read.
 pub fn text_of(name: &str) -> Result<Cow<'static, str>> {
     toml_of(name, "design", &NAMES, &BUILT_IN)
 }
 
 impl Design {
-    /// The one that is built in under a name, or that of a `.toml` file.
+    /// Returns the built-in design of this name, or the design in a `.toml` file.
     ///
     /// # Errors
-    /// If there is none of this name, or the file is no design, with the line and the reason.
+    /// If there is no design of this name, or the file is not a design, with the line and the
+    /// reason.
     pub fn named(name: &str) -> Result<Self> {
         Self::parse(Path::new(name), &text_of(name)?)
     }
 
-    /// A design from TOML; `path` is for messages.
+    /// Parses a design from TOML; `path` is for messages.
     ///
     /// # Errors
-    /// If the text is not TOML, a key is unknown, or people, speeds, views or conditions are none
-    /// that can be made.
+    /// If the text is not TOML, a key is unknown, or people, speeds, views or conditions are not
+    /// possible.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let written: toml_file::WrittenDesign =
             toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
@@ -160,13 +162,13 @@ impl Design {
         })
     }
 
-    /// How many people there are in all splits.
+    /// Returns the number of people in all splits.
     #[must_use]
     pub fn people(&self) -> usize {
         self.splits.iter().map(|split| split.people.len()).sum()
     }
 
-    /// How many walks each of them has.
+    /// Returns the number of walks of each person.
     #[must_use]
     pub const fn walks(&self) -> usize {
         match &self.population.speeds {
@@ -175,19 +177,19 @@ impl Design {
         }
     }
 
-    /// How many cycles are drawn of each person.
+    /// Returns the number of cycles of each person.
     #[must_use]
     pub fn cycles(&self) -> usize {
         self.walks() * self.cycles_of_walk()
     }
 
-    /// How many of each walk.
+    /// Returns the number of cycles of each walk.
     fn cycles_of_walk(&self) -> usize {
         let each = self.takes.iter().map(|take| self.conditions_of(take));
         each.sum::<usize>() * self.cycles as usize
     }
 
-    /// Under how many conditions each cycle of a take is walked.
+    /// Returns the number of conditions under which each cycle of a take is walked.
     fn conditions_of(&self, take: &DesignTake) -> usize {
         match take.name {
             Some(_) => 1,
@@ -195,7 +197,7 @@ impl Design {
         }
     }
 
-    /// From how many viewpoints each is seen.
+    /// Returns the number of viewpoints of each cycle.
     #[must_use]
     pub const fn viewpoints(&self) -> usize {
         match &self.views {
@@ -204,7 +206,7 @@ impl Design {
         }
     }
 
-    /// The person of a number, at every speed: whoever else is made.
+    /// Returns a person by number, with a walk at each speed. It does not depend on other people.
     ///
     /// # Errors
     /// As [`cohort::subject`].
@@ -216,14 +218,14 @@ impl Design {
         cohort::subject(&self.options_at(number, age, speeds), number)
     }
 
-    /// All cycles of a pack's walks, walk by walk.
+    /// Returns all cycles of a pack's walks, walk by walk.
     #[must_use]
     pub fn jobs(&self, pack: &Pack<'_>) -> Vec<Job<'_>> {
         let cycles = pack.walks().len() * self.cycles_of_walk();
         (0..cycles).filter_map(|number| self.job(number)).collect()
     }
 
-    /// The cycle of a number among those of a person's walks.
+    /// Returns a cycle by its number among those of a person's walks.
     #[must_use]
     pub fn job(&self, number: usize) -> Option<Job<'_>> {
         let of_walk = self.cycles_of_walk();
@@ -247,17 +249,17 @@ impl Design {
         None
     }
 
-    /// What the index calls the walk of a cycle, where its take has a name.
+    /// Returns the name of a cycle's take, if it has one, which the index states as the walk.
     #[must_use]
     pub fn take_of(&self, job: Job<'_>) -> Option<&str> {
         let take = self.takes.get((job.variation / CYCLES_OF_A_TAKE) as usize);
         take.and_then(|take| take.name.as_deref())
     }
 
-    /// From where a cycle is seen.
+    /// Returns the viewpoints of a cycle.
     ///
     /// # Errors
-    /// Never: angles have been checked.
+    /// Never, because angles have been checked.
     pub fn views_of(&self, pack: &Pack<'_>, job: Job<'_>) -> Result<Vec<View>> {
         match &self.views {
             Viewpoints::Grid(views) => Ok(views.clone()),

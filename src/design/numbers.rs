@@ -1,4 +1,4 @@
-//! Numbers of designs as users write them: counts, people, speeds and angles.
+//! The numbers of a design file: counts, people, speeds and angles.
 
 use super::{Angles, Speeds, Viewpoints};
 use crate::sweep::View;
@@ -8,10 +8,10 @@ use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 use std::ops::Range;
 
-/// Most of what is counted in a design: walks of a person, takes, viewpoints of a cycle.
+/// Largest count in a design: walks of a person, takes, viewpoints of a cycle.
 pub(super) const MOST: usize = 1_000;
 
-/// A number from 1 on.
+/// A number from 1 to [`MOST`].
 #[derive(Clone, Copy, Deserialize)]
 #[serde(try_from = "i64")]
 pub(super) struct PositiveNumber(pub usize);
@@ -28,7 +28,7 @@ impl TryFrom<i64> for PositiveNumber {
     }
 }
 
-/// `A..B`.
+/// A range of people, written `A..B`.
 #[derive(Clone, Deserialize)]
 #[serde(try_from = "String")]
 pub(super) struct NumberRange(pub Range<usize>);
@@ -43,13 +43,13 @@ impl TryFrom<String> for NumberRange {
         match ends {
             Some((from, to)) if from < to => Ok(Self(from..to)),
             _ => Err(format!(
-                "expected people as \"0..100\", from number 0 on and without number 100, found {text:?}"
+                "expected people as \"0..100\", which includes 0 and excludes 100, found {text:?}"
             )),
         }
     }
 }
 
-/// A list of numbers, or `{ uniform = [LOW, HIGH] }` with what else `T` has.
+/// A list of numbers, or a table `{ uniform = [LOW, HIGH] }` with the other keys of `T`.
 enum ListOr<T> {
     List(Vec<f64>),
     Table(T),
@@ -77,9 +77,9 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for ListOr<T> {
     }
 }
 
-/// Refuses what is no range.
+/// Checks that two numbers are a finite range.
 pub(super) fn check_range([low, high]: [f64; 2]) -> Result<(), String> {
-    // A NaN is in no order.
+    // Comparisons with NaN are false.
     if low <= high && low.is_finite() && high.is_finite() {
         return Ok(());
     }
@@ -93,7 +93,7 @@ pub(super) fn check_range([low, high]: [f64; 2]) -> Result<(), String> {
 pub(super) struct WrittenSpeeds(pub Speeds);
 
 impl Default for WrittenSpeeds {
-    /// The speed at which walks are compared.
+    /// Returns 5 km/h, the speed at which walks are compared.
     fn default() -> Self {
         Self(Speeds::Each(vec![5.0]))
     }
@@ -123,7 +123,7 @@ impl TryFrom<ListOr<DrawnSpeeds>> for WrittenSpeeds {
                 let most = Speeds::count(uniform);
                 if walks > most {
                     return Err(format!(
-                        "expected at most {most} walks, as many as there are speeds of 0.1 km/h from {} to {}, found {walks}",
+                        "expected at most {most} walks, the number of speeds in steps of 0.1 km/h from {} to {}, found {walks}",
                         uniform[0], uniform[1]
                     ));
                 }
@@ -163,7 +163,7 @@ impl TryFrom<ListOr<DrawnAngles>> for WrittenAngles {
     type Error = String;
 
     fn try_from(written: ListOr<DrawnAngles>) -> Result<Self, String> {
-        #[expect(clippy::cast_possible_truncation, reason = "viewpoints are rounded so")]
+        #[expect(clippy::cast_possible_truncation, reason = "viewpoints are f32")]
         let rounded = |angle: f64| angle as f32;
         match written {
             ListOr::List(angles) if angles.is_empty() => {
@@ -181,7 +181,7 @@ impl TryFrom<ListOr<DrawnAngles>> for WrittenAngles {
 }
 
 impl Angles {
-    /// The least and the greatest, or all.
+    /// Returns the least and the greatest angle, or all.
     fn ends(&self) -> &[f32] {
         match self {
             Self::Choice(angles) => angles,
@@ -203,7 +203,7 @@ impl WrittenViews {
         match (self.count, &azimuth, &elevation) {
             (None, Angles::Choice(_), Angles::Choice(_)) => Ok(Viewpoints::Grid(grid)),
             (None, ..) => {
-                Err("expected count = N, the viewpoints that are drawn for each cycle".into())
+                Err("expected count = N, the number of viewpoints sampled for each cycle".into())
             }
             (Some(PositiveNumber(count)), ..) => Ok(Viewpoints::Drawn {
                 azimuth,

@@ -46,7 +46,7 @@ fn designs_that_are_built_in_are_what_their_names_say() {
     assert_eq!((casia.people(), casia.viewpoints()), (124, 11));
     let names = casia.conditions.iter().map(|c| c.name.as_str());
     assert_eq!(names.collect::<Vec<_>>(), ["NM", "BG", "CL"]);
-    // Six takes as they are, and two with bags and coats each.
+    // Six plain takes, two with bags and two with coats.
     assert_eq!((casia.takes.len(), casia.cycles()), (10, 10));
     let acting = casia.takes.iter().map(|take| take.condition);
     let expected = [[None; 6].to_vec(), vec![Some(1); 2], vec![Some(2); 2]].concat();
@@ -83,7 +83,7 @@ fn a_design_says_who_walks_how_and_seen_from_where() {
         speeds.extend(own.iter().map(|speed| (10.0 * speed).round() as u32));
         assert!(person.walks[1].worn.is_some());
     }
-    // All of 11 ages, and of 16 speeds.
+    // Nearly all of 11 ages, and all of 16 speeds.
     assert!(
         ages.len() >= 10 && speeds.len() == 16,
         "{ages:?} {speeds:?}"
@@ -122,7 +122,7 @@ fn viewpoints_are_drawn_for_each_cycle_and_are_the_same_under_all_conditions() {
     assert!(azimuths.iter().all(|angle| (0.0..=360.0).contains(angle)));
     assert!(seen.len() > azimuths.len() / 2);
 
-    // Whoever else is there.
+    // Viewpoints do not depend on the other people.
     let own = design.jobs(&some);
     let of_fifth = &jobs[5 * design.cycles()..][..2 * design.cycles()];
     for (own, among) in own.iter().zip(of_fifth) {
@@ -198,7 +198,7 @@ fn what_is_no_design_is_refused_with_the_line_and_the_reason() {
             .unwrap()
             .parse()
             .expect(&error);
-        // What is wrong with splits together is said of their table.
+        // Errors about several splits name the line of their table.
         let is_there = line == line_of(start) || start == "train" && line == line_of("[splits]");
         assert!(is_there, "{instead}: {error}");
     }
@@ -285,7 +285,7 @@ fn what_does_not_go_together_is_refused_with_what_to_do() {
             "{error}"
         );
     }
-    // Who is not said to be bare is dressed, for good.
+    // By default people are dressed for good.
     let text = TWENTY.replace("dressed = \"per-take\"\n", "");
     let dressed = parsed(&text).expect("a design").population.dressed;
     assert_eq!(dressed, Some(Dressing::ForGood));

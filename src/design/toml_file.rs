@@ -1,4 +1,4 @@
-//! Designs as users write them.
+//! The format of design files.
 
 use super::images::WrittenImages;
 use super::numbers::{MOST, NumberRange, PositiveNumber, WrittenSpeeds, WrittenViews, check_range};
@@ -13,7 +13,7 @@ use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 use toml::Spanned;
 
-/// The tables of the file.
+/// The tables of a design file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct WrittenDesign {
@@ -54,7 +54,7 @@ enum WrittenSex {
 #[serde(rename_all = "kebab-case")]
 enum WrittenDressing {
     Never,
-    /// Nearer to people of other software than bare ones are: see the guide.
+    /// Closer to people rendered by other software than bare people are: see the guide.
     #[default]
     ForGood,
     PerTake,
@@ -85,7 +85,7 @@ const fn one() -> PositiveNumber {
     PositiveNumber(1)
 }
 
-/// How many takes there are, or their names.
+/// The number of takes, or their names.
 enum Takes {
     Count(usize),
     Named(Vec<NamedTake>),
@@ -144,7 +144,7 @@ impl<'de> Visitor<'de> for TakesVisitor {
     }
 }
 
-/// The name of a set of conditions, or conditions as their files have them.
+/// The name of a set of conditions, or conditions as in their files.
 #[derive(Default)]
 struct WrittenConditions(Vec<Condition>);
 
@@ -176,7 +176,7 @@ impl<'de> Visitor<'de> for ConditionsVisitor {
     }
 }
 
-/// Names and people.
+/// The splits, by name.
 #[derive(Default)]
 struct Splits(Vec<Split>);
 
@@ -192,7 +192,7 @@ impl<'de> Visitor<'de> for SplitsVisitor {
     type Value = Splits;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a table of names with their people, as train = \"0..80\"")
+        f.write_str("a table of names with their people, such as train = \"0..80\"")
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Splits, A::Error> {
@@ -227,7 +227,7 @@ impl<'de> Visitor<'de> for SplitsVisitor {
     }
 }
 
-/// A table, and the byte at which it begins; that of the whole where it is not there.
+/// Returns a table and the byte at which it begins; the default and 0 if it is missing.
 fn table<T: Default>(written: Option<Spanned<T>>) -> (usize, T) {
     written.map_or_else(
         || (0, T::default()),
@@ -236,10 +236,10 @@ fn table<T: Default>(written: Option<Spanned<T>>) -> (usize, T) {
 }
 
 impl WrittenDesign {
-    /// What it says.
+    /// Checks the file and converts it to a design.
     ///
     /// # Errors
-    /// What is wrong, and at which byte.
+    /// The byte and the problem.
     pub(super) fn design(self) -> Result<Design, (usize, String)> {
         let (at_population, population) = table(self.population);
         let (at_walks, walks) = table(self.walks);
@@ -272,7 +272,7 @@ impl WrittenDesign {
         };
         let has_names = design.takes.iter().any(|take| take.name.is_some());
         if has_names && design.walks() > 1 {
-            let problem = "expected one speed where takes have names, by which they are told apart";
+            let problem = "expected one speed if takes have names, which do not distinguish speeds";
             return Err((at_walks, problem.into()));
         }
         let said = |error: Error| error.to_string();
@@ -281,7 +281,7 @@ impl WrittenDesign {
             check_range(ages)
                 .map_err(|problem| (at_population, format!("age_years: {problem}")))?;
         }
-        // What is left to chance has the bounds of what is asked for.
+        // Sampled values are checked by their bounds.
         for age in ages.map_or(vec![None], |ages| ages.map(Some).to_vec()) {
             let options = design.options_at(0, age, vec![5.0]);
             let checked = options.check().map_err(said);
@@ -305,7 +305,7 @@ fn splits_of(people: Option<NumberRange>, splits: Vec<Split>) -> Result<Vec<Spli
         }
         (None, splits) if !splits.is_empty() => Ok(splits),
         (None, _) => {
-            Err("expected people = \"0..100\" in [population], or [splits] of them".into())
+            Err("expected people = \"0..100\" in [population], or a table [splits]".into())
         }
         (Some(_), _) => {
             Err("expected people in [population] or [splits], found both (leave people out)".into())

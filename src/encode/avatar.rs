@@ -1,5 +1,5 @@
-//! Bodies as bytes: offsets to 0.1 mm, hull points in the coarsest steps that keep them
-//! within a stated error, and what is symmetric by its half.
+//! Encoding of bodies: offsets to 0.1 mm, hull points in the coarsest steps within an error
+//! bound, and symmetric parts by their half.
 
 #[cfg(test)]
 mod tests;
@@ -18,32 +18,31 @@ use edgegait_core::format::{
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DVec3, Vec3};
 
-/// Greatest number of steps that a coordinate of the format counts.
+/// The greatest number of steps that the format holds in a coordinate.
 const MAX_COUNT: f64 = ((1 << ((1 << WIDTH_BITS) - 2)) - 1) as f64;
-/// Greatest error that the format states, mm.
+/// The greatest error that the format can state, mm.
 const MAX_STATED_MM: f64 = 655.35;
 
-/// Most parts of a draped hull, none of them the image of another.
+/// The most stored parts of a draped hull, without mirror images.
 const MAX_PARTS: usize = 1 << PARTS_BITS;
 
-/// An avatar's bytes and how far its points moved.
+/// An avatar's bytes and encoding error.
 #[derive(Clone, Debug)]
 pub struct EncodedAvatar {
-    /// What [`Avatar::parse`] reads.
+    /// The bytes that [`Avatar::parse`] reads.
     pub bytes: Vec<u8>,
-    /// Greatest distance from a hull's point to the nearest decoded one, or from a decoded
-    /// one to the nearest point of the hull, mm.
+    /// The greatest distance from a hull's point to the nearest decoded point, or from a decoded
+    /// point to the nearest point of the hull, mm.
     pub max_error_mm: f64,
 }
 
-/// Encodes a body so that no hull point is off by more than `max_error_mm`, in the coarsest
-/// steps of which that is true. When the format cannot reach that, the finest steps are
-/// taken (1/16383 of the farthest coordinate: 0.06 mm for 1 m);
-/// [`EncodedAvatar::max_error_mm`] tells.
+/// Encodes a body in the coarsest steps that keep every hull point within `max_error_mm`. Where
+/// the format cannot reach this error, the finest steps are used (1/16383 of the farthest
+/// coordinate: 0.06 mm for 1 m); [`EncodedAvatar::max_error_mm`] states the error.
 ///
-/// Points that round to the same one become one. A half of what is symmetric within the
-/// error is left out: of a hull, of two hulls on the left and the right, and of a skeleton
-/// whose offsets are symmetric to 0.1 mm.
+/// Points that round to the same point are merged. Where the error allows, symmetric hulls, and
+/// pairs of hulls on the left and the right, are stored by their half. So is a skeleton whose
+/// offsets are symmetric to 0.1 mm.
 ///
 /// # Errors
 /// For bodies beyond the core's budget, or larger than 3.2 m.
@@ -55,7 +54,7 @@ pub fn encode_avatar(body: &Body, max_error_mm: f64) -> Result<EncodedAvatar> {
     for step_um in (finest..=coarsest_step_um(body, max_error_mm)).rev() {
         if is_within(body, step_um, max_error_mm) {
             let encoded = encode(body, &offsets, step_um, max_error_mm)?;
-            // What is true in f64 may miss by the last bits of the core's f32.
+            // An error within the bound in f64 may exceed it in the core's f32.
             if encoded.max_error_mm <= max_error_mm {
                 return Ok(encoded);
             }
@@ -72,7 +71,7 @@ fn check_budget(body: &Body) -> Result<()> {
     if !body.offsets.iter().all(finite) || !body.all_hulls().all(is_finite) {
         return Err(EncodeError::NotFinite("a body".into()).into());
     }
-    // A draped hull counts as a whole where points of one hull are counted.
+    // The points of all parts of a draped hull count together.
     let wholes = body.draped.iter().map(|parts| lens(parts).iter().sum());
     let largest = lens(&body.hulls).into_iter().chain(wholes).max();
     let hulls = body.all_hulls().count();
@@ -99,7 +98,7 @@ fn check_budget(body: &Body) -> Result<()> {
     Ok(())
 }
 
-/// Refuses what is no body in metres: beyond the 16 bits of an offset.
+/// Checks that a coordinate fits the 16 bits of an offset, as bodies in metres do.
 fn check_size(coordinate: f64) -> Result<()> {
     if coordinate.abs() > f64::from(i16::MAX) * f64::from(OFFSET_STEP_M) {
         return Err(EncodeError::OutOfRange {
@@ -113,7 +112,7 @@ fn check_size(coordinate: f64) -> Result<()> {
     Ok(())
 }
 
-/// Joint offsets in units of 0.1 mm, rounded to nearest.
+/// Returns joint offsets in units of 0.1 mm, rounded to nearest.
 fn rounded_offsets(body: &Body) -> Result<[StepPoint; JOINTS]> {
     let mut rounded = [[0; 3]; JOINTS];
     for (offset, rounded) in body.offsets.iter().zip(&mut rounded) {
@@ -125,7 +124,7 @@ fn rounded_offsets(body: &Body) -> Result<[StepPoint; JOINTS]> {
     Ok(rounded)
 }
 
-/// The finest step in which the format counts all coordinates, micrometres.
+/// Returns the finest step in which the format holds all coordinates, micrometres.
 fn finest_step_um(body: &Body) -> Result<u16> {
     let mut finest = 1.0f64;
     for point in body.all_hulls().flat_map(|hull| &hull.points) {
@@ -142,8 +141,9 @@ fn finest_step_um(body: &Body) -> Result<u16> {
     Ok(finest)
 }
 
-/// A step beyond which some coordinate is off by more than the error, micrometres: one that is
-/// farther from 0 than the error has to be counted, and one step is at most as far again.
+/// Returns a step beyond which some coordinate exceeds the error, micrometres. A coordinate
+/// farther from 0 than the error needs at least one step, which may exceed it by the error at
+/// most.
 fn coarsest_step_um(body: &Body, max_error_mm: f64) -> u16 {
     let error_m = max_error_mm * 1e-3;
     let points = body.all_hulls().flat_map(|hull| &hull.points);
@@ -163,7 +163,7 @@ fn step_m(step_um: u16) -> f64 {
     f64::from(step_um) * f64::from(HULL_STEP_M)
 }
 
-/// Whether no point is further than this from a whole number of steps.
+/// Returns whether all points are within an error of whole numbers of steps.
 fn is_within(body: &Body, step_um: u16, max_error_mm: f64) -> bool {
     let step_m = step_m(step_um);
     let mut points = body.all_hulls().flat_map(|hull| &hull.points);
@@ -173,7 +173,7 @@ fn is_within(body: &Body, step_um: u16, max_error_mm: f64) -> bool {
     })
 }
 
-/// Encodes a body in these steps, and measures with the core's reader.
+/// Encodes a body in these steps, and measures the error with the core's reader.
 fn encode(
     body: &Body,
     offsets: &[StepPoint; JOINTS],
@@ -246,15 +246,15 @@ fn encode(
     })
 }
 
-/// Whether the right joints' offsets are images of the left ones', and the middle ones'
-/// are in the plane between.
+/// Returns whether the right joints' offsets are mirror images of the left ones, and the middle
+/// joints' offsets lie in the plane between.
 fn is_symmetric(offsets: &[StepPoint; JOINTS]) -> bool {
     let at = |joint: Joint| offsets[joint.index()];
     let mut joints = Joint::ALL.into_iter().skip(1);
     joints.all(|joint| at(joint) == image(at(joint.mirrored())))
 }
 
-/// Appends the offsets of all joints but the pelvis, or of the left and the middle ones.
+/// Appends the offsets of all joints except the pelvis, or of the left and middle ones only.
 fn write_offsets(writer: &mut BitWriter, offsets: &[StepPoint; JOINTS], is_symmetric: bool) {
     let joints = Joint::ALL.into_iter().zip(offsets).skip(1);
     let coordinates: Vec<i32> = joints

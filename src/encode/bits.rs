@@ -1,8 +1,8 @@
-//! Writing packed bits: the inverse of `edgegait_core::bits::BitReader`.
+//! A writer of packed bits, the inverse of `edgegait_core::bits::BitReader`.
 
 use edgegait_core::format::{ESCAPE_BITS, RICE_ESCAPE};
 
-/// Appends integers of 0 to 25 bits, least significant bit first.
+/// A writer that appends integers of 0 to 25 bits, least significant bit first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BitWriter {
     bytes: Vec<u8>,
@@ -41,14 +41,14 @@ impl BitWriter {
         }
     }
 
-    /// The bytes, the last one filled up with zeros.
+    /// Returns the bytes, with zeros in the unused bits of the last one.
     #[must_use]
     pub(super) fn into_bytes(self) -> Vec<u8> {
         self.bytes
     }
 }
 
-/// 0, 1, -1, 2, -2... as 0, 1, 2, 3, 4...
+/// Maps 0, 1, -1, 2, -2... to 0, 1, 2, 3, 4...
 fn zigzag(value: i32) -> u32 {
     if value > 0 {
         2 * value.unsigned_abs() - 1
@@ -57,7 +57,7 @@ fn zigzag(value: i32) -> u32 {
     }
 }
 
-/// How many bits [`BitWriter::rice`] appends.
+/// Returns the number of bits that [`BitWriter::rice`] appends.
 #[must_use]
 pub(super) fn rice_bits(value: i32, parameter: u32) -> u32 {
     let ones = zigzag(value) >> parameter;
@@ -68,7 +68,7 @@ pub(super) fn rice_bits(value: i32, parameter: u32) -> u32 {
     }
 }
 
-/// How many bits `value` takes as a two's complement integer; 0 for 0.
+/// Returns the number of bits of `value` as a two's complement integer; 0 for 0.
 #[must_use]
 pub(super) fn signed_width(value: i32) -> u32 {
     if value == 0 {

@@ -1,5 +1,4 @@
-//! What all clips of a pack share, once it is settled: joint frames, mean walks and Rice
-//! parameters.
+//! The code that all clips of a pack share: joint frames, mean walks and Rice parameters.
 
 use super::coefficients::{CycleCoefficients, Mean};
 use super::cycle::Quantised;
@@ -16,14 +15,14 @@ use edgegait_core::format::{
 use edgegait_core::skeleton::JOINTS;
 use serde::{Deserialize, Serialize};
 
-/// A mean walk, from which clips state their differences.
+/// A mean walk, relative to which clips are stored.
 #[derive(Clone, Debug)]
 pub(super) struct EncodedMeanWalk {
-    /// The scale of its numbers.
+    /// The scale of the numbers.
     pub(super) scale: u8,
-    /// Its coefficients in steps.
+    /// The coefficients in steps.
     pub(super) numbers: CycleCoefficients,
-    /// The same, radians and metres, as they are decoded.
+    /// The coefficients as they are decoded, radians and metres.
     pub(super) mean: Mean,
 }
 
@@ -42,7 +41,7 @@ impl EncodedMeanWalk {
     }
 }
 
-/// Joint frames, mean walks and Rice parameters.
+/// The joint frames, mean walks and Rice parameters of a pack.
 #[derive(Clone, Debug)]
 pub(super) struct Code {
     pub(super) frames: Frames,
@@ -53,14 +52,14 @@ pub(super) struct Code {
 /// The sections of a pack that hold a code.
 #[derive(Clone, Debug)]
 pub(super) struct CodeSections {
-    /// Section `CODE`.
+    /// The section `CODE`.
     pub(super) codebook: Vec<u8>,
-    /// Section `TMPL`.
+    /// The section `TMPL`.
     pub(super) templates: Vec<u8>,
 }
 
 impl CodeSections {
-    /// As the core reads them.
+    /// Parses the sections with the core's reader.
     pub(super) fn parsed(&self) -> Result<Codebook<'_>> {
         let parsed = Codebook::parse(&self.codebook);
         let parsed = parsed.and_then(|codebook| codebook.with_templates(&self.templates));
@@ -79,7 +78,7 @@ impl CodeSections {
     }
 }
 
-/// Errors of each joint over clips: the greatest, and the sum of the means, mm.
+/// The errors of each joint over clips: the greatest, and the sum of the means, mm.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ErrorsOfAll {
     joints: JointErrors,
@@ -87,7 +86,7 @@ pub(super) struct ErrorsOfAll {
 }
 
 impl ErrorsOfAll {
-    /// Counts one more clip.
+    /// Adds the errors of one clip.
     pub(super) fn add(&mut self, errors: &JointErrors) {
         for (all, own) in self.joints.iter_mut().zip(errors) {
             *all = (all.0.max(own.0), all.1 + own.1);
@@ -97,7 +96,7 @@ impl ErrorsOfAll {
 }
 
 impl Code {
-    /// The sections, whose errors are stated later.
+    /// Returns the sections, without the errors, which are stated later.
     pub(super) fn sections(&self) -> Result<CodeSections> {
         let mut codebook = self.frames.to_bytes();
         codebook.resize(CODEBOOK_BYTES, 0);
@@ -116,8 +115,8 @@ impl Code {
         })
     }
 
-    /// A loop's bytes, which differ from a template if one is given by its number, and its errors
-    /// as the core decodes it with `parsed`, which is of the same code.
+    /// Returns a loop's bytes, relative to a mean walk if its number is given, and its errors after
+    /// decoding by the core with `parsed`, the same code.
     pub(super) fn entry(
         &self,
         target: &EncodingTarget<'_>,
@@ -136,7 +135,7 @@ impl Code {
     }
 }
 
-/// A loop's header without its errors.
+/// Returns a loop's header without its errors.
 fn header(target: &EncodingTarget<'_>, template: usize, scale: u8) -> Vec<u8> {
     let cycle = target.cycle;
     let mut bytes = Vec::with_capacity(LOOP_HEADER_BYTES);
@@ -156,18 +155,18 @@ fn header(target: &EncodingTarget<'_>, template: usize, scale: u8) -> Vec<u8> {
     bytes
 }
 
-/// A code as a file has it: numbers of the pack format, by joint and channel.
+/// A code as it is stored in a file: numbers of the pack format, by joint and channel.
 #[derive(Serialize, Deserialize)]
 pub(super) struct StoredCode {
-    /// References and bases of the joints, and step offsets of the channels.
+    /// The references and bases of the joints, and the step offsets of the channels.
     frames: (Vec<[i16; 3]>, Vec<[i16; 3]>, Vec<u8>),
-    /// Scale and numbers of each template.
+    /// The scale and numbers of each mean walk.
     templates: Vec<(u8, Vec<Vec<i32>>)>,
     parameters: RiceParameters,
 }
 
 impl StoredCode {
-    /// The code, if it has as many joints and channels as there are.
+    /// Returns the code, if its numbers of joints and channels are right.
     pub(super) fn code(self) -> Option<Code> {
         let (references, bases, steps) = self.frames;
         let frames = Frames::new(
@@ -206,5 +205,5 @@ impl From<&Code> for StoredCode {
     }
 }
 
-/// Joints of a stored code.
+/// Checks the numbers of joints and channels of the stored code.
 const _: () = assert!(JOINTS == 19 && CHANNELS == 60);

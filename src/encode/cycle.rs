@@ -1,9 +1,9 @@
-//! Gait cycles as whole numbers: from a stated error to Fourier coefficients in steps.
+//! Quantisation of gait cycles: Fourier coefficients in steps, within a stated error.
 //!
-//! Joints are quantised parents first, in a closed loop: a child aims at its true
-//! orientation in the walker's space given its *decoded* parent, so that errors do not add
-//! up down a limb. The scale of the steps is searched, not derived: the coarsest one at
-//! which [`refine`](super::refine) can bring all points within the stated error.
+//! Joints are quantised parents first, in a closed loop: a child aims at its true orientation in
+//! the walker's space given its *decoded* parent, so that errors do not add up down a limb. A
+//! search finds the coarsest scale of steps at which [`DecodedCycle::refine`] brings all points
+//! within the stated error.
 
 use super::coefficients::{CycleCoefficients, Mean, mean_of, trim};
 use super::decoded::DecodedCycle;
@@ -13,26 +13,28 @@ use edgegait_core::format::ESCAPE_BITS;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
-/// Rounding: a number is left out unless it is this much above a half. What it saves in
-/// bits is worth more than the error that it adds. Measured on CMU's straight walks.
+/// The excess over a half above which numbers are rounded away from zero. It saves more bits than
+/// its error costs, measured on CMU's straight walks.
 const DEAD_ZONE: f64 = 0.2;
-/// Finest scale that is tried, and that beyond the coarsest: steps of 1 micrometre and of 30 cm.
+/// The finest scale of the search, and the end of the range beyond the coarsest: steps of
+/// 1 micrometre and of 30 cm.
 const SCALES: (u8, u8) = (0, 146);
-/// By how much finer steps are that [`quickly`] tries next, in eighths of an octave.
+/// The change of scale between tries of [`quickly`], in eighths of an octave.
 const QUICK_STEP: u8 = 3;
-/// How much coarser than plain rounding the refined scale may be, in eighths of an octave.
+/// The most by which the refined scale may be coarser than that of plain rounding, in eighths of
+/// an octave.
 const MOST_REFINED: u8 = 12;
 
-/// A cycle in steps of a scale.
+/// A cycle as whole numbers of steps of a scale.
 #[derive(Clone, Debug)]
 pub(super) struct Quantised {
     pub(super) scale: u8,
     pub(super) numbers: CycleCoefficients,
 }
 
-/// Quantises a cycle so that no virtual point is off by more than `max_error_mm`, with
-/// numbers as small as possible. Where no scale reaches it, the finest is taken. `None`
-/// where a cycle's rotations do not close, or not even the coarsest scale holds them.
+/// Quantises a cycle with the smallest numbers that keep every virtual point within
+/// `max_error_mm`. Where no scale reaches this error, the finest is used. Returns `None` if the
+/// cycle's rotations do not close, or even the coarsest scale does not hold them.
 pub(super) fn quantise(
     target: &EncodingTarget<'_>,
     frames: &Frames,
@@ -41,7 +43,7 @@ pub(super) fn quantise(
 ) -> Option<Quantised> {
     let mut best = plainly(target, frames, mean, max_error_mm)?;
     let rounded = best.scale;
-    // Then the coarsest scale at which single numbers can be moved until all is well.
+    // Then the coarsest scale at which changes of single numbers reach the error.
     let (mut good, mut bad) = (rounded, rounded.saturating_add(MOST_REFINED + 1));
     while bad - good > 1 {
         let scale = good.midpoint(bad);
@@ -68,7 +70,7 @@ pub(super) fn quantise(
     Some(best)
 }
 
-/// The coarsest scale that is good enough with plain rounding, and its numbers.
+/// Returns the coarsest scale that is good enough with plain rounding, and its numbers.
 pub(super) fn plainly(
     target: &EncodingTarget<'_>,
     frames: &Frames,
@@ -87,7 +89,7 @@ pub(super) fn plainly(
         let figure = DecodedCycle::new(target, frames, mean, scale, numbers, max_error_mm);
         let error_mm = figure.max_error_mm();
         let good = error_mm <= max_error_mm;
-        // Should none be good enough, the finest is kept.
+        // If no scale is good enough, the one with the least error is kept.
         if good || best.as_ref().is_none_or(|(_, least)| error_mm < *least) {
             let numbers = figure.into_numbers();
             best = Some((Quantised { scale, numbers }, error_mm));
@@ -101,8 +103,8 @@ pub(super) fn plainly(
     best.map(|(best, _)| best)
 }
 
-/// Rounds a cycle in steps of a scale, or of finer ones until no virtual point is off by more than
-/// `max_error_mm`. `None` as of [`quantise`].
+/// Rounds a cycle in steps of a scale, or of finer scales until every virtual point is within
+/// `max_error_mm`. Returns `None` in the cases of [`quantise`].
 pub(super) fn quickly(
     target: &EncodingTarget<'_>,
     frames: &Frames,
@@ -118,7 +120,7 @@ pub(super) fn quickly(
     let mut scale = scale.clamp(f64::from(SCALES.0), f64::from(SCALES.1)) as u8;
     loop {
         let Some(numbers) = round(target, frames, mean, scale) else {
-            // Numbers too large for the format: the search knows what to do.
+            // Numbers too large for the format: search the scale.
             return plainly(target, frames, mean, max_error_mm);
         };
         let figure = DecodedCycle::new(target, frames, mean, scale, numbers, max_error_mm);
@@ -130,8 +132,8 @@ pub(super) fn quickly(
     }
 }
 
-/// The coefficients of a cycle in steps of this scale without a template; `None` where the format
-/// does not hold them.
+/// Returns the coefficients of a cycle in steps of this scale without a mean walk, or `None` if
+/// the format does not hold them.
 pub(super) fn rounded_at(
     target: &EncodingTarget<'_>,
     frames: &Frames,
@@ -140,7 +142,7 @@ pub(super) fn rounded_at(
     round(target, frames, None, scale)
 }
 
-/// The coefficients of a cycle in steps of this scale; `None` where the format does not
+/// Returns the coefficients of a cycle in steps of this scale, or `None` if the format does not
 /// hold them.
 fn round(
     target: &EncodingTarget<'_>,
@@ -176,8 +178,8 @@ fn round(
     Some(numbers)
 }
 
-/// Quantises the three channels of a joint, or of the root behind the last joint; what is
-/// decoded of them, by frame.
+/// Quantises the three channels of a joint, or of the root (number [`JOINTS`]), and returns their
+/// decoded values by frame.
 fn round_vectors(
     target: &EncodingTarget<'_>,
     frames: &Frames,

@@ -1,8 +1,8 @@
-//! A cycle as it will be decoded, and what changing one of its numbers does to it.
+//! Refinement of a quantised cycle by changes of single numbers, with the decoded cycle in memory.
 //!
-//! Rounding each number by itself leaves most points far within the stated error and a few
-//! at it. Moving single numbers by a step until those few are within it as well allows
-//! coarser steps: a quarter fewer bytes at 5 mm, measured on CMU's straight walks.
+//! Rounding each number by itself leaves most points far within the stated error and a few beyond
+//! it. Changing single numbers by a step until these few are within it too allows coarser steps:
+//! a quarter fewer bytes at 5 mm, measured on CMU's straight walks.
 
 use super::coefficients::{CycleCoefficients, Mean, mean_of, trim};
 use super::frames::{Frames, VIRTUAL_POINTS, hanging_on};
@@ -11,11 +11,11 @@ use edgegait_core::format::CHANNELS;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DMat3, DQuat, DVec3};
 
-/// Rounds of [`DecodedCycle::refine`], and numbers that each round may move. With 200 moves,
-/// packs are 4 % larger at 1 mm.
+/// The rounds of [`DecodedCycle::refine`], and the numbers that each round may change. With 200
+/// changes, packs are 4 % larger at 1 mm.
 const ROUNDS: usize = 10;
 const MOVES: usize = 400;
-/// What refining aims below the stated error: the decoder computes in f32.
+/// The share of the stated error at which refinement aims, since the decoder computes in f32.
 const MARGIN: f64 = 0.998;
 
 /// A cycle decoded in f64 from its numbers, frame by frame.
@@ -24,75 +24,75 @@ pub(super) struct DecodedCycle<'a> {
     frames: &'a Frames,
     scale: u8,
     numbers: CycleCoefficients,
-    /// By channel, by frame: radians or metres.
+    /// The decoded values by channel and frame, radians or metres.
     values: Vec<Vec<f64>>,
-    /// By frame, by joint: where the virtual points ought to be.
+    /// The true virtual points by frame and joint.
     truths: Vec<[Cloud; JOINTS]>,
-    /// By frame, by joint.
+    /// The decoded joints by frame and joint.
     states: Vec<[JointState; JOINTS]>,
     points: Vec<[VirtualPoints; JOINTS]>,
-    /// By frame, by joint: those of the points, together for sums over all frames.
+    /// The costs of the points by frame and joint, stored together for fast sums over all frames.
     costs: Vec<[f64; JOINTS]>,
-    /// By joint: the sum of the costs of what hangs on it, if that is known.
+    /// For each joint the sum of the costs of its subtree, if it is known.
     sums: [Option<f64>; JOINTS],
-    /// By joint: itself and what hangs on it, parents first.
+    /// For each joint its subtree, the joint itself included, parents first.
     hanging: Vec<Vec<usize>>,
-    /// The error that costs are shares of, metres.
+    /// The error to which costs are relative, metres.
     error_m: f64,
-    /// What a change makes of the joints that it moves, before it is accepted.
+    /// The joints that a change moves, before it is accepted.
     trial: TrialChange,
 }
 
-/// One joint in one frame.
+/// The decoded orientation and position of a joint in a frame.
 #[derive(Clone, Copy, Debug)]
 struct JointState {
     orientation: DQuat,
     position: DVec3,
 }
 
-/// Virtual points of a joint by axis, metres: the same is done to all six, two at once.
+/// The virtual points of a joint by axis, metres, processed two at a time.
 type Cloud = [[f64; VIRTUAL_POINTS]; 3];
 
-/// A joint's virtual points and how far off they are.
+/// A joint's virtual points and their errors.
 #[derive(Clone, Copy, Debug)]
 struct VirtualPoints {
     cloud: Cloud,
-    /// Greatest squared distance from the true ones, square metres.
+    /// The greatest squared distance from the true points, square metres.
     worst: f64,
     /// The sum of (distance / stated error)^10.
     cost: f64,
 }
 
-/// A change that may not be made.
+/// A change on trial, which may be rejected.
 #[derive(Default)]
 struct TrialChange {
-    /// By frame: how the joint that moves turns, about where, and how far it shifts.
+    /// For each frame the turn of the changed joint, its pivot, and its shift.
     motions: Vec<(DQuat, DVec3, DVec3)>,
-    /// By frame, by joint that moves; room for all joints.
+    /// The moved points by frame and moved joint, with room for all joints.
     points: Vec<VirtualPoints>,
 }
 
-/// What a change has to do to be made.
+/// The condition under which a change is accepted.
 #[derive(Clone, Copy, Debug)]
 enum ChangeGoal {
-    /// Lower the sum of costs.
+    /// The sum of costs must fall.
     Cheaper,
-    /// Leave every point within this squared distance.
+    /// Every point must stay within this squared distance.
     Within(f64),
 }
 
-/// Three channels in one frame.
+/// Returns the values of three channels in one frame as a vector.
 fn vector(values: &[Vec<f64>], part: usize, frame: usize) -> DVec3 {
     DVec3::from_array([0, 1, 2].map(|axis| values[3 * part + axis][frame]))
 }
 
-/// Points by axis.
+/// Returns points by axis.
 fn cloud(points: &[DVec3; VIRTUAL_POINTS]) -> Cloud {
     [0, 1, 2].map(|axis| points.map(|point| point[axis]))
 }
 
 impl VirtualPoints {
-    /// At the origin.
+    /// Virtual points at the origin.
     const NONE: Self = Self {
         cloud: [[0.0; VIRTUAL_POINTS]; 3],
         worst: 0.0,
@@ -103,7 +103,7 @@ impl VirtualPoints {
         DVec3::from_array(self.cloud.map(|axis| axis[number]))
     }
 
-    /// Puts them where `turn` and then `shift` move those of a cloud.
+    /// Moves the points of a cloud by `turn` and then `shift`.
     #[inline]
     fn carry(&mut self, from: &Cloud, turn: &DMat3, shift: DVec3) {
         let columns = turn.to_cols_array_2d();
@@ -111,14 +111,14 @@ impl VirtualPoints {
         for (axis, shift) in shift.to_array().into_iter().enumerate() {
             let [a, b, c] = columns.map(|column| column[axis]);
             let to = &mut self.cloud[axis];
-            // In the order of a matrix's product.
+            // In the order of a matrix product.
             for number in 0..VIRTUAL_POINTS {
                 to[number] = shift + ((a * x[number] + b * y[number]) + c * z[number]);
             }
         }
     }
 
-    /// States how far the points are from where they ought to be.
+    /// Computes the distances of the points from the true points.
     #[inline]
     fn weigh(&mut self, truth: &Cloud, error_m: f64) {
         let ([x, y, z], [true_x, true_y, true_z]) = (&self.cloud, truth);
@@ -145,7 +145,7 @@ impl VirtualPoints {
 }
 
 impl<'a> DecodedCycle<'a> {
-    /// Decodes the numbers of a cycle. Costs are of the shares of `max_error_mm`.
+    /// Decodes the numbers of a cycle. Costs are relative to `max_error_mm`.
     pub(super) fn new(
         target: &'a EncodingTarget<'a>,
         frames: &'a Frames,
@@ -200,18 +200,18 @@ impl<'a> DecodedCycle<'a> {
         figure
     }
 
-    /// The coefficients in steps.
+    /// Returns the coefficients in steps.
     pub(super) fn into_numbers(self) -> CycleCoefficients {
         self.numbers
     }
 
-    /// Greatest error over all points and frames, mm.
+    /// Returns the greatest error over all points and frames, mm.
     pub(super) fn max_error_mm(&self) -> f64 {
         let worst = self.points.iter().flatten().map(|points| points.worst);
         worst.fold(0.0, f64::max).sqrt() * 1e3
     }
 
-    /// All joints in one frame.
+    /// Returns all joints in one frame.
     fn posed(&self, frame: usize) -> [JointState; JOINTS] {
         let root = vector(&self.values, JOINTS, frame);
         let mut states = [JointState {
@@ -239,10 +239,10 @@ impl<'a> DecodedCycle<'a> {
         states
     }
 
-    /// Adds `steps` to one number, if that reaches the goal; whether it did.
+    /// Adds `steps` to one number if that reaches the goal, and returns whether it did.
     fn change(&mut self, channel: usize, index: usize, steps: i32, goal: ChangeGoal) -> bool {
         let by = f64::from(steps) * self.frames.step(channel, self.scale);
-        // The root moves what hangs on the pelvis: everything.
+        // The root moves the pelvis's subtree, which is every joint.
         let joint = (channel / 3) % JOINTS;
         if !self.try_change(channel, joint, index, by, goal) {
             return false;
@@ -272,8 +272,8 @@ impl<'a> DecodedCycle<'a> {
         true
     }
 
-    /// What a change would do to the joints that it moves, in `trial`; whether that reaches
-    /// the goal.
+    /// Computes in `trial` how a change moves joints, and returns whether the change reaches the
+    /// goal.
     fn try_change(
         &mut self,
         channel: usize,
@@ -318,7 +318,7 @@ impl<'a> DecodedCycle<'a> {
             let moved = pivot + shift - matrix * pivot;
             let (points, truths) = (&self.points[frame], &self.truths[frame]);
             for (&below, at) in hanging.iter().zip(&mut trials) {
-                // In place: a copy would take as long as all the rest.
+                // In place, since a copy takes as long as the rest of the loop.
                 at.carry(&points[below].cloud, &matrix, moved);
                 at.weigh(&truths[below], self.error_m);
                 after += at.cost;
@@ -335,8 +335,8 @@ impl<'a> DecodedCycle<'a> {
         true
     }
 
-    /// Moves numbers by single steps until no point is off by more than the stated error;
-    /// whether that was reached.
+    /// Changes numbers by single steps until all points are within the stated error, and returns
+    /// whether this was reached.
     pub(super) fn refine(&mut self) -> bool {
         for _ in 0..ROUNDS {
             if self.is_within() {
@@ -361,10 +361,10 @@ impl<'a> DecodedCycle<'a> {
             .all(|points| points.worst <= bound)
     }
 
-    /// The numbers whose change by a step lowers the cost most, to first order.
+    /// Returns the numbers whose change by a step lowers the cost most, to first order.
     fn downhill(&self) -> Vec<(usize, usize, i32)> {
         let frames = self.target.len();
-        // What a turn about a joint, and a shift of the root, do to the cost.
+        // The derivatives of the cost by a turn about a joint, and by a shift of the root.
         let mut torques = vec![[DVec3::ZERO; JOINTS]; frames];
         let mut forces = vec![[DVec3::ZERO; JOINTS]; frames];
         for (frame, states) in self.states.iter().enumerate() {
@@ -418,13 +418,13 @@ impl<'a> DecodedCycle<'a> {
             .collect()
     }
 
-    /// Leaves out last harmonics while no point is off by more than the stated error.
+    /// Removes the last harmonics while all points stay within the stated error.
     pub(super) fn shorten(&mut self) {
         let goal = ChangeGoal::Within(self.error_m * self.error_m);
         for channel in 0..CHANNELS {
             while let Some(index) = self.numbers[channel].iter().rposition(|&n| n != 0) {
                 let number = self.numbers[channel][index];
-                // Only small ones: one step, beyond the constant.
+                // Only numbers of one step are removed, and never the constant.
                 if index == 0 || number.abs() > 1 || !self.change(channel, index, -number, goal) {
                     break;
                 }

@@ -1,8 +1,8 @@
-//! Entries of different lengths behind a table of their ends.
+//! Tables of entries of different lengths, preceded by their ends.
 
 use crate::error::{EncodeError, Result};
 
-/// Entries behind a table of their ends.
+/// Writes entries after a table of their ends.
 pub(super) fn table(entries: &[Vec<u8>]) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     bytes.extend(narrow::<u32>(entries.len())?.to_le_bytes());
@@ -15,7 +15,7 @@ pub(super) fn table(entries: &[Vec<u8>]) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// A number that must fit the format's field.
+/// Converts a number to the type of a field in the format.
 pub(super) fn narrow<T: TryFrom<usize>>(value: usize) -> Result<T> {
     T::try_from(value).map_err(|_| EncodeError::PackTooLarge(value).into())
 }

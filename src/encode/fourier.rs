@@ -7,27 +7,27 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug)]
 pub(super) struct FourierBasis {
     rows: Vec<Vec<f64>>,
-    /// The same by frame.
+    /// The values of the basis by frame.
     columns: Vec<Vec<f64>>,
-    /// Sums of the squares of each row.
+    /// The sum of the squares of each row.
     squares: Vec<f64>,
 }
 
 impl FourierBasis {
-    /// A constant, then cosine and sine of each harmonic up to half the sampling rate, at
-    /// most 31. The sine of the last one of an even number of frames is 0 everywhere.
+    /// Creates a basis of a constant, then cosine and sine of each harmonic up to half the sampling
+    /// rate, at most 31. At half the sampling rate, the sine is 0 everywhere.
     pub(super) fn new(frames: usize) -> Self {
         let harmonics = MAX_HARMONICS.min(frames / 2);
         let mut rows = vec![vec![1.0; frames]];
         for harmonic in 1..=harmonics {
             let waves: Vec<(f64, f64)> = (0..frames)
                 .map(|frame| {
-                    // The product is reduced first, in integers.
+                    // The product is first reduced in integers.
                     let step = (harmonic * frame) % frames;
                     #[expect(clippy::cast_precision_loss, reason = "frames of a cycle")]
                     let turns = step as f64 / frames as f64;
                     let (sin, cos) = libm::sincos(TAU * turns);
-                    // Exactly 0 at half turns, where rounding leaves 1e-16.
+                    // Exactly 0 at half turns, where rounding would leave 1e-16.
                     (
                         if (2 * step).is_multiple_of(frames) {
                             0.0
@@ -52,14 +52,14 @@ impl FourierBasis {
         }
     }
 
-    /// The values of a coefficient's wave, by frame.
+    /// Returns the values of a coefficient's wave, by frame.
     pub(super) fn wave(&self, coefficient: usize) -> &[f64] {
         &self.rows[coefficient]
     }
 
-    /// The coefficients of evenly spaced samples: the waves are orthogonal.
+    /// Returns the coefficients of evenly spaced samples, since the waves are orthogonal.
     pub(super) fn analyse(&self, values: &[f64]) -> Vec<f64> {
-        // All sums at once, each in the order of the frames.
+        // All sums in one pass, each in the order of the frames.
         let mut sums = vec![-0.0; self.rows.len()];
         for (column, value) in self.columns.iter().zip(values) {
             for (sum, wave) in sums.iter_mut().zip(column) {
@@ -72,7 +72,7 @@ impl FourierBasis {
         sums
     }
 
-    /// The values of coefficients at the same phases.
+    /// Returns the values of a series at the same phases.
     pub(super) fn synthesise(&self, coefficients: &[f64]) -> Vec<f64> {
         let mut values = vec![0.0; self.rows[0].len()];
         for (&coefficient, row) in coefficients.iter().zip(&self.rows) {

@@ -1,26 +1,26 @@
-//! The codebook's joint frames: around which rotation, and along which axes, joints move.
+//! The codebook's joint frames: the reference rotation and the axes of each joint's motion.
 
 use edgegait_core::format::{CHANNELS, FRAME_STEP, step_size};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DMat3, DQuat, DVec3};
 
-/// Distance of the virtual points from their joint at which errors are measured,
-/// metres: 3 cm, as the Animation Compression Library does (Frechette 2017).
+/// The distance of virtual points from their joint, metres. Errors are measured at these points:
+/// 3 cm, as in the Animation Compression Library (ACL; Frechette 2017).
 pub(super) const VIRTUAL_POINT_M: f64 = 0.03;
-/// Virtual points of a joint: in both directions of its three axes. ACL has one in each;
-/// with those alone an encoder that aims at them puts the joint itself, and what lies behind
-/// it, further off than it states: 8 mm at "5 mm", measured on CMU's walks.
+/// The number of virtual points of a joint, in both directions of its three axes. ACL has one on
+/// each axis. With those alone, the error of the joint itself and of points on its other side
+/// exceeds the stated one: 8 mm at "5 mm", measured on CMU's walks.
 pub(super) const VIRTUAL_POINTS: usize = 6;
 
-/// Cosine of half the largest angle from a reference that a track may reach: 300 degrees.
-/// Ours; vectors grow without bound towards a full turn.
+/// The cosine of half the largest angle of a track from its reference: 300 degrees. Ours; vectors
+/// grow without bound towards a full turn.
 const FARTHEST: f64 = -0.866;
 
-/// How much finer the steps of joints are that move others, in octaves for each doubling of
-/// the joints that they move. Measured on CMU's walks: 2 to 4 % fewer bytes than with 0.
+/// How much finer steps become, in octaves, for each doubling of the number of joints that a joint
+/// moves. Measured on CMU's walks: 2 to 4 % fewer bytes than with 0.
 const SHARED: f64 = 0.16;
 
-/// References, bases and step offsets, as the decoder will read them.
+/// The references, bases and step offsets, as the decoder reads them.
 #[derive(Clone, Debug)]
 pub(super) struct Frames {
     references: [[i16; 3]; JOINTS],
@@ -31,7 +31,7 @@ pub(super) struct Frames {
 }
 
 impl Frames {
-    /// Frames of these numbers, as the codebook has them.
+    /// Creates frames from the codebook's numbers.
     pub(super) fn new(
         references: [[i16; 3]; JOINTS],
         bases: [[i16; 3]; JOINTS],
@@ -47,8 +47,8 @@ impl Frames {
         }
     }
 
-    /// Fits frames to motions, each the local rotations by frame, of people with these
-    /// joint offsets on average.
+    /// Fits frames to motions, given as local rotations by frame, of people with these mean joint
+    /// offsets.
     pub(super) fn fit(motions: &[&[[DQuat; JOINTS]]], offsets: &[DVec3; JOINTS]) -> Self {
         let mut references = [[0; 3]; JOINTS];
         let mut bases = [[0; 3]; JOINTS];
@@ -75,10 +75,9 @@ impl Frames {
         frames
     }
 
-    /// The vectors in a joint's basis of its local rotations through a cycle: by at most half
-    /// a turn in the first frame, and from there on without a jump. `None` where that does not
-    /// close, because the joint turns full circle, or comes near a full turn from its
-    /// reference.
+    /// Returns the vectors, in a joint's basis, of its local rotations through a cycle. The first
+    /// is at most half a turn, and the others follow without a jump. Returns `None` if they do not
+    /// close, because the joint turns full circle or comes near a full turn from its reference.
     pub(super) fn vectors(
         &self,
         joint: usize,
@@ -105,22 +104,22 @@ impl Frames {
             .then_some(vectors)
     }
 
-    /// The joint's local rotation for such a vector.
+    /// Returns the joint's local rotation for a vector in its basis.
     pub(super) fn rotation(&self, joint: usize, vector: DVec3) -> DQuat {
         self.left[joint] * rotation_of(vector) * self.right[joint]
     }
 
-    /// An axis of the joint's basis, in its parent's frame at the reference.
+    /// Returns an axis of the joint's basis, in its parent's frame at the reference.
     pub(super) fn axis(&self, joint: usize, axis: usize) -> DVec3 {
         self.left[joint] * DVec3::AXES[axis]
     }
 
-    /// The step of a channel's numbers in a clip of this scale.
+    /// Returns the step of a channel's numbers in a clip of this scale.
     pub(super) fn step(&self, channel: usize, scale: u8) -> f64 {
         f64::from(step_size(scale.saturating_add(self.steps[channel])))
     }
 
-    /// References, bases and step offsets.
+    /// Returns references, bases and step offsets.
     #[cfg(test)]
     pub(super) const fn numbers(
         &self,
@@ -128,7 +127,7 @@ impl Frames {
         (&self.references, &self.bases, &self.steps)
     }
 
-    /// The beginning of a codebook: references and bases, then step offsets.
+    /// Returns the beginning of a codebook: references and bases, then step offsets.
     pub(super) fn to_bytes(&self) -> Vec<u8> {
         let rotations = self.references.iter().zip(&self.bases);
         let numbers = rotations.flat_map(|(reference, basis)| [*reference, *basis].concat());
@@ -139,7 +138,7 @@ impl Frames {
     }
 }
 
-/// The rotation that the decoder makes of a vector ([`edgegait_core::rotation`]), f64.
+/// Returns the decoder's rotation for a vector ([`edgegait_core::rotation`]), in f64.
 pub(super) fn rotation_of(vector: DVec3) -> DQuat {
     let quarter = 0.25 * vector;
     let square = quarter.length_squared();
@@ -147,7 +146,7 @@ pub(super) fn rotation_of(vector: DVec3) -> DQuat {
     DQuat::from_xyzw(part.x, part.y, part.z, (1.0 - square) / (1.0 + square))
 }
 
-/// The vector of a rotation, by at most half a turn.
+/// Returns the vector of a rotation, by at most half a turn.
 fn vector_of(rotation: DQuat) -> DVec3 {
     let shortest = if rotation.w < 0.0 {
         -rotation
@@ -158,7 +157,7 @@ fn vector_of(rotation: DQuat) -> DVec3 {
     shortest.xyz() * (4.0 / (1.0 + shortest.w))
 }
 
-/// A rotation as the codebook holds it, and its numbers.
+/// Returns a rotation as the codebook holds it, and its numbers.
 fn rounded(rotation: DQuat) -> (DQuat, [i16; 3]) {
     let step = f64::from(FRAME_STEP);
     // At most 4 / step = 32,767: half a turn.
@@ -169,12 +168,12 @@ fn rounded(rotation: DQuat) -> (DQuat, [i16; 3]) {
     (decoded(numbers), numbers)
 }
 
-/// A rotation of the codebook's numbers.
+/// Returns the rotation for the codebook's numbers.
 fn decoded(numbers: [i16; 3]) -> DQuat {
     rotation_of(DVec3::from_array(numbers.map(f64::from)) * f64::from(FRAME_STEP))
 }
 
-/// The normalised sum of rotations, each in the first one's hemisphere.
+/// Returns the normalised sum of rotations, each in the first one's hemisphere.
 fn mean_rotation(mut rotations: impl Iterator<Item = DQuat>) -> DQuat {
     let Some(first) = rotations.next() else {
         return DQuat::IDENTITY;
@@ -215,9 +214,9 @@ fn scatter(
     }
 }
 
-/// The eigenvectors of a symmetric matrix, that of the largest eigenvalue first, as a
-/// rotation: cyclic Jacobi (Golub and Van Loan 2013, section 8.5). In plain arithmetic,
-/// so that packs are the same bytes on every host.
+/// Returns the eigenvectors of a symmetric matrix as a rotation, largest eigenvalue first, by
+/// cyclic Jacobi (Golub and Van Loan 2013, section 8.5). Plain arithmetic makes packs identical on
+/// every host.
 fn principal_axes(mut a: [[f64; 3]; 3]) -> DMat3 {
     let mut axes = DMat3::IDENTITY.to_cols_array_2d();
     for _ in 0..30 {
@@ -246,11 +245,11 @@ fn principal_axes(mut a: [[f64; 3]; 3]) -> DMat3 {
     DMat3::from_cols(x, y, handed)
 }
 
-/// How much coarser each channel's step is than the finest, in eighths of an octave: a
-/// number off by one moves what hangs on the joint alike, whatever the joint, but the less
-/// the more joints it moves ([`SHARED`]).
+/// Returns how much coarser each channel's step is than the finest, in eighths of an octave. A
+/// change by one step moves the points of any joint's subtree by about the same distance, and by
+/// less if the joint moves more joints ([`SHARED`]).
 fn steps(frames: &Frames, offsets: &[DVec3; JOINTS]) -> [u8; CHANNELS] {
-    // The root's steps are metres, as if it were a metre off.
+    // The root's steps are metres, as of a joint with a lever of one metre.
     let mut levers = [1.0; CHANNELS];
     let mut moves = [JOINTS; CHANNELS];
     for joint in Joint::ALL {
@@ -281,7 +280,7 @@ fn steps(frames: &Frames, offsets: &[DVec3; JOINTS]) -> [u8; CHANNELS] {
     fineness.map(|own| (finest - own).round().clamp(0.0, 255.0) as u8)
 }
 
-/// A joint and what hangs on it, parents first.
+/// Returns a joint's subtree, the joint itself included, parents first.
 pub(super) fn hanging_on(joint: usize) -> Vec<usize> {
     let mut hangs = [false; JOINTS];
     hangs[joint] = true;
@@ -323,7 +322,7 @@ mod tests {
     fn tracks_go_through_half_a_turn_but_not_full_circle() {
         let rest = [[DQuat::IDENTITY; JOINTS]];
         let frames = Frames::fit(&[&rest], &[DVec3::NEG_Y; JOINTS]);
-        // There and back, 100 to 260 degrees from the reference; each sign is as good.
+        // There and back, 100 to 260 degrees from the reference, with either sign.
         let turn = |frame: i32| {
             DQuat::from_rotation_z((180.0 + 80.0 * (f64::from(frame) * 0.2).sin()).to_radians())
         };

@@ -1,4 +1,4 @@
-//! One hull as rows of whole steps: the inverse of the core's `hull.rs`.
+//! Writing of hulls as rows of points in steps, the inverse of the core's `hull.rs`.
 
 use super::bits::{BitWriter, signed_width};
 use edgegait_core::format::{
@@ -8,49 +8,49 @@ use edgegait_core::format::{
 use edgegait_core::skeleton::Joint;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A point in steps of its body.
+/// A point in whole steps of its body.
 pub(super) type StepPoint = [i32; 3];
 
-/// Most stored points of a row.
+/// The most stored points of a row.
 const MAX_ROW: usize = 1 << ROW_LENGTH_BITS;
-/// Most points of a row in the plane x = 0.
+/// The most points of a row in the plane x = 0.
 const MAX_MIDDLE: usize = (1 << ROW_MIDDLE_BITS) - 1;
 
-/// A hull as it is stored.
+/// A hull in the form in which it is stored.
 #[derive(Clone, Debug)]
 pub(super) struct StoredHull {
-    /// The joint that carries it.
+    /// The joint that carries the hull.
     pub joint: Joint,
-    /// Whether its image on the other side is left out.
+    /// Whether the hull also stands for its mirror image on the other side.
     pub is_mirrored: bool,
-    /// Whether its points of negative x are left out.
+    /// Whether points of negative x are left out, as mirror images.
     pub is_symmetric: bool,
-    /// Its points, each once; those that are left out are not among them.
+    /// The stored points, each once.
     pub points: BTreeSet<StepPoint>,
 }
 
-/// Appends what stands before so many stored parts of a draped hull.
+/// Appends the marker of a draped hull with its number of stored parts.
 pub(super) fn write_drape(parts: usize, writer: &mut BitWriter) {
     writer.unsigned(DRAPED, JOINT_BITS);
     writer.unsigned(narrow(parts - 1), PARTS_BITS);
 }
 
-/// Points that follow each other in the stream.
+/// A row of points in the stream.
 #[derive(Clone, Debug, Default)]
 struct EncodedRow {
-    /// What all of its points have on the shared axis, if there is one.
+    /// The coordinate of all points on the shared axis, if there is one.
     shared: i32,
-    /// Points that stand for themselves.
+    /// Points without mirror images.
     alone: Vec<StepPoint>,
-    /// Points that stand for themselves and their mirror images.
+    /// Points that also stand for their mirror images.
     pairs: Vec<StepPoint>,
 }
 
-/// An unsigned integer and how many bits it takes.
+/// An unsigned integer and its number of bits.
 type BitField = (u32, u32);
 
 impl StoredHull {
-    /// Its points as they are read: where it is symmetric, both halves.
+    /// Returns the points as they are decoded: both halves of a symmetric hull.
     #[must_use]
     pub(super) fn all_points(&self) -> BTreeSet<StepPoint> {
         let mut points = self.points.clone();
@@ -60,7 +60,7 @@ impl StoredHull {
         points
     }
 
-    /// Appends it, with rows along the axis that makes it shortest.
+    /// Appends the hull, with rows along the axis that needs the fewest bits.
     pub(super) fn write(&self, writer: &mut BitWriter) {
         let ways = [None, Some(0), Some(1), Some(2)].map(|shared| self.fields(shared));
         let bits = |fields: &Vec<BitField>| fields.iter().map(|&(_, width)| width).sum::<u32>();
@@ -69,7 +69,7 @@ impl StoredHull {
         }
     }
 
-    /// All of its fields, with rows of points that share their coordinate on this axis.
+    /// Returns all fields, with rows of points that share their coordinate on this axis.
     fn fields(&self, shared: Option<usize>) -> Vec<BitField> {
         let rows = self.rows(shared);
         let points = || {
@@ -107,7 +107,7 @@ impl StoredHull {
         fields
     }
 
-    /// Its points in rows, those in the plane x = 0 of a symmetric hull first.
+    /// Returns the points in rows. In symmetric hulls, points in the plane x = 0 come first.
     fn rows(&self, shared: Option<usize>) -> Vec<EncodedRow> {
         let mut shares: BTreeMap<i32, Vec<StepPoint>> = BTreeMap::new();
         for &point in &self.points {
@@ -142,8 +142,8 @@ impl StoredHull {
         rows
     }
 
-    /// A coordinate and its width, or the least one that holds it. The x of a symmetric
-    /// hull is counted from 1.
+    /// Returns a coordinate with this width, or with the least width that holds it. The x of a
+    /// symmetric hull is counted from 1.
     fn field(&self, value: i32, axis: usize, width: Option<u32>) -> BitField {
         if axis == 0 && self.is_symmetric {
             let value = value.cast_unsigned().saturating_sub(1);
@@ -155,13 +155,13 @@ impl StoredHull {
     }
 }
 
-/// The mirror image on the walker's other side.
+/// Returns the mirror image of a point on the walker's other side.
 #[must_use]
 pub(super) fn image([x, y, z]: StepPoint) -> StepPoint {
     [-x, y, z]
 }
 
-/// A number of joints, rows or points, which the budget keeps below 33.
+/// Converts a number of joints, rows or points, which the budget keeps below 33.
 fn narrow(value: usize) -> u32 {
     #[expect(clippy::cast_possible_truncation, reason = "stated above")]
     let value = value as u32;

@@ -1,4 +1,4 @@
-//! Writing the knots of a take: the inverse of the core's `clip/knots.rs`.
+//! Writing of the knots of an uncut motion, the inverse of the core's `clip/knots.rs`.
 
 use super::bits::{BitWriter, signed_width};
 use edgegait_core::format::{
@@ -6,17 +6,17 @@ use edgegait_core::format::{
     width_bits,
 };
 
-/// One channel of a take.
+/// One channel of an uncut motion.
 pub(super) struct KnotChannel {
-    /// Its knots are 2^spacing intervals apart; [`SPACING_CONSTANT`] for one that has one
-    /// value.
+    /// The binary logarithm of the distance between knots, in intervals; [`SPACING_CONSTANT`] for a
+    /// constant channel.
     pub(super) spacing: u32,
-    /// In steps; the one value of a constant.
+    /// The knots in steps; a constant channel has one value.
     pub(super) knots: Vec<i32>,
 }
 
 impl KnotChannel {
-    /// Its knots block by block.
+    /// Returns the knots block by block.
     fn blocks(&self) -> impl Iterator<Item = &[i32]> {
         #[expect(clippy::cast_possible_truncation, reason = "16 or less")]
         let block = (BLOCK_INTERVALS >> self.spacing).max(1) as usize;
@@ -29,8 +29,8 @@ impl KnotChannel {
     }
 }
 
-/// The table of channels, the ends of the blocks, and the blocks; `None` where an integer is
-/// wider than the format holds.
+/// Writes the table of channels, the ends of the blocks, and the blocks. Returns `None` if an
+/// integer is wider than the format holds.
 pub(super) fn write(channels: &[KnotChannel]) -> Option<Vec<u8>> {
     let mut table = BitWriter::default();
     let heads: Option<Vec<Head>> = channels
@@ -58,7 +58,7 @@ pub(super) fn write(channels: &[KnotChannel]) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// What the table states of a channel.
+/// A channel's entry in the table.
 struct Head {
     least: i32,
     base_width: u32,
@@ -92,8 +92,8 @@ impl Head {
         Some(head)
     }
 
-    /// The least of a block's knots, above the channel's least, and how wide the differences
-    /// to it are; `None` for no knots.
+    /// Returns the least of a block's knots, relative to the channel's least, and the width of the
+    /// differences to it; `None` without knots.
     fn base_and_width(&self, knots: &[i32]) -> Option<(u32, u32)> {
         let (least, most) = (*knots.iter().min()?, *knots.iter().max()?);
         Some((
@@ -114,7 +114,7 @@ impl Head {
     }
 }
 
-/// How many bits `value` takes; 0 for 0.
+/// Returns the number of bits of `value`; 0 for 0.
 const fn unsigned_width(value: u32) -> u32 {
     u32::BITS - value.leading_zeros()
 }
@@ -136,7 +136,8 @@ mod tests {
     #[test]
     fn a_block_has_its_least_knot_and_differences() {
         // Spacing 00, least 0 in no bits 00000, bases in no bits 00000, widest 2 01000;
-        // then one block that ends at byte 2: width 2 as 01, then 0, 1, 2, 3 as 00 10 01 11, lowest bits first.
+        // then one block that ends at byte 2: width 2 as 01, then 0, 1, 2, 3 as 00 10 01 11, lowest
+        // bits first.
         let moving = KnotChannel {
             spacing: 0,
             knots: vec![0, 1, 2, 3],

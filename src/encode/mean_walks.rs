@@ -1,8 +1,8 @@
-//! Mean walks of groups of alike clips, where they pay.
+//! Mean walks of groups of similar clips, where they save bytes.
 //!
-//! Clips are grouped by their coefficients (k-means, Lloyd 1982, from the farthest clips on,
-//! without chance), each group's mean is a template, and as many groups are made as make the
-//! pack smallest.
+//! Clips are grouped by their coefficients (k-means, Lloyd 1982, started from the farthest clips,
+//! without random numbers). Each group's mean is a mean walk ("template" in the pack format). The
+//! number of groups is the one that makes the pack smallest.
 
 use super::codebook::EncodedMeanWalk;
 use super::coefficients::{CycleCoefficients, Mean, mean_of, trim};
@@ -11,25 +11,25 @@ use super::frames::Frames;
 use super::rice::RiceParameters;
 use edgegait_core::format::CHANNELS;
 
-/// Numbers of templates that are tried. More than 8 never paid for the built-in cohort.
+/// The numbers of mean walks to try. More than 8 never saved bytes for the built-in cohort.
 const TRIED: [usize; 4] = [1, 2, 4, 8];
-/// Coefficients by which clips are told apart: seven harmonics.
+/// The number of coefficients by which clips are grouped: seven harmonics.
 const COMPARED: usize = 15;
-/// Rounds of k-means; it settles in fewer.
+/// The rounds of k-means, which converges in fewer.
 const ROUNDS: usize = 12;
-/// Fewest clips of a template: a template of one clip is that clip stored elsewhere.
+/// The fewest clips of a mean walk: a mean walk of one clip only moves the clip's bytes.
 const MIN_MEMBERS: usize = 4;
 
-/// Templates and which clip uses which.
+/// The mean walks, and their assignment to clips.
 #[derive(Clone, Debug, Default)]
 pub(super) struct MeanWalks {
     pub(super) list: Vec<EncodedMeanWalk>,
-    /// By clip; `None` for all where templates do not pay.
+    /// The number of each clip's mean walk, or `None` for all clips if mean walks save no bytes.
     pub(super) of: Vec<Option<usize>>,
 }
 
 impl MeanWalks {
-    /// The templates that make these clips, which were rounded without any, shortest.
+    /// Returns the mean walks that make these clips shortest. The clips are rounded without any.
     pub(super) fn fit(sketches: &[Quantised], frames: &Frames) -> Self {
         let none = Self {
             of: vec![None; sketches.len()],
@@ -74,12 +74,12 @@ impl MeanWalks {
         templates
     }
 
-    /// The template of a clip.
+    /// Returns the mean walk of a clip.
     pub(super) fn mean(&self, clip: usize) -> Option<&Mean> {
         self.of[clip].map(|group| &self.list[group].mean)
     }
 
-    /// About how many bytes clips, templates and Rice parameters take.
+    /// Estimates the bytes of clips, mean walks and Rice parameters.
     fn total_bytes(&self, sketches: &[Quantised], frames: &Frames) -> usize {
         let differences: Vec<CycleCoefficients> = sketches
             .iter()
@@ -98,7 +98,7 @@ impl MeanWalks {
     }
 }
 
-/// What a clip's numbers would be with a template.
+/// Returns a clip's numbers relative to a mean walk.
 pub(super) fn difference(
     sketch: &Quantised,
     mean: Option<&Mean>,
@@ -121,7 +121,7 @@ pub(super) fn difference(
     })
 }
 
-/// The mean of clips in steps.
+/// Returns the mean of clips in steps.
 fn mean_walk(members: &[&Quantised], frames: &Frames, scale: u8) -> CycleCoefficients {
     #[expect(clippy::cast_precision_loss, reason = "clips of a pack")]
     let count = members.len().max(1) as f64;
@@ -146,8 +146,8 @@ fn mean_walk(members: &[&Quantised], frames: &Frames, scale: u8) -> CycleCoeffic
     })
 }
 
-/// A clip as a point whose distances are those of poses: coefficients in units of a step at
-/// one scale.
+/// Returns a clip as a point for k-means: coefficients in units of a step at one scale, so that
+/// distances are those of poses.
 fn point(sketch: &Quantised, frames: &Frames) -> Vec<f64> {
     let coordinates = (0..CHANNELS).flat_map(|channel| {
         let ratio = frames.step(channel, sketch.scale) / frames.step(channel, 0);
@@ -159,7 +159,7 @@ fn point(sketch: &Quantised, frames: &Frames) -> Vec<f64> {
     coordinates.collect()
 }
 
-/// The group of each point.
+/// Returns the group of each point.
 fn k_means(points: &[Vec<f64>], count: usize) -> Vec<usize> {
     let distance =
         |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum() };
@@ -187,7 +187,7 @@ fn k_means(points: &[Vec<f64>], count: usize) -> Vec<usize> {
             own.filter_map(|(point, &own): (_, &usize)| (own == group).then_some(point))
                 .collect()
         };
-        // Groups that are too small go, and their clips to the next one.
+        // Groups that are too small are removed, and their clips go to the nearest other group.
         centres = (0..centres.len())
             .map(members_of)
             .filter(|members| members.len() >= MIN_MEMBERS)
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn alike_points_are_one_group() {
-        // Four about 0, four about 10, and one at 20, too few for a template.
+        // Four about 0, four about 10, and one at 20, too few for a mean walk.
         let points: Vec<Vec<f64>> = [0.0, 10.0, 0.2, 9.9, 20.0, 0.1, 0.3, 10.1, 10.2]
             .iter()
             .map(|&x| vec![x, 1.0])

@@ -1,7 +1,6 @@
-//! From scenes to pack bytes: the only writer of what `edgegait-core` reads.
+//! The encoder of packs, the only writer of what `edgegait-core` reads.
 //!
-//! The encoder measures with the decoder: every error that it states was found by
-//! decoding its own bytes with the core.
+//! The encoder measures every error that it states by decoding its own bytes with the core.
 
 mod avatar;
 mod bits;
@@ -34,6 +33,6 @@ pub use population::{Effort, encode_population, read_population_code};
 pub use uncut::encode_take;
 pub use uncut_target::EncodedClip;
 
-/// Greatest encoding error of a walk unless a user says otherwise, mm: a seventh of a GEI's
-/// pixel, which is about 35 mm of the body, and less than what closing a recorded loop moves.
+/// The default greatest encoding error of a walk, mm: a seventh of a GEI's pixel, which is about
+/// 35 mm of the body, and less than the shift that closes a recorded loop.
 pub const MAX_ERROR_MM: f64 = 5.0;

@@ -1,4 +1,4 @@
-//! All clips of a pack and what they share.
+//! Encoding of all clips of a pack and of their shared code.
 
 use super::codebook::{Code, CodeSections, ErrorsOfAll};
 use super::cycle::{Quantised, plainly, quantise};
@@ -16,30 +16,30 @@ use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// How often a clip is encoded again with a tighter bound because the decoder's f32 put it
-/// beyond the stated error, and by how much the bound is tightened.
+/// The most repetitions of a clip's encoding where the decoder's f32 exceeds the stated error, and
+/// the factor by which each tightens the bound.
 pub(super) const TRIES: usize = 3;
 pub(super) const TIGHTER: f64 = 0.98;
 
-/// What is encoded, on its walker's skeleton.
+/// A motion to encode, on its walker's skeleton.
 pub(super) enum EncodableMotion<'a> {
     Loop(Box<EncodingTarget<'a>>),
     Uncut(&'a UncutMotion, Box<Skeleton>),
 }
 
-/// Sections of a pack that hold motion.
+/// The sections of a pack that hold motion.
 pub(super) struct MotionSections {
-    /// What they share.
+    /// The sections of the code that clips share.
     pub(super) sections: CodeSections,
     /// The entries of section `CLIP`, in the order of the motions.
     pub(super) clips: Vec<Vec<u8>>,
 }
 
-/// Why motions were not encoded.
+/// The reason why motions were not encoded.
 pub(super) enum Stopped {
-    /// Some of them cannot be: their numbers, and why.
+    /// The numbers of motions that cannot be encoded, with their errors.
     Motions(Vec<(usize, Error)>),
-    /// Anything else.
+    /// Any other error.
     Else(Error),
 }
 
@@ -49,7 +49,7 @@ impl<E: Into<Error>> From<E> for Stopped {
     }
 }
 
-/// What came of each motion, or all of them of which nothing came.
+/// Returns the results of all motions, or the errors of all motions that failed.
 fn all<T>(results: Vec<(usize, Result<T>)>) -> std::result::Result<Vec<T>, Stopped> {
     let (mut good, mut refused) = (Vec::with_capacity(results.len()), Vec::new());
     for (number, result) in results {
@@ -65,7 +65,7 @@ fn all<T>(results: Vec<(usize, Result<T>)>) -> std::result::Result<Vec<T>, Stopp
     }
 }
 
-/// What all clips of a pack are encoded with.
+/// The joint frames and mean walks that all clips of a pack share.
 struct SharedTables {
     frames: Frames,
     templates: MeanWalks,
@@ -75,8 +75,8 @@ impl MotionSections {
     /// Encodes motions, each within `max_error_mm` where the format allows.
     ///
     /// # Errors
-    /// With the cycles in which a joint turns almost full circle from its mean over the pack, or
-    /// the takes that [`encode_take`] refuses.
+    /// If there are cycles in which a joint turns almost full circle from its mean over the pack,
+    /// or uncut motions that [`encode_take`] rejects; the error lists all of them.
     pub(super) fn encode(
         motions: &[EncodableMotion<'_>],
         max_error_mm: f64,
@@ -121,7 +121,7 @@ impl MotionSections {
             let missed: Vec<usize> = (0..targets.len())
                 .filter(|&clip| {
                     let worst = worst(&written.errors[clip]);
-                    // Far beyond it, the format is not finer.
+                    // Errors far beyond the bound mean that the format has no finer steps.
                     worst > max_error_mm && worst < 1.05 * max_error_mm
                 })
                 .collect();
@@ -163,7 +163,7 @@ impl MotionSections {
     }
 }
 
-/// What cycles are encoded with, for any other cycles as well.
+/// Returns the code with which these cycles, and any others, can be encoded.
 #[cfg(test)]
 pub(super) fn settled(motions: &[EncodableMotion<'_>], max_error_mm: f64) -> Code {
     let frames = fit_frames(motions);
@@ -191,7 +191,7 @@ pub(super) fn settled(motions: &[EncodableMotion<'_>], max_error_mm: f64) -> Cod
     }
 }
 
-/// The takes among the motions: their bytes and errors.
+/// Encodes the uncut motions, and returns their bytes and errors.
 fn takes(
     motions: &[EncodableMotion<'_>],
     codebook: &[u8],
@@ -220,7 +220,7 @@ fn takes(
     all(results)
 }
 
-/// The frames that suit all motions.
+/// Fits joint frames to all motions.
 fn fit_frames(motions: &[EncodableMotion<'_>]) -> Frames {
     let mut offsets = [DVec3::ZERO; JOINTS];
     let mut rotations: Vec<Cow<'_, [[DQuat; JOINTS]]>> = Vec::with_capacity(motions.len());
@@ -245,7 +245,7 @@ fn fit_frames(motions: &[EncodableMotion<'_>]) -> Frames {
     Frames::fit(&rotations, &offsets)
 }
 
-/// Loops as bytes, with what they share, and the errors that the core's decoder finds.
+/// Encoded loops with their shared code, and the errors that the core's decoder finds.
 struct WrittenLoops {
     sections: CodeSections,
     clips: Vec<Vec<u8>>,

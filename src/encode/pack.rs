@@ -1,4 +1,4 @@
-//! Putting a pack together.
+//! Assembly of packs from encoded bodies and walks.
 
 use super::avatar::encode_avatar;
 use super::codebook::CodeSections;
@@ -19,27 +19,30 @@ use memchr::memmem;
 use rayon::prelude::*;
 use std::collections::HashSet;
 
-/// Share of a walk's error that a body may have, and the most that it may: at 5 mm it is 2 mm,
-/// where a pixel of a GEI is about 35 mm of the body, and beyond 4 mm little is saved. Ours.
+/// The ratio of a body's error to a walk's error, and the most error of a body. Ours: 2 mm for
+/// walks at 5 mm, where a pixel of a GEI is about 35 mm of the body; errors beyond 4 mm save
+/// little.
 const BODY_SHARE: f64 = 0.4;
 const MOST_BODY_ERROR_MM: f64 = 4.0;
 
-/// How often [`encode_subjects`] tells of each walk: when it was looked at, and when it is encoded.
+/// The number of times that [`encode_subjects`] reports progress for each walk: after analysis, and
+/// after encoding.
 pub const STEPS_OF_WALK: usize = 2;
 
-/// The greatest error, mm, of bodies in a pack whose walks are encoded within `max_error_mm`.
+/// Returns the greatest error, mm, of bodies in a pack whose walks are encoded within
+/// `max_error_mm`.
 #[must_use]
 pub fn body_error_mm(max_error_mm: f64) -> f64 {
     (BODY_SHARE * max_error_mm).min(MOST_BODY_ERROR_MM)
 }
 
-/// Encodes people, their bodies and their walks as one pack, where the format allows each
-/// walk within `max_error_mm` and each body within [`body_error_mm`]. Runs on all cores,
-/// about 0.05 s a walk on one; `progress` is called [`STEPS_OF_WALK`] times a walk.
+/// Encodes people, their bodies and their walks as one pack: each walk within `max_error_mm` and
+/// each body within [`body_error_mm`], where the format allows it. Runs on all cores, about
+/// 0.05 s a walk on one core; `progress` is called [`STEPS_OF_WALK`] times a walk.
 ///
 /// # Errors
-/// For bodies, cycles and numbers of them that the format does not hold, and for people
-/// who share a name.
+/// For bodies and cycles that the format does not hold, for too many of them, and for people who
+/// share a name.
 pub fn encode_subjects(
     subjects: &[Subject],
     max_error_mm: f64,
@@ -85,11 +88,11 @@ pub fn encode_subjects(
     builder.finish(tracks.sections)
 }
 
-/// Refuses walks that no pack holds, whatever else is in it: cheap, and the first that
-/// [`encode_subjects`] does.
+/// Checks that a pack can hold each of the walks. It is cheap, and the first step of
+/// [`encode_subjects`].
 ///
 /// # Errors
-/// With all of them.
+/// If a walk cannot be held; the error lists all such walks.
 pub fn check_walks(subjects: &[Subject]) -> Result<()> {
     let walks = subjects
         .iter()
@@ -111,7 +114,7 @@ pub fn check_walks(subjects: &[Subject]) -> Result<()> {
     }
 }
 
-/// Whose walk an error is about.
+/// Returns an error with the walk to which it belongs.
 pub(super) fn refused(subject: &Subject, walk: &Walk, error: &Error) -> RefusedWalk {
     RefusedWalk {
         subject: subject.name.clone(),
@@ -120,22 +123,22 @@ pub(super) fn refused(subject: &Subject, walk: &Walk, error: &Error) -> RefusedW
     }
 }
 
-/// A walk's speed as the format has it.
+/// Returns a walk's speed in the format's units.
 fn whole_speed(walk: &Walk) -> Result<u16> {
     whole(walk.speed_mps * 1e3, "a speed of", "mm/s")
 }
 
-/// Greatest errors that [`encode_within`] chooses from, mm: finer ones are below what motion
-/// capture resolves, and coarser ones change the walk.
+/// The range from which [`encode_within`] chooses the greatest error, mm: smaller errors are below
+/// the resolution of motion capture, and larger ones change the walk.
 const BUDGET_ERRORS_MM: (f64, f64) = (0.1, 100.0);
-/// How often [`encode_within`] encodes: the range above in steps of 2.7 %, and its coarse end.
+/// The number of encodings by [`encode_within`]: its search to 2.7 %, and the coarse end.
 pub const BUDGET_TRIES: usize = 9;
 
-/// Encodes people in at most `budget_bytes`: with the smallest error that fits, to 2.7 %, of
-/// 0.1 to 100 mm. The pack's bytes and that error in mm. Encodes [`BUDGET_TRIES`] times.
+/// Encodes people in at most `budget_bytes`, with the smallest error from 0.1 to 100 mm that fits,
+/// to 2.7 %. Returns the pack's bytes and this error in mm. Encodes [`BUDGET_TRIES`] times.
 ///
 /// # Errors
-/// When the pack is larger than that even at 100 mm, and as [`encode_subjects`].
+/// If the pack exceeds the budget even at 100 mm, and the errors of [`encode_subjects`].
 pub fn encode_within(
     subjects: &[Subject],
     budget_bytes: usize,
@@ -165,11 +168,11 @@ pub fn encode_within(
     Ok((best, high))
 }
 
-/// A person's body, and bodies with what is worn on single walks.
+/// A person's encoded body, and the dressed bodies of single walks.
 #[derive(Clone, Debug)]
 pub(super) struct Bodies {
     own: Vec<u8>,
-    /// In the order of the walks.
+    /// The dressed bodies in the order of the walks.
     worn: Vec<Option<Vec<u8>>>,
 }
 
@@ -185,13 +188,13 @@ impl Bodies {
         })
     }
 
-    /// Where the joints are, which is the same whatever is worn.
+    /// Returns the skeleton, which does not depend on clothes.
     pub(super) fn skeleton(&self) -> Result<Skeleton> {
         Ok(Avatar::parse(&self.own)?.skeleton())
     }
 }
 
-/// Collects records, names and encoded parts.
+/// A collector of records, names and encoded parts.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PackBuilder {
     names: Vec<u8>,
@@ -206,7 +209,7 @@ impl PackBuilder {
     /// Adds a person with their encoded body and walks.
     ///
     /// # Errors
-    /// For numbers that the format does not hold, and a person of a name that is there.
+    /// For numbers that the format does not hold, and a person whose name is in use.
     pub(super) fn add(
         &mut self,
         subject: &Subject,
@@ -253,12 +256,12 @@ impl PackBuilder {
         Ok(())
     }
 
-    /// How many people were added.
+    /// Returns the number of people that were added.
     pub(super) const fn people(&self) -> usize {
         self.subjects.len() / SUBJECT_BYTES
     }
 
-    /// How many bytes the pack has with this code.
+    /// Returns the length of the pack with this code, in bytes.
     pub(super) fn len_bytes(&self, code: &CodeSections) -> usize {
         let records = [&self.names, &self.subjects, &self.walks];
         let records: usize = records.into_iter().map(Vec::len).sum();
@@ -269,7 +272,7 @@ impl PackBuilder {
         header + records + table(&self.avatars) + code + table(&self.clips)
     }
 
-    /// The pack's bytes, parsed once to be sure.
+    /// Returns the pack's bytes, after a check by the core's parser.
     pub(super) fn finish(self, code: CodeSections) -> Result<Vec<u8>> {
         let sections = [
             self.names,
@@ -316,7 +319,7 @@ fn push_name(names: &mut Vec<u8>, record: &mut Vec<u8>, name: &str) -> Result<()
     Ok(())
 }
 
-/// An age as the format has it, rounded down as people do; 0 of none.
+/// Returns an age in the format's units, rounded down; 0 for none.
 fn age(years: Option<f64>) -> Result<u8> {
     let Some(years) = years else {
         return Ok(0);
@@ -337,7 +340,7 @@ fn age(years: Option<f64>) -> Result<u8> {
     })
 }
 
-/// A quantity rounded to a whole number of its unit that must fit a `u16`.
+/// Rounds a quantity to a whole number of its unit, which must fit a `u16`.
 fn whole(value: f64, what: &'static str, unit: &'static str) -> Result<u16> {
     let rounded = value.round();
     if !(0.0..=65_535.0).contains(&rounded) {

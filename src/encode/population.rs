@@ -1,9 +1,9 @@
-//! People by the thousand: each is encoded alone, with a code that the library holds.
+//! Encoding of large populations: each person alone, with a code that the library contains.
 //!
-//! [`encode_subjects`](super::encode_subjects) fits frames, templates and Rice parameters to the
-//! walks of one pack, so that a walk's bytes depend on all others. Here they are those of
-//! `population.json`, made once of other people: a person's bytes are the same in any pack, and
-//! people are encoded as they are made.
+//! [`encode_subjects`](super::encode_subjects) fits joint frames, mean walks and Rice parameters to
+//! the walks of one pack, so that a walk's bytes depend on all others. Populations use those of
+//! `population.json`, which were fitted once to other people: a person's bytes are the same in any
+//! pack, and people are encoded as they are generated.
 
 use super::MAX_ERROR_MM;
 use super::codebook::{Code, ErrorsOfAll, StoredCode};
@@ -20,61 +20,62 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::LazyLock;
 
-/// The code of populations: that of the 40 people of seed 0 at the ten built-in speeds, encoded
-/// within 5 mm, with as many groups of coefficients as the format holds.
+/// The code of populations: fitted to the 40 people of seed 0 at the ten built-in speeds, within
+/// 5 mm, with as many groups of coefficients as the format holds.
 static CODE: LazyLock<Code> = LazyLock::new(|| {
     let stored: StoredCode = serde_json::from_str(include_str!("population.json"))
         .expect("the library's own file, which a test reads");
     stored.code().expect("as many joints and channels")
 });
 
-/// People who are encoded before their bytes are put together: enough for all cores, and 20 MB.
+/// The number of people that are encoded before their bytes are assembled: enough for all cores,
+/// and 20 MB.
 const AT_ONCE: usize = 256;
 
-/// How hard few bytes are looked for.
+/// The effort of the search for few bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Effort {
-    /// The coarsest steps, and single numbers moved until those do.
+    /// The coarsest steps at which changes of single numbers reach the error.
     #[default]
     Searched,
     /// Steps that plain rounding keeps within the error.
     Quick,
 }
 
-/// By how many eighths of an octave the steps of [`Effort::Quick`] are finer than those of the
-/// nearest template, and finer again until the error is kept. Ours: most walks need one try.
+/// How much finer the first steps of [`Effort::Quick`] are than those of the nearest mean walk, in
+/// eighths of an octave. Ours: most walks need one try.
 const FINER: u8 = 4;
 
-/// What share of the people who seem to fit is not named: one in so many, since others may be
-/// larger.
+/// The safety margin in the stated number of people who fit: one in this many is left out, since
+/// others may be larger.
 const MARGIN: usize = 50;
 
-/// A person's bytes.
+/// A person with the encoded bodies and walks.
 struct EncodedPerson {
     subject: Subject,
     bodies: Bodies,
     clips: Vec<(Vec<u8>, JointErrors)>,
 }
 
-/// Reads the code of populations, as [`encode_population`] does when it is first called: for a
-/// process that may fork while another thread makes that call.
+/// Reads the code of populations, as the first call of [`encode_population`] does. A process that
+/// may fork while another thread makes that call needs it.
 pub fn read_population_code() {
     LazyLock::force(&CODE);
 }
 
-/// Encodes the people of these numbers, whom `make` makes, as one pack: walks within
-/// `max_error_mm` and bodies within [`body_error_mm`], where the format allows. Runs on all cores,
-/// 80 ms a walk on one, or 8 without a search; memory is that of the pack and of 256 people. `progress` is called
-/// once a walk.
+/// Encodes the people with these numbers, which `make` generates, as one pack: walks within
+/// `max_error_mm` and bodies within [`body_error_mm`], where the format allows it. Runs on all
+/// cores, 80 ms a walk on one core, or 8 ms without a search. Memory holds the pack and 256 people.
+/// `progress` is called once a walk.
 ///
-/// The bytes of a person's body and walks do not depend on who else is in the pack. The code is
-/// that of walks and runs of adults at an error of 5 mm: it holds any motion at any error, in more
-/// bytes.
+/// The bytes of a person's body and walks do not depend on the other people in the pack. The code
+/// is fitted to walks and runs of adults at an error of 5 mm: it holds any motion at any error, in
+/// more bytes.
 ///
 /// # Errors
-/// As `make`; for takes; for bodies and walks that the format does not hold; and for more people
-/// than a pack holds, with those that fit: where that is certain, before any is encoded, and
-/// otherwise after the first 256.
+/// The errors of `make`; for uncut motions; for bodies and walks that the format does not hold; and
+/// for more people than a pack holds, with the numbers that fit: before any is encoded if that is
+/// certain, otherwise after the first 256.
 pub fn encode_population(
     people: Range<usize>,
     make: &(dyn Fn(usize) -> Result<Subject> + Sync),
@@ -112,7 +113,7 @@ pub fn encode_population(
                 });
                 builder.add(&person.subject, person.bodies, clips.collect())?;
             }
-            // If those to come take as much as these.
+            // Assumes that the other people take as many bytes.
             let bytes = builder.len_bytes(&sections) - shared;
             let fit = (MAX_PACK_BYTES - shared) * builder.people() / bytes.max(1);
             check_fits(&people, fit)?;
@@ -122,7 +123,7 @@ pub fn encode_population(
     builder.finish(sections)
 }
 
-/// Refuses more people than fit into a pack.
+/// Checks that the people fit into a pack.
 fn check_fits(people: &Range<usize>, fit: usize) -> Result<()> {
     if people.len() <= fit {
         return Ok(());
@@ -160,7 +161,7 @@ fn one(
     })
 }
 
-/// A cycle's bytes, and its errors.
+/// Encodes a cycle, and returns its bytes and errors.
 fn encoded(
     code: &Code,
     parsed: &Codebook<'_>,
@@ -184,8 +185,8 @@ fn encoded(
         let quantised = quantised.ok_or(EncodeError::TurnsTooFar)?;
         let (bytes, errors) = code.entry(target, (template, &quantised), parsed)?;
         let worst = worst(&errors);
-        // What is true in f64 may miss by the last bits of the core's f32; far beyond it, the
-        // format is not finer.
+        // An error within the bound in f64 may exceed it in the core's f32. Errors far beyond the
+        // bound mean that the format has no finer steps.
         let is_near = worst > max_error_mm && worst < 1.05 * max_error_mm;
         if !is_near || tries == TRIES {
             return Ok((bytes, errors));
@@ -195,8 +196,8 @@ fn encoded(
     }
 }
 
-/// The template from which a cycle's differences take the fewest bits; none if it takes fewer
-/// alone.
+/// Returns the number of the mean walk relative to which a cycle takes the fewest bits, or `None`
+/// if it takes fewer without one.
 fn nearest(code: &Code, target: &EncodingTarget<'_>) -> Option<usize> {
     let scale = code.templates.first()?.scale;
     let numbers = rounded_at(target, &code.frames, scale)?;
@@ -344,8 +345,8 @@ mod tests {
         assert_eq!(made.into_inner(), 1);
     }
 
-    /// `UPDATE_GOLDEN=1 cargo test --release --lib the_code_of_populations -- --ignored`: all
-    /// populations get other bytes.
+    /// `UPDATE_GOLDEN=1 cargo test --release --lib the_code_of_populations -- --ignored` refits the
+    /// code, which changes the bytes of all populations.
     #[test]
     #[ignore = "a minute without optimisation"]
     fn the_code_of_populations_is_what_fitting_makes() {

@@ -1,11 +1,11 @@
-//! The Rice parameters of a pack: those with which its own clips are shortest.
+//! The Rice parameters of a pack, which make its clips shortest.
 
 use super::bits::{BitWriter, rice_bits};
 use super::coefficients::CycleCoefficients;
 use edgegait_core::format::{CHANNELS, GROUPS_BITS, GROUPS_RICE_BITS, MAX_RICE, RICE_BITS};
 use serde::{Deserialize, Serialize};
 
-/// Rice parameters of all channels, and the bits that they cost and make.
+/// The Rice parameters of all channels.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct RiceParameters {
     channels: Vec<ChannelRice>,
@@ -15,16 +15,16 @@ pub(super) struct RiceParameters {
 struct ChannelRice {
     usual_groups: u32,
     groups_rice: u32,
-    /// One for each group.
+    /// The Rice parameter of each group.
     rice: Vec<u32>,
 }
 
-/// How many groups a channel's numbers fill.
+/// Returns the number of groups that a channel's numbers fill.
 fn groups_of(numbers: &[i32]) -> usize {
     numbers.len().div_ceil(2) + usize::from(!numbers.is_empty() && numbers.len().is_multiple_of(2))
 }
 
-/// The numbers of a group: the constant, or a cosine and a sine.
+/// Returns the numbers of a group: the constant, or a cosine and a sine.
 fn group(numbers: &[i32], group: usize) -> &[i32] {
     let range = if group == 0 {
         0..1
@@ -39,7 +39,7 @@ fn difference(groups: usize, usual: u32) -> i32 {
 }
 
 impl RiceParameters {
-    /// The parameters with which these clips are shortest; templates only add groups.
+    /// Returns the parameters that make these clips shortest. Mean walks only add groups.
     pub(super) fn fit(clips: &[&CycleCoefficients], templates: &[CycleCoefficients]) -> Self {
         let channels = (0..CHANNELS).map(|channel| {
             let own: Vec<&[i32]> = clips.iter().map(|clip| clip[channel].as_slice()).collect();
@@ -51,7 +51,7 @@ impl RiceParameters {
         }
     }
 
-    /// The same for clips that may have as many groups as the format holds.
+    /// Extends the parameters for clips with as many groups as the format holds.
     #[cfg(test)]
     pub(super) fn open(mut self) -> Self {
         for channel in &mut self.channels {
@@ -60,12 +60,12 @@ impl RiceParameters {
         self
     }
 
-    /// Of how many channels they are.
+    /// Returns the number of channels.
     pub(super) const fn channels(&self) -> usize {
         self.channels.len()
     }
 
-    /// Bits of a clip's stream.
+    /// Returns the number of bits of a clip's stream.
     pub(super) fn clip_bits(&self, numbers: &CycleCoefficients) -> u32 {
         let channels = self.channels.iter().zip(numbers);
         let of = |(channel, numbers): (&ChannelRice, &Vec<i32>)| {
@@ -84,7 +84,7 @@ impl RiceParameters {
         channels.map(of).sum()
     }
 
-    /// The table as the codebook has it.
+    /// Returns the table of the codebook.
     pub(super) fn to_bytes(&self) -> Vec<u8> {
         let mut bits = BitWriter::default();
         for channel in &self.channels {
@@ -93,7 +93,7 @@ impl RiceParameters {
         bits.into_bytes()
     }
 
-    /// A clip's bit stream.
+    /// Writes a clip's bit stream.
     pub(super) fn write_clip(&self, numbers: &CycleCoefficients) -> Vec<u8> {
         let mut bits = BitWriter::default();
         for (channel, numbers) in self.channels.iter().zip(numbers) {
@@ -114,7 +114,7 @@ impl RiceParameters {
         bits.into_bytes()
     }
 
-    /// A template's bit stream.
+    /// Writes a mean walk's bit stream.
     pub(super) fn write_template(&self, numbers: &CycleCoefficients) -> Vec<u8> {
         let mut bits = BitWriter::default();
         for (channel, numbers) in self.channels.iter().zip(numbers) {
@@ -196,13 +196,13 @@ impl ChannelRice {
     }
 }
 
-/// How far a Rice parameter falls from one group to the next.
+/// Returns the fall of the Rice parameter from one group to the next.
 fn fall(before: u32, after: u32) -> i32 {
     before.cast_signed() - after.cast_signed()
 }
 
-/// One Rice parameter for each group: the fewest bits for the numbers (`cost`, by group and
-/// parameter) and for the parameters themselves (Viterbi 1967).
+/// Returns one Rice parameter for each group, with the fewest bits for the numbers (`cost`, by
+/// group and parameter) and the parameters themselves (Viterbi 1967).
 fn shortest(groups: usize, cost: impl Fn(usize, u32) -> u32) -> Vec<u32> {
     const STATES: u32 = MAX_RICE + 1;
     let mut sums = vec![0u32; STATES as usize];

@@ -1,25 +1,26 @@
 //! Uniform cubic B-splines through weighted samples, by least squares.
 //!
-//! Four knots decide each sample, so that the normal equations have seven diagonals and
-//! take time in proportion to samples and knots.
+//! Each sample depends on four knots, so the normal equations have seven diagonals and take time
+//! proportional to samples and knots.
 
-/// How strongly second and first differences of the knots are held down, against weights
-/// of 1: enough to decide knots that no sample does, and no more. Ours.
+/// The penalties on second and first differences of the knots, relative to weights of 1: just
+/// enough to determine knots without samples. Ours.
 const SMOOTHNESS: [f64; 2] = [1e-7, 1e-10];
 
-/// Where samples lie among knots.
+/// The places of samples among knots.
 pub(super) struct KnotGrid {
-    /// First of its four knots, and how much it takes of each, by sample.
+    /// For each sample the first of its four knots, and the weight of each.
     places: Vec<(u32, [f64; 4])>,
     knots: usize,
 }
 
-/// The Cholesky factor of a grid's normal equations: for each knot its own entry and those
-/// of the three knots behind it.
+/// The Cholesky factor of a grid's normal equations: for each knot its own entry and the entries
+/// with the three knots after it.
 pub(super) struct Factor(Vec<[f64; 4]>);
 
 impl KnotGrid {
-    /// Samples at `positions`, in intervals, each from 0 to `intervals`, which is at least 1.
+    /// Creates a grid for samples at `positions`, in intervals, each from 0 to `intervals`, which
+    /// is at least 1.
     pub(super) fn new(positions: impl Iterator<Item = f64>, intervals: u32) -> Self {
         let places = positions.map(|position| {
             #[expect(
@@ -36,7 +37,7 @@ impl KnotGrid {
         }
     }
 
-    /// Factors the normal equations of these weights, one for each sample.
+    /// Factors the normal equations for these weights, one for each sample.
     pub(super) fn factor(&self, weights: &[f64]) -> Factor {
         let mut band = vec![[0.0; 4]; self.knots];
         for ((index, shares), weight) in self.places.iter().zip(weights) {
@@ -74,10 +75,10 @@ impl KnotGrid {
         Factor(band)
     }
 
-    /// The knots nearest to these values. With a `step`, whole numbers of steps: each is
-    /// rounded as soon as it is known, and the ones still to be found make up for it
-    /// (Babai 1986, "On Lovasz' lattice reduction and the nearest lattice point problem",
-    /// Combinatorica 6:1-13, his nearest plane).
+    /// Returns the knots that fit these values best. With a `step`, knots are whole numbers of
+    /// steps: each is rounded as soon as it is known, and the remaining ones compensate for the
+    /// rounding (nearest plane of Babai 1986, "On Lovasz' lattice reduction and the nearest lattice
+    /// point problem", Combinatorica 6:1-13).
     pub(super) fn fit(
         &self,
         factor: &Factor,
@@ -110,7 +111,7 @@ impl KnotGrid {
         knots
     }
 
-    /// The spline's values at the samples.
+    /// Returns the spline's values at the samples.
     pub(super) fn values<'a>(&'a self, knots: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         self.places.iter().map(|(index, shares)| {
             let taps = &knots[*index as usize..];
@@ -123,7 +124,7 @@ impl KnotGrid {
     }
 }
 
-/// How much of each of its four knots a spline takes at `x` in 0..=1.
+/// Returns the weights of the four knots of a spline at `x` in 0..=1.
 fn shares(x: f64) -> [f64; 4] {
     let rest = 1.0 - x;
     [
@@ -138,7 +139,7 @@ fn shares(x: f64) -> [f64; 4] {
 mod tests {
     use super::*;
 
-    /// Samples four to an interval.
+    /// Returns a grid with four samples in each interval.
     fn grid(intervals: u32) -> KnotGrid {
         KnotGrid::new((0..=4 * intervals).map(|i| f64::from(i) / 4.0), intervals)
     }
@@ -149,8 +150,8 @@ mod tests {
 
     #[test]
     fn a_cubic_is_met_by_its_blossom() {
-        // The knot between i - 1, i and i + 1 of a cubic is its blossom there (Ramshaw
-        // 1989): for 1, x, x^2 and x^3 that is 1, i, i^2 - 1/3 and i^3 - i.
+        // The knot of a cubic at i is its blossom at i - 1, i and i + 1 (Ramshaw 1989): for 1, x,
+        // x^2 and x^3 that is 1, i, i^2 - 1/3 and i^3 - i.
         let values: Vec<f64> = (0..=40).map(|i| cubic(f64::from(i) / 4.0)).collect();
         let (grid, weights) = (grid(10), vec![1.0; values.len()]);
         let knots = grid.fit(&grid.factor(&weights), &weights, &values, None);

@@ -1,22 +1,22 @@
-//! What of a body is symmetric within an error, and need be stored by its half only.
+//! Symmetry of bodies: hulls that can be stored by their half within an error.
 
 use super::hull::{StepPoint, StoredHull, image};
 use crate::people::BodyHull;
 use glam::DVec3;
 use std::collections::BTreeSet;
 
-/// Finds which hulls are symmetric, and which are images of each other.
+/// A search for hulls that are symmetric or mirror images of each other.
 pub(super) struct Halves<'a> {
     /// The body's hulls.
     pub hulls: &'a [BodyHull],
-    /// Metres of a step.
+    /// The length of a step, metres.
     pub step_m: f64,
-    /// Greatest error of a point, metres.
+    /// The greatest error of a point, metres.
     pub max_error_m: f64,
 }
 
 impl<'a> Halves<'a> {
-    /// The hulls to store, and the body's hulls in the order in which they are read.
+    /// Returns the hulls to store, and the body's hulls in the order of decoding.
     #[must_use]
     pub(super) fn stored_hulls(&self) -> (Vec<StoredHull>, Vec<&'a BodyHull>) {
         let mut stored: Vec<StoredHull> = self.hulls.iter().map(|hull| self.stored(hull)).collect();
@@ -43,7 +43,7 @@ impl<'a> Halves<'a> {
         (kept, sources)
     }
 
-    /// A hull's points in steps, or half of them.
+    /// Returns a hull's points in steps, or half of them where that is enough.
     fn stored(&self, hull: &BodyHull) -> StoredHull {
         let whole = StoredHull {
             joint: hull.joint,
@@ -63,7 +63,8 @@ impl<'a> Halves<'a> {
         }
     }
 
-    /// Whether the image of a left hull can stand for the right one with this number.
+    /// Returns whether the mirror image of a left hull can stand for the right hull with this
+    /// number.
     fn is_image(&self, left: &StoredHull, right: usize) -> bool {
         let right = &self.hulls[right];
         left.joint.is_left()
@@ -71,13 +72,13 @@ impl<'a> Halves<'a> {
             && self.is_good(&left.all_points().into_iter().map(image).collect(), right)
     }
 
-    /// Whether points are as near to the hull as was asked for, or as steps allow.
+    /// Returns whether points are within the error of the hull, or as near as steps allow.
     fn is_good(&self, points: &BTreeSet<StepPoint>, hull: &BodyHull) -> bool {
         let error = |points: &BTreeSet<StepPoint>| {
             let found: Vec<DVec3> = points.iter().map(|&p| position(p, self.step_m)).collect();
             distance(&hull.points, &found)
         };
-        // No more points than there were: the body stays within the budget.
+        // No more points than before, so that the body stays within the budget.
         points.len() <= hull.points.len()
             && error(points) <= self.max_error_m.max(error(&self.rounded(hull)))
     }
@@ -88,8 +89,8 @@ impl<'a> Halves<'a> {
     }
 }
 
-/// Greatest distance from a point of one set to the nearest of the other, in either
-/// direction; infinite if one of them is empty.
+/// Returns the greatest distance from a point of one set to the nearest point of the other, in
+/// either direction; infinite if one set is empty.
 #[must_use]
 pub(super) fn distance(some: &[DVec3], others: &[DVec3]) -> f64 {
     let one_way = |from: &[DVec3], to: &[DVec3]| {
@@ -104,7 +105,7 @@ pub(super) fn distance(some: &[DVec3], others: &[DVec3]) -> f64 {
     one_way(some, others).max(one_way(others, some))
 }
 
-/// A point in steps, rounded to nearest.
+/// Returns a point in steps, rounded to nearest.
 #[must_use]
 pub(super) fn counts(point: DVec3, step_m: f64) -> StepPoint {
     #[expect(
@@ -117,7 +118,7 @@ pub(super) fn counts(point: DVec3, step_m: f64) -> StepPoint {
     rounded
 }
 
-/// Where so many steps lead, metres.
+/// Returns the position of a point in steps, metres.
 #[must_use]
 pub(super) fn position(count: StepPoint, step_m: f64) -> DVec3 {
     DVec3::from(count.map(f64::from)) * step_m

@@ -1,4 +1,4 @@
-//! What a cycle's encoding aims at, and how far off it is.
+//! Targets for the encoding of cycles, and the measurement of errors.
 
 use super::fourier::FourierBasis;
 use super::frames::{VIRTUAL_POINT_M, VIRTUAL_POINTS};
@@ -10,29 +10,29 @@ use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
 use glam::{DMat3, DQuat, DVec3, Vec3};
 
-/// Least number of frames of a cycle: enough for three harmonics.
+/// The least number of frames of a cycle: enough for three harmonics.
 const MIN_FRAMES: usize = 8;
 
-/// A cycle on its walker's skeleton, and where that really puts its joints.
+/// A cycle on its walker's skeleton, with the true positions of its joints.
 #[derive(Clone, Debug)]
 pub(super) struct EncodingTarget<'a> {
     pub(super) cycle: &'a Cycle,
     pub(super) skeleton: Skeleton,
     pub(super) offsets: [DVec3; JOINTS],
     pub(super) series: FourierBasis,
-    /// Per frame, per joint: orientation in the walker's space.
+    /// The orientations by frame and joint, in the walker's space.
     pub(super) orientations: Vec<[DQuat; JOINTS]>,
-    /// Per frame, per joint: its virtual points, metres.
+    /// The virtual points by frame and joint, metres.
     pub(super) points: Vec<[[DVec3; VIRTUAL_POINTS]; JOINTS]>,
 }
 
-/// Where a joint's virtual points are.
+/// Returns a joint's virtual points.
 #[inline]
 pub(super) fn virtual_points(position: DVec3, orientation: DQuat) -> [DVec3; VIRTUAL_POINTS] {
     around(position, DMat3::from_quat(orientation))
 }
 
-/// The same for an orientation as a matrix.
+/// Returns a joint's virtual points for an orientation as a matrix.
 #[inline]
 pub(super) fn around(position: DVec3, axes: DMat3) -> [DVec3; VIRTUAL_POINTS] {
     let x = axes.x_axis * VIRTUAL_POINT_M;
@@ -49,6 +49,8 @@ pub(super) fn around(position: DVec3, axes: DMat3) -> [DVec3; VIRTUAL_POINTS] {
 }
 
 impl<'a> EncodingTarget<'a> {
+    /// Creates the target of a cycle.
+    ///
     /// # Errors
     /// For a cycle with fewer than 8 frames or more than 65,535, with numbers that are not
     /// finite, that does not close, or with a travel or period that the format does not hold.
@@ -72,12 +74,12 @@ impl<'a> EncodingTarget<'a> {
         Ok(target)
     }
 
-    /// Frames of the cycle.
+    /// Returns the number of frames of the cycle.
     pub(super) const fn len(&self) -> usize {
         self.points.len()
     }
 
-    /// Greatest and mean error of each joint, as the core decodes the cycle.
+    /// Returns the greatest and mean error of each joint, as the core decodes the cycle.
     pub(super) fn measure(&self, cycle: &Loop<'_>) -> JointErrors {
         #[expect(clippy::cast_precision_loss, reason = "frames of a cycle")]
         let frames = self.len() as f64;
@@ -98,11 +100,11 @@ impl<'a> EncodingTarget<'a> {
     }
 }
 
-/// Greatest and mean error of each joint, mm.
+/// The greatest and mean error of each joint, mm.
 pub(super) type JointErrors = [(f64, f64); JOINTS];
 
-/// Greatest and mean distance of each joint's virtual points from the true ones, by frame,
-/// in the poses that the core decodes, mm.
+/// Returns the greatest and mean distance of each joint's virtual points from the true ones, over
+/// all frames, in the poses that the core decodes, mm.
 pub(super) fn joint_errors(
     frames: usize,
     skeleton: &Skeleton,
@@ -127,15 +129,14 @@ pub(super) fn joint_errors(
     errors
 }
 
-/// Farthest that a pelvis may be from the origin: beyond it, the decoder's `f32` has steps of
+/// The largest distance of a pelvis from the origin: beyond it, the decoder's `f32` has steps of
 /// 0.1 mm and more.
 const FARTHEST_ROOT_M: f64 = 1e3;
 
-/// Refuses motions in which a joint flips over between two frames: no smooth curve goes through
-/// both.
+/// Checks that no joint flips over between two frames, since no smooth curve goes through both.
 ///
 /// # Errors
-/// Naming the first such joint and frames, counted from 0.
+/// If a joint flips; the error names the first such joint and its frames, counted from 0.
 pub(super) fn refuse_flips(
     rotations: &[[DQuat; JOINTS]],
     ends: MotionEnds,
@@ -154,11 +155,11 @@ pub(super) fn refuse_flips(
     })
 }
 
-/// Refuses cycles in which a joint turns full circle: no series of vectors closes there.
-/// Followed without a jump, a quaternion then ends as the opposite of the first.
+/// Checks that no joint turns full circle in a cycle, since its series of vectors does not close.
+/// Followed without a jump, its last quaternion is then the opposite of the first.
 ///
 /// # Errors
-/// Naming the first such joint.
+/// If a joint turns full circle; the error names the first such joint.
 fn refuse_circles(rotations: &[[DQuat; JOINTS]]) -> Result<()> {
     for joint in Joint::ALL {
         let index = joint.index();
@@ -174,7 +175,7 @@ fn refuse_circles(rotations: &[[DQuat; JOINTS]]) -> Result<()> {
     Ok(())
 }
 
-/// Refuses cycles that the format does not hold.
+/// Checks that the format holds a cycle.
 pub(super) fn check(cycle: &Cycle) -> Result<()> {
     let frames = cycle.root.len();
     if !(MIN_FRAMES..=usize::from(u16::MAX)).contains(&frames) || cycle.rotations.len() != frames {
@@ -210,7 +211,7 @@ pub(super) fn check(cycle: &Cycle) -> Result<()> {
             what: "a gait cycle",
             found: farthest_m.round(),
             unit: "m from the origin",
-            expected: "at most 1000 (take the place of the walk out of it)",
+            expected: "at most 1000 (move the walk to the origin)",
         }
         .into());
     }
@@ -220,22 +221,22 @@ pub(super) fn check(cycle: &Cycle) -> Result<()> {
     refuse_circles(&cycle.rotations)
 }
 
-/// The greatest error of any joint, mm.
+/// Returns the greatest error of any joint, mm.
 pub(super) fn worst(errors: &JointErrors) -> f64 {
     errors.iter().map(|joint| joint.0).fold(0.0, f64::max)
 }
 
-/// The mean error of all joints, mm.
+/// Returns the mean error of all joints, mm.
 pub(super) fn mean(errors: &JointErrors) -> f64 {
     errors.iter().map(|joint| joint.1).sum::<f64>() / JOINTS as f64
 }
 
-/// An error in units of 0.01 mm, rounded up so that it is never understated.
+/// Returns an error in units of 0.01 mm, rounded up so that it is never understated.
 pub(super) fn hundredths(error_mm: f64) -> u16 {
     rounded_up(error_mm * 100.0)
 }
 
-/// The same in units of 0.1 mm.
+/// Returns an error in units of 0.1 mm, rounded up.
 pub(super) fn tenths(error_mm: f64) -> u16 {
     rounded_up(error_mm * 10.0)
 }

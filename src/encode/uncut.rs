@@ -1,9 +1,9 @@
-//! Takes as B-spline knots: from a stated error to bytes.
+//! Encoding of uncut motions as B-spline knots, within a stated error.
 //!
-//! Joints are fitted parents first, in a closed loop: a child aims at its true orientation
-//! in the walker's space given its *decoded* parent. Knot interval and steps are searched:
-//! the fewest bytes whose error, measured with the core's decoder, is within the stated one.
-//! Where that fails by little, the moments that are furthest off weigh more in the next fit.
+//! Joints are fitted parents first, in a closed loop: a child aims at its true orientation in the
+//! walker's space given its *decoded* parent. A search over knot intervals and steps finds the
+//! fewest bytes whose error, measured with the core's decoder, is within the stated one. Where a
+//! fit exceeds it by little, the moments with the largest errors weigh more in the next fit.
 
 use super::target::{JointErrors, joint_errors, refuse_flips, virtual_points};
 use super::uncut_fit::Fits;
@@ -16,25 +16,25 @@ use edgegait_core::codebook::Codebook;
 use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
 use glam::{DQuat, DVec3, Vec3};
 
-/// Knot intervals that are tried: so many from two frames to [`LONGEST_INTERVAL_S`]. Ours.
+/// The number of knot intervals to try, from two frames to [`LONGEST_INTERVAL_S`]. Ours.
 const INTERVALS: u32 = 8;
-/// Longest knot interval that is tried but for the whole take, seconds.
+/// The longest knot interval to try, except the whole motion, seconds.
 const LONGEST_INTERVAL_S: f64 = 0.25;
-/// Knot interval and scale of a longer take are searched on so many frames of it. Ours.
+/// The number of frames on which knot interval and scale of longer motions are searched. Ours.
 const SEARCH_FRAMES: usize = 2_400;
-/// How much finer a scale a whole take usually needs than its liveliest stretch. Ours.
+/// How much finer the scale of a whole motion usually is than that of its liveliest stretch. Ours.
 const USUAL_LOSS: u8 = 4;
-/// Coarsest scale that is tried: 32 m or radians and more.
+/// The coarsest scale to try: 32 m or radians and more.
 const COARSEST: u8 = 200;
 
-/// Encodes a motion so that no virtual point is off by more than `max_error_mm`. When that
-/// cannot be reached, the finest encoding is returned; its [`EncodedClip::max_error_mm`]
-/// tells.
+/// Encodes an uncut motion such that every virtual point is within `max_error_mm`. Where this
+/// error cannot be reached, the finest encoding is returned; its [`EncodedClip::max_error_mm`]
+/// states the error.
 ///
-/// Time and memory are in proportion to the frames.
+/// Time and memory are proportional to the frames.
 ///
 /// # Errors
-/// For a take without frames, with numbers that are not finite, with rotations that are not
+/// For a motion without frames, with numbers that are not finite, with rotations that are not
 /// unit quaternions, in which a joint flips over, or at less than 1 or more than 10,000
 /// frames a second.
 pub fn encode_take(
@@ -61,7 +61,7 @@ pub fn encode_take(
         .ok_or_else(|| EncodeError::TakeTooFar.into())
 }
 
-/// Refuses takes that the format does not hold.
+/// Checks that the format holds an uncut motion.
 pub(super) fn check(span: &UncutMotion) -> Result<()> {
     let frames = span.roots.len();
     if frames == 0 || span.rotations.len() != frames || u32::try_from(frames).is_err() {
@@ -73,7 +73,7 @@ pub(super) fn check(span: &UncutMotion) -> Result<()> {
     }
     if !(1.0..=10_000.0).contains(&span.sample_rate_hz) {
         return Err(EncodeError::OutOfRange {
-            what: "a take of",
+            what: "an uncut motion of",
             found: span.sample_rate_hz,
             unit: "frames a second",
             expected: "1 to 10,000",
@@ -89,7 +89,7 @@ pub(super) fn check(span: &UncutMotion) -> Result<()> {
         .zip(&span.rotations)
         .position(|f| !sound(f))
     {
-        return Err(EncodeError::NotFinite(format!("frame {frame} of a take")).into());
+        return Err(EncodeError::NotFinite(format!("frame {frame} of an uncut motion")).into());
     }
     refuse_flips(&span.rotations, MotionEnds::Open, span.sample_rate_hz)
 }
@@ -102,7 +102,8 @@ struct KnotPlan {
 }
 
 impl Encoder<'_> {
-    /// So many frames in which the joints are accelerated most, if there are more.
+    /// Returns the `frames` consecutive frames with the greatest accelerations, if the motion is
+    /// longer.
     fn liveliest(&self, frames: usize) -> Option<UncutMotion> {
         if self.len() <= frames {
             return None;
@@ -131,7 +132,7 @@ impl Encoder<'_> {
         })
     }
 
-    /// The knot intervals to try, from the shortest.
+    /// Returns the knot intervals to try, from the shortest.
     fn intervals_us(&self) -> Vec<u32> {
         let shortest = 2.0 / self.span.sample_rate_hz;
         let ratio = (LONGEST_INTERVAL_S / shortest).max(1.0);
@@ -145,7 +146,8 @@ impl Encoder<'_> {
         list
     }
 
-    /// Each knot interval that can be good enough. Coarser ones take finer scales.
+    /// Returns a plan for each knot interval that can be good enough. Longer intervals need finer
+    /// scales.
     fn plans(&self, max_error_mm: f64) -> Vec<KnotPlan> {
         let mut plans: Vec<KnotPlan> = Vec::new();
         for interval_us in self.intervals_us() {
@@ -159,8 +161,8 @@ impl Encoder<'_> {
         plans
     }
 
-    /// The plans of an excerpt for the whole: the one that was cheapest there, and shorter
-    /// knot intervals where it needs a much finer scale here and for as long as they help.
+    /// Tries the plans of an excerpt on the whole motion: first the cheapest, then shorter knot
+    /// intervals, if the whole needs a much finer scale, as long as they help.
     fn cheapest(&self, plans: &[KnotPlan], max_error_mm: f64) -> Option<EncodedClip> {
         let bytes = |&index: &usize| plans[index].found.bytes.len();
         let start = (0..plans.len()).min_by_key(bytes)?;
@@ -183,7 +185,7 @@ impl Encoder<'_> {
         best
     }
 
-    /// The coarsest scale that is good enough, searched from `start` if there is one.
+    /// Returns the coarsest scale that is good enough, searched from `start` if there is one.
     fn coarsest(&self, interval_us: u32, start: Option<u8>, max_error_mm: f64) -> Option<KnotPlan> {
         let mut fits = Fits::new(self, interval_us);
         let mut good: Option<(u8, EncodedClip)> = None;
@@ -207,7 +209,7 @@ impl Encoder<'_> {
             reach = reach.saturating_mul(2);
         }
         let (mut scale, mut found) = good?;
-        // Errors rise with the scale but for chance, which many frames have less of.
+        // Errors rise with the scale, except by chance, which matters less with many frames.
         let lucks = if self.len() > SEARCH_FRAMES { 0 } else { 4 };
         for luck in 2..=lucks {
             if let Some(lucky) = fits.good(scale + luck, max_error_mm) {
@@ -222,7 +224,8 @@ impl Encoder<'_> {
         })
     }
 
-    /// A knot a frame: as coarse as is good enough, else as fine as the format holds.
+    /// Encodes with one knot a frame: in the coarsest scale that is good enough, else in the finest
+    /// that the format holds.
     fn finest(&self, max_error_mm: f64) -> Option<EncodedClip> {
         let interval_us = microseconds(1.0 / self.span.sample_rate_hz);
         if let Some(plan) = self.coarsest(interval_us, None, max_error_mm) {
@@ -233,7 +236,7 @@ impl Encoder<'_> {
     }
 }
 
-/// A take's rotations with the walker's heading taken out, as they are encoded.
+/// Returns an uncut motion's rotations without the walker's heading, as they are encoded.
 pub(super) fn looking_ahead(span: &UncutMotion) -> Vec<[DQuat; JOINTS]> {
     let mut rotations = span.rotations.clone();
     for (pose, angle) in rotations.iter_mut().zip(heading(&span.rotations)) {
@@ -243,7 +246,7 @@ pub(super) fn looking_ahead(span: &UncutMotion) -> Vec<[DQuat; JOINTS]> {
     rotations
 }
 
-/// Greatest and mean error of each joint, as the core decodes the take.
+/// Returns the greatest and mean error of each joint, as the core decodes the motion.
 pub(super) fn measure_joints(
     span: &UncutMotion,
     skeleton: &Skeleton,
@@ -266,7 +269,7 @@ pub(super) fn measure_joints(
     )
 }
 
-/// Seconds as whole microseconds, at least one.
+/// Returns seconds as whole microseconds, at least one.
 fn microseconds(seconds: f64) -> u32 {
     #[expect(
         clippy::cast_possible_truncation,

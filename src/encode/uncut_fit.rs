@@ -1,4 +1,4 @@
-//! Fitting a take's channels with knots of one interval, and measuring what they decode to.
+//! Fits of an uncut motion's channels with knots of one interval, and their decoded errors.
 
 use super::knots::{KnotChannel, write};
 use super::spline::{Factor, KnotGrid};
@@ -10,32 +10,32 @@ use edgegait_core::format::{
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3, Quat};
 
-/// Fits after the first for one scale, each with new weights. Ours: CMU takes need 5 to
-/// 11 % fewer bytes than without; twice as many fits save 1 to 2 % more.
+/// The number of fits after the first for one scale, each with new weights. Ours: CMU recordings
+/// need 5 to 11 % fewer bytes than without; twice as many fits save 1 to 2 % more.
 const REWEIGHTINGS: usize = 4;
-/// Error over the stated one from which weights do not help.
+/// The ratio of the error to the stated one above which weights do not help.
 const HOPELESS: f64 = 1.8;
-/// A moment weighs more from this share of the stated error on.
+/// The share of the stated error from which on a moment gets more weight.
 const HEAVY: f64 = 0.5;
-/// Root mean square of what knots further apart miss, in steps, up to which they do.
+/// The largest root mean square error of knots further apart with which they are used, in steps.
 const MISSED_STEPS: f64 = 0.35;
-/// Greatest miss of a constant, in steps, up to which a channel is one.
+/// The largest error of a constant with which a channel becomes constant, in steps.
 const STILL_STEPS: f64 = 1.0;
-/// Rotations are followed through half a turn up to this component w of their quaternion:
-/// 280 degrees. At 360 their vectors would end.
+/// The least component w of a quaternion up to which rotations are followed beyond half a turn:
+/// 280 degrees. At 360 degrees their vectors are infinite.
 const FURTHEST_W: f64 = -0.766;
 
-/// Fits with the knots of one interval.
+/// Fits with knots of one interval.
 pub(super) struct Fits<'a> {
     encoder: &'a Encoder<'a>,
     interval_us: u32,
-    /// For knots 1, 2 and 4 intervals apart.
+    /// The grids for knots 1, 2 and 4 intervals apart.
     grids: [KnotGrid; SPACING_CONSTANT as usize],
-    /// By joint and frame, 1 on average: those of the last fit that was good enough.
+    /// The weights of the last fit that was good enough, 1 on average.
     pub(super) weights: Weights,
 }
 
-/// By joint and frame.
+/// The weights by joint and frame.
 type Weights = [Vec<f64>; JOINTS];
 
 impl<'a> Fits<'a> {
@@ -59,7 +59,7 @@ impl<'a> Fits<'a> {
         }
     }
 
-    /// An encoding of this scale that is good enough, if one is found.
+    /// Returns an encoding of this scale that is good enough, if one is found.
     pub(super) fn good(&mut self, scale: u8, max_error_mm: f64) -> Option<EncodedClip> {
         let mut weights = self.weights.clone();
         for _ in 0..=REWEIGHTINGS {
@@ -76,7 +76,7 @@ impl<'a> Fits<'a> {
         None
     }
 
-    /// Encodes and measures; `None` where the format does not hold a knot.
+    /// Encodes and measures. Returns `None` if the format does not hold a knot.
     pub(super) fn encode(&self, scale: u8, weights: &Weights) -> Option<(EncodedClip, Errors)> {
         let body = write(&self.channels(scale, weights)?)?;
         let mut bytes = Vec::with_capacity(TAKE_HEADER_BYTES + body.len());
@@ -97,7 +97,7 @@ impl<'a> Fits<'a> {
         Some((found, errors))
     }
 
-    /// All channels in their order, fitted parents first.
+    /// Returns all channels in the format's order, fitted parents first.
     fn channels(&self, scale: u8, weights: &Weights) -> Option<Vec<KnotChannel>> {
         let (encoder, codebook) = (self.encoder, self.encoder.codebook);
         let pelvis = ChannelFits::new(self, &weights[0]);
@@ -143,7 +143,7 @@ impl<'a> Fits<'a> {
     }
 }
 
-/// Fits of one joint's channels.
+/// The fits of one joint's channels.
 struct ChannelFits<'a> {
     grids: &'a [KnotGrid],
     weights: &'a [f64],
@@ -159,7 +159,7 @@ impl<'a> ChannelFits<'a> {
         }
     }
 
-    /// The channel of these values in steps, and what it decodes to. `None` where a knot is
+    /// Returns the channel of these values in steps, and its decoded values, or `None` if a knot is
     /// wider than 25 bits.
     fn channel(&self, values: &[f64], step: f64) -> Option<(KnotChannel, Vec<f64>)> {
         let (least, most) = values
@@ -195,7 +195,7 @@ impl<'a> ChannelFits<'a> {
         Some((channel, decoded))
     }
 
-    /// Root mean square of what unrounded knots of this spacing miss.
+    /// Returns the root mean square error of unrounded knots of this spacing.
     fn missed(&self, spacing: usize, values: &[f64]) -> f64 {
         let (grid, factor) = (&self.grids[spacing], &self.factors[spacing]);
         let knots = grid.fit(factor, self.weights, values, None);
@@ -207,8 +207,8 @@ impl<'a> ChannelFits<'a> {
     }
 }
 
-/// More weight where a joint or one that it carries is far off (after Lawson 1961, whose
-/// weights are multiplied by the errors until the greatest is least; ours spares small ones).
+/// Adds weight where a joint, or a joint of its subtree, has a large error (after Lawson 1961, who
+/// multiplies weights by errors until the greatest error is least; small errors are ignored here).
 fn reweigh(weights: &mut Weights, errors: &Errors, max_error_mm: f64) {
     for (frame, errors) in errors.iter().enumerate() {
         let mut worst = *errors;
@@ -229,7 +229,8 @@ fn reweigh(weights: &mut Weights, errors: &Errors, max_error_mm: f64) {
     }
 }
 
-/// The vectors of rotations, by axis, each of the two that is nearer to the one before.
+/// Returns the vectors of rotations by axis. Of the two vectors of a rotation, each is the one
+/// nearer to the previous vector.
 fn followed(rotations: impl Iterator<Item = DQuat>) -> [Vec<f64>; 3] {
     let mut axes: [Vec<f64>; 3] = Default::default();
     let mut last = DQuat::IDENTITY;
@@ -251,7 +252,7 @@ fn followed(rotations: impl Iterator<Item = DQuat>) -> [Vec<f64>; 3] {
     axes
 }
 
-/// The rotation of a vector `4 tan(a/4) n`, as `edgegait_core::rotation` in `f64`.
+/// Returns the rotation of a vector `4 tan(a/4) n`, as `edgegait_core::rotation` but in `f64`.
 fn turn(vector: DVec3) -> DQuat {
     let quarter = 0.25 * vector;
     let scale = 1.0 / (1.0 + quarter.length_squared());
@@ -263,7 +264,7 @@ fn unit(rotation: Quat) -> DQuat {
     rotation.as_dquat().normalize()
 }
 
-/// A whole number of steps, where it has at most 25 bits.
+/// Returns a whole number of steps, if it has at most 25 bits.
 fn whole(steps: f64) -> Option<i32> {
     const WIDEST: f64 = (1 << (MAX_INTEGER_WIDTH - 1)) as f64;
     #[expect(clippy::cast_possible_truncation, reason = "checked: 25 bits")]

@@ -1,4 +1,4 @@
-//! An uncut motion that is being encoded: what its bytes aim at, and how far off they are.
+//! Targets for the encoding of uncut motions, and the measurement of errors.
 
 use super::frames::VIRTUAL_POINTS;
 use super::target::{around, virtual_points};
@@ -10,35 +10,35 @@ use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
 use glam::{DQuat, DVec3, Vec3};
 use std::f64::consts::TAU;
 
-/// A walker who never looks further away than this, radians, keeps their heading in the
-/// pelvis's rotation, which the codebook's frame suits.
+/// The largest heading, radians, up to which the heading stays in the pelvis's rotation, which the
+/// codebook's frame suits.
 const LARGEST_SWAY: f64 = 1.0;
 
-/// A clip's bytes and what its encoding cost.
+/// A clip's bytes and encoding errors.
 #[derive(Clone, Debug)]
 pub struct EncodedClip {
-    /// What [`Clip::parse`] reads.
+    /// The bytes that [`Clip::parse`] reads.
     pub bytes: Vec<u8>,
-    /// Greatest error, mm, over virtual points, joints and frames.
+    /// The greatest error over virtual points, joints and frames, mm.
     pub max_error_mm: f64,
-    /// Mean of the same, mm.
+    /// The mean error over virtual points, joints and frames, mm.
     pub mean_error_mm: f64,
 }
 
-/// Greatest errors by frame and joint, mm.
+/// The greatest errors by frame and joint, mm.
 pub(super) type Errors = Vec<[f64; JOINTS]>;
 
-/// What is encoded, and what its errors are measured against.
+/// The motion to encode, with the truth against which its errors are measured.
 pub(super) struct Encoder<'a> {
     pub(super) span: &'a UncutMotion,
     pub(super) skeleton: &'a Skeleton,
     pub(super) codebook: &'a Codebook<'a>,
     pub(super) duration_us: u64,
-    /// Per frame: where the joints really are.
+    /// The true joint positions by frame.
     pub(super) positions: Vec<[DVec3; JOINTS]>,
-    /// Per frame: how they are really turned.
+    /// The true joint orientations by frame.
     pub(super) orientations: Vec<[DQuat; JOINTS]>,
-    /// Per frame, radians.
+    /// The heading by frame, radians.
     pub(super) heading: Vec<f64>,
 }
 
@@ -75,8 +75,8 @@ impl<'a> Encoder<'a> {
         self.positions.len()
     }
 
-    /// Greatest and mean distance, mm, of the decoded virtual points from the true ones, and
-    /// the greatest by frame and joint.
+    /// Returns the greatest and mean distance, mm, of the decoded virtual points from the true
+    /// ones, and the greatest by frame and joint.
     pub(super) fn measure(&self, bytes: &[u8]) -> Option<(f64, f64, Errors)> {
         let take = Clip::parse(bytes, self.codebook).ok()?.as_uncut()?;
         let (mut max, mut sum) = (0.0f64, 0.0);
@@ -108,7 +108,8 @@ impl<'a> Encoder<'a> {
     }
 }
 
-/// The pelvis's turn about +Y, followed from frame to frame; 0 for a walker who looks ahead.
+/// Returns the pelvis's turn about +Y, followed from frame to frame; 0 for a walker who always
+/// looks ahead.
 pub(super) fn heading(orientations: &[[DQuat; JOINTS]]) -> Vec<f64> {
     let mut last = 0.0;
     let looks: Vec<f64> = orientations

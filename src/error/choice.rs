@@ -1,31 +1,34 @@
-//! Settings that make no sense, alone or together.
+//! Errors about settings that are invalid, alone or together.
 
 use super::{Cause, listed};
 use std::path::PathBuf;
 
-/// What was chosen that cannot be: the process's exit code is 2.
+/// An invalid choice of settings; the process's exit code is 2.
 ///
-/// Messages that begin with a setting's name mean the setting as a whole.
+/// Messages that begin with a setting's name are about the setting as a whole.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ChoiceError {
-    /// A run was ended before it was done, and waits to be gone on with.
-    #[error("{}: a run that was to be {} ended before it was done", folder.display(), target.display())]
+    /// A run was interrupted, and can be resumed.
+    #[error(
+        "{}: a run that was to write {} ended before it was done",
+        folder.display(), target.display()
+    )]
     Unfinished {
-        /// Where it waits.
+        /// The folder of the unfinished run.
         folder: PathBuf,
-        /// What it was to be.
+        /// The dataset that it was to become.
         target: PathBuf,
     },
-    /// A whole dataset of another run is there.
-    #[error("{}: is already complete, and of another run: {differs}", target.display())]
+    /// A complete dataset of another run exists.
+    #[error("{}: is already complete, from another run: {differs}", target.display())]
     OtherRun {
         /// The dataset.
         target: PathBuf,
-        /// How it differs.
+        /// The difference between the runs.
         differs: String,
     },
-    /// A design has no such split, or several of which none was named.
+    /// A design has no such split, or has several and none was named.
     #[error(
         "{}, expected one of {}",
         match name {
@@ -35,34 +38,34 @@ pub enum ChoiceError {
         listed(known)
     )]
     NoSplit {
-        /// What was asked for.
+        /// The requested split.
         name: Option<String>,
-        /// Those that there are.
+        /// The splits of the design.
         known: Vec<String>,
     },
-    /// There are not so many variations of a walk.
+    /// A walk does not have this many variations.
     #[error("there are no variations left for pass {0}")]
     NoMorePasses(u32),
-    /// Nobody has so much memory to draw into.
+    /// More items are requested in one call than fit into memory.
     #[error("expected at most {most} bytes at once, found {bytes} of {items} items: ask for fewer")]
     TooMuchAtOnce {
-        /// How many items.
+        /// Number of items.
         items: usize,
-        /// How many bytes they are.
+        /// Number of their bytes.
         bytes: usize,
-        /// How many there may be.
+        /// Greatest number of bytes.
         most: usize,
     },
-    /// A file is there already.
+    /// A file already exists.
     #[error("{}: already exists", .0.display())]
     IsThere(PathBuf),
-    /// A name cannot be that of a folder on every system.
+    /// A name cannot be a folder's name on every system.
     #[error(
         "{0:?}: expected a name that can be a folder's, without / \\ : * ? \" < > | and no dot at its start"
     )]
     FolderName(String),
-    /// One scale for a cycle needs rays without an eye.
-    #[error("framing cycle fits one scale for all elevations, which only parallel rays have")]
+    /// Framing a whole cycle with one scale needs parallel rays.
+    #[error("framing cycle uses one scale for all elevations, which needs parallel rays")]
     CycleNeedsParallelRays,
     /// A camera is too near or too far, metres.
     #[error("expected a distance of 0.1 to 1,000,000 metres, found {0}")]
@@ -70,25 +73,25 @@ pub enum ChoiceError {
     /// A field of view is too narrow or too wide, degrees.
     #[error("expected a field of view of 0.1 to 170 degrees, found {0}")]
     FieldOfView(f64),
-    /// A camera aims at no place.
-    #[error("expected an aim of three metres within a million, found {0}")]
+    /// A camera's aim is out of range.
+    #[error("expected an aim of three numbers within a million metres, found {0}")]
     Aim(glam::Vec3),
-    /// Elevations have no scale that they share.
+    /// Elevations do not share a scale.
     #[error(
-        "raster columns: it draws all elevations of an azimuth at once, for which they have to share one scale and parallel rays, but {setting} {value} has {has}"
+        "raster columns: it draws all elevations of an azimuth in one pass, which needs one scale and parallel rays, but {setting} {value} has {has}"
     )]
     ColumnsShareScale {
         /// `framing` or `lens`.
         setting: &'static str,
         /// Its value.
         value: &'static str,
-        /// What it has instead.
+        /// The property that it has instead.
         has: &'static str,
     },
-    /// Columns make no such template.
+    /// Columns cannot make this template.
     #[error("raster columns: it sums frames as it draws them, which makes a gei, not {0}")]
     ColumnsSumFrames(&'static str),
-    /// Columns sum fewer frames.
+    /// Columns cannot sum this many frames.
     #[error("raster columns: expected at most {0} frames a cycle")]
     ColumnsFrames(u32),
     /// A raster cannot draw under a condition.
@@ -98,30 +101,30 @@ pub enum ChoiceError {
         raster: &'static str,
         /// The condition.
         condition: String,
-        /// What it does that the raster cannot.
+        /// The property of the condition that the raster cannot draw.
         why: &'static str,
     },
-    /// A raster draws grey where silhouettes are segmented into on and off.
+    /// A raster draws grey pixels, which confounders of the image cannot use.
     #[error(
-        "raster {0}: confounders of the image segment it into on and off, expected rows or skia, which have one sample a pixel"
+        "raster {0}: confounders of the image need pixels that are on or off, expected rows or skia, which have one sample a pixel"
     )]
     GreyRaster(edgegait_core::raster::Rasterizer),
-    /// Only a template that is an image has sides and a bottom to cut off.
+    /// Augmentation needs a template that is an image.
     #[error("expected a template that is an image, found {0}")]
     NoImage(&'static str),
     /// Crops leave nothing or too little.
     #[error(
-        "expected crops in at least 1 step of at least 1 row, and {most} rows cut off in the last step at most, found {steps} of {rows}"
+        "expected crops in at least 1 step of at least 1 row, with at most {most} rows cut off in the last step, found {steps} of {rows}"
     )]
     Crops {
-        /// Steps.
+        /// Number of steps.
         steps: usize,
-        /// Rows that each cuts off.
+        /// Rows that each step cuts off.
         rows: usize,
-        /// How many may be cut off in all.
+        /// Most rows that may be cut off in all.
         most: usize,
     },
-    /// Exact coverage, which errors of GEIs are measured against, is of one framing and lens.
+    /// Errors of GEIs are measured against exact coverage, which has one framing and lens.
     #[error("errors are measured with framing height and lens ortho, found {framing} and {lens}")]
     NotMeasured {
         /// The framing.
@@ -129,38 +132,38 @@ pub enum ChoiceError {
         /// The lens.
         lens: &'static str,
     },
-    /// A take has no GEI that could have an error.
-    #[error("{subject} {walk} is a whole take, which has no GEI")]
+    /// An uncut motion has no GEI whose error could be measured.
+    #[error("{subject} {walk} is an uncut motion, which has no GEI")]
     TakeHasNoGei {
-        /// Who walks.
+        /// Name of the subject.
         subject: String,
-        /// The take.
+        /// Name of the walk.
         walk: String,
     },
     /// A protocol asks for a condition that was not chosen.
     #[error(
-        "there is no condition {name:?}, as the protocol asks for: expected it among {}",
+        "the protocol needs condition {name:?}, found {}",
         .known.join(", ")
     )]
     NoCondition {
         /// The condition.
         name: String,
-        /// Those that were chosen.
+        /// The chosen conditions.
         known: Vec<String>,
     },
-    /// A number of cycles is given where none are made.
-    #[error("protocol {0} probes with recorded cycles here, since people have several takes")]
+    /// A number of cycles is given although no cycles are made.
+    #[error("protocol {0} uses recorded cycles as probes here, since people have several takes")]
     CyclesAreRecorded(String),
-    /// Nothing says where ONNX Runtime is.
+    /// The ONNX Runtime library was not found.
     #[error(
         "expected the ONNX Runtime library, found none (pip install onnxruntime, or name its file); looked at\n  {}",
         looked.join("\n  ")
     )]
     NoLibrary {
-        /// Each place, and what was there.
+        /// Each searched place, and what was found there.
         looked: Vec<String>,
     },
-    /// The embedded runtime has another provider only.
+    /// The embedded runtime does not have this provider.
     #[error("provider {0}: the embedded runtime has cpu only")]
     EmbeddedProvider(&'static str),
     /// A library was built without a provider.
@@ -171,37 +174,37 @@ pub enum ChoiceError {
     Provider {
         /// The provider.
         provider: &'static str,
-        /// Those that it was built with.
+        /// The providers that it was built with.
         known: Vec<String>,
         /// The library.
         library: PathBuf,
     },
-    /// A runtime cannot be measured without what is around it.
+    /// Only ONNX Runtime can be measured in a bare loop.
     #[error("a bare runtime: expected ONNX Runtime, found the embedded runtime")]
     BareEmbedded,
     /// Processors cannot be chosen.
     #[error("cpus {cpus}: {cause}")]
     Processors {
-        /// Their numbers.
+        /// The numbers of the processors.
         cpus: String,
-        /// Why not.
+        /// The cause.
         #[source]
         cause: Cause,
     },
-    /// Nobody and nothing is called so.
+    /// A name is unknown.
     #[error("there is no {what} {name:?}: expected one of {}", .known.join(", "))]
     Unknown {
-        /// What it would be: a subject, a walk, a take.
+        /// The kind of thing: a subject, a walk, a take.
         what: &'static str,
         /// The name.
         name: String,
-        /// Some names that there are.
+        /// Some known names.
         known: Vec<String>,
     },
-    /// No walk is of a chosen person and has a chosen name.
+    /// No walk of a chosen person has a chosen name.
     #[error("no walk of the chosen people has the chosen name")]
     NothingChosen,
-    /// What several sources give cannot be trained on together.
+    /// Several sources cannot be trained on together.
     #[error(
         "expected sources of one {setting}, found {} of {} and {} of {}",
         .values[0], .sources[0], .values[1], .sources[1]
@@ -211,13 +214,13 @@ pub enum ChoiceError {
         setting: &'static str,
         /// Two of the sources.
         sources: [String; 2],
-        /// What each gives.
+        /// The value of each.
         values: [&'static str; 2],
     },
-    /// A dataset is augmented, which cannot be done twice.
+    /// A dataset is already augmented, which cannot be done twice.
     #[error("{} is augmented already", .0.display())]
     Augmented(PathBuf),
-    /// A folder holds a dataset of another program.
+    /// A folder contains a dataset of another program.
     #[error("{}: holds a dataset that edgegait sweep did not make", .0.display())]
     ForeignDataset(PathBuf),
 }

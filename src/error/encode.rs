@@ -1,41 +1,41 @@
-//! Why people and their walks are not encoded.
+//! Errors about people and walks that cannot be encoded.
 
 use edgegait_core::budget::{MAX_DRAPED_HULLS, MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use edgegait_core::format::FormatError;
 use edgegait_core::skeleton::Joint;
 use std::ops::Range;
 
-/// What the format does not hold of a body, a walk or a pack.
+/// A property of a body, a walk or a pack that the format cannot store.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EncodeError {
     /// A number of a body, a walk or a person is beyond what its field holds.
     #[error("{what} {found} {unit}: expected {expected}")]
     OutOfRange {
-        /// What it is.
+        /// The name of the quantity.
         what: &'static str,
-        /// How much it is.
+        /// Its value.
         found: f64,
-        /// In which unit.
+        /// Its unit.
         unit: &'static str,
-        /// How much it may be, and what else may be wrong.
+        /// Its range, and what else may be wrong.
         expected: &'static str,
     },
-    /// A body, a cycle or a frame of a take has numbers that are not finite, or rotations that are none.
+    /// A body, a cycle or a frame has numbers that are not finite, or invalid rotations.
     #[error("{0} with numbers that are not finite, or rotations that are not unit quaternions")]
     NotFinite(String),
-    /// A body has more hulls or points than the core holds, or a hull without any.
+    /// A body has more hulls or points than the core can store, or a hull without points.
     #[error(
         "a body of {hulls} hulls, {draped} of them draped, {points} points and at most {largest} in one: expected at most {MAX_HULLS} hulls of 1 to {MAX_HULL_POINTS} points, {MAX_POINTS} in all, and {MAX_DRAPED_HULLS} draped ones of 1 to 8 parts"
     )]
     BodyTooLarge {
-        /// Its hulls, and the parts of draped ones.
+        /// Number of hulls, including the parts of draped ones.
         hulls: usize,
-        /// How many are draped.
+        /// Number of draped hulls.
         draped: usize,
-        /// Points of all of them.
+        /// Points of all hulls.
         points: usize,
-        /// Points of the largest.
+        /// Points of the largest hull.
         largest: usize,
     },
     /// A joint flips over between two frames.
@@ -45,36 +45,36 @@ pub enum EncodeError {
     Flip {
         /// The first such joint.
         joint: Joint,
-        /// By how much it turns.
+        /// The angle that it turns.
         turned_deg: f64,
         /// The frame before, from 0.
         before: usize,
         /// The frame after.
         after: usize,
-        /// By how much it may.
+        /// The greatest allowed angle.
         most_deg: f64,
         /// Frames a second.
         rate_hz: f64,
     },
-    /// A joint turns full circle in a cycle.
-    #[error("joint {0:?} turns full circle in a gait cycle: expected it to come back as it went")]
+    /// A joint turns a full circle in a cycle.
+    #[error("joint {0:?} turns a full circle in a gait cycle: expected it to turn back")]
     FullCircle(Joint),
-    /// A joint turns too far for any coding.
+    /// A joint turns too far for the encoding.
     #[error(
         "a joint turns 300 degrees or more from its mean over the pack: expected less (encode such walks as a pack of their own)"
     )]
     TurnsTooFar,
-    /// A cycle lasts or leads too far.
+    /// A cycle lasts too long or travels too far.
     #[error("a gait cycle of {period_s} s and {drift_m} m: expected up to 4,000 s and 2,000 m")]
     CycleTooLong {
-        /// How long it lasts.
+        /// Its duration.
         period_s: f64,
-        /// How far it leads.
+        /// The distance that it travels.
         drift_m: f64,
     },
-    /// A take has no frames, too many, or not as many roots as poses.
+    /// An uncut motion has no frames, too many, or unequal numbers of roots and poses.
     #[error(
-        "a take of {roots} root positions and {poses} poses: expected as many, and at least one"
+        "an uncut motion of {roots} root positions and {poses} poses: expected equal numbers, at least one"
     )]
     TakeFrames {
         /// Positions of the root.
@@ -82,60 +82,60 @@ pub enum EncodeError {
         /// Poses.
         poses: usize,
     },
-    /// A take leads further than its numbers reach.
-    #[error("a take that travels further than the format holds")]
+    /// An uncut motion travels further than the format can store.
+    #[error("an uncut motion that travels further than the format holds")]
     TakeTooFar,
-    /// Two people have one name.
+    /// Two people have the same name.
     #[error("two subjects are named {0:?}: expected unique names")]
     SameName(String),
     /// A name is too long.
     #[error("the name {0:?}: expected at most 255 bytes")]
     NameTooLong(String),
-    /// There are more people than a pack holds.
+    /// There are more people than fit into a pack.
     #[error(
-        "people {}..{}: more than a pack's 65,535 walks or 16 MiB hold (expected a smaller slice, as {}..{})",
+        "people {}..{}: more than fit into a pack's 65,535 walks or 16 MiB (expected a smaller slice, such as {}..{})",
         people.start, people.end, fit.start, fit.end
     )]
     TooManyPeople {
-        /// Their numbers.
+        /// The numbers of the people.
         people: Range<usize>,
-        /// Those of them who fit.
+        /// The numbers of those who fit.
         fit: Range<usize>,
     },
-    /// A walk of a population is a whole take.
-    #[error("a whole take: expected a gait cycle, since populations have no takes")]
+    /// A walk of a population is an uncut motion.
+    #[error("an uncut motion: expected a gait cycle, since populations have only gait cycles")]
     TakeInPopulation,
-    /// There is more of something than a pack counts.
-    #[error("{0} entries or bytes: more than a pack holds")]
+    /// There are more entries or bytes than fit into a pack.
+    #[error("{0} entries or bytes: more than fit into a pack")]
     PackTooLarge(usize),
-    /// A pack is larger than was asked for, however coarse its clips are.
+    /// A pack exceeds its budget even with the coarsest clips.
     #[error(
         "a budget of {budget} bytes: {people} people with {walks} walks take {found} even at an error of {error_mm} mm (encode fewer of them)"
     )]
     OverBudget {
-        /// Bytes that were asked for.
+        /// The budget, bytes.
         budget: usize,
-        /// People.
+        /// Number of people.
         people: usize,
-        /// Their walks.
+        /// Number of their walks.
         walks: usize,
         /// Bytes of the smallest pack.
         found: usize,
         /// Its error.
         error_mm: f64,
     },
-    /// What was just encoded cannot be decoded: a defect of the encoder.
+    /// Encoded data cannot be decoded: a defect of the encoder.
     #[error("{what} does not read back: {source}")]
     ReadBack {
-        /// What was encoded.
+        /// The kind of encoded data.
         what: &'static str,
-        /// Why it cannot be decoded.
+        /// The error of the decoder.
         source: FormatError,
     },
 }
 
 impl EncodeError {
-    /// `what` cannot be decoded, because of the error that is given then.
+    /// Returns a function that creates the error that `what` cannot be decoded, from its cause.
     pub(crate) fn read_back(what: &'static str) -> impl Fn(FormatError) -> Self {
         move |source| Self::ReadBack { what, source }
     }

@@ -1,12 +1,12 @@
-//! Why recognizers are not compared.
+//! Errors about comparisons of recognizers.
 
 use super::listed;
 
-/// What a protocol does not find, or finds too much of.
+/// A missing or excessive input of a protocol.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EvaluateError {
-    /// No take of a source has a part in the protocol.
+    /// No take of a source is in a part of the protocol.
     #[error(
         "protocol {protocol}: no take is in its {part}; found {}",
         listed(takes)
@@ -16,15 +16,15 @@ pub enum EvaluateError {
         protocol: String,
         /// `gallery` or `probes`.
         part: &'static str,
-        /// Names of the takes that there are, the first of them.
+        /// Names of the first takes of the source.
         takes: Vec<String>,
     },
-    /// Everyone has one take, and the protocol makes none.
+    /// All people have one take, and the protocol makes no others.
     #[error(
-        "protocol {0}: every person has one take, and it does not say which to make of it (add \"made\")"
+        "protocol {0}: every person has one take, and it does not state which takes to make from it (add \"made\")"
     )]
     NothingMade(String),
-    /// A cycle that is made would be beyond the last variation.
+    /// A made cycle would be beyond the last variation.
     #[error(
         "protocol {protocol}: made: cycle {cycle} of {cycles} of take {take:?} is variation {variation}, expected at most {most} (begin with a lower one, or make fewer cycles)"
     )]
@@ -33,79 +33,79 @@ pub enum EvaluateError {
         protocol: String,
         /// The take.
         take: String,
-        /// The cycle of it, from 1.
+        /// The cycle of the take, from 1.
         cycle: u32,
         /// Cycles of each take.
         cycles: u32,
         /// The cycle's variation.
         variation: u64,
-        /// The last.
+        /// The last variation.
         most: u32,
     },
-    /// Two cycles that are made would be the same.
+    /// Two made cycles would be the same.
     #[error(
-        "protocol {protocol}: made: cycle {cycle} of {cycles} of take {take:?} is variation {variation}, which take {other:?} has too (give takes that are looked for consecutive variations, others lower ones)"
+        "protocol {protocol}: made: cycle {cycle} of {cycles} of take {take:?} is variation {variation}, which take {other:?} has too (give probe takes consecutive variations, others lower ones)"
     )]
     VariationTwice {
         /// The protocol.
         protocol: String,
         /// The second take.
         take: String,
-        /// The cycle of it, from 1.
+        /// The cycle of the take, from 1.
         cycle: u32,
         /// Cycles of each take.
         cycles: u32,
-        /// Their variation.
+        /// The variation of both cycles.
         variation: u32,
         /// The first take.
         other: String,
     },
-    /// A model has no class for a person, and is asked for classes.
-    #[error("{model}: no class is called {subject:?}, as scoring by classes needs")]
+    /// A model that is scored by classes has no class for a person.
+    #[error("{model}: no class is called {subject:?}, which scoring by classes needs")]
     NoClass {
         /// The model.
         model: String,
         /// The person.
         subject: String,
     },
-    /// Nobody is in the gallery.
+    /// The gallery is empty.
     #[error(
-        "protocol {0}: nobody is enrolled: expected sequences of the gallery at the recognizer's training viewpoints"
+        "protocol {0}: nobody is enrolled: expected gallery sequences at the recognizer's training viewpoints"
     )]
     NobodyEnrolled(String),
     /// No embedding of the gallery can be compared.
     #[error("{0}: no embedding of the gallery is finite")]
     NoFiniteGallery(String),
-    /// No probe meets a gallery.
-    #[error("protocol {protocol}: no probe meets a gallery: expected sequences of both at {at}")]
+    /// No probe has a gallery to be compared with.
+    #[error("protocol {protocol}: no probe has a gallery: expected sequences of both at {at}")]
     NothingCompared {
         /// The protocol.
         protocol: String,
-        /// Where they would meet.
+        /// The viewpoints at which both are needed.
         at: &'static str,
     },
-    /// There are more viewpoints than are compared each with each.
+    /// There are too many viewpoints to compare in pairs.
     #[error(
-        "protocol {protocol}: {found} viewpoints compared each with each, expected at most {most}"
+        "protocol {protocol}: {found} viewpoints to compare in pairs, expected at most {most}"
     )]
     TooManyViews {
         /// The protocol.
         protocol: String,
-        /// Viewpoints.
+        /// Number of viewpoints.
         found: usize,
-        /// How many there may be.
+        /// Greatest number of viewpoints.
         most: usize,
     },
-    /// There are more comparisons than would end.
+    /// There are more comparisons than can be done in a reasonable time.
     #[error(
         "protocol {protocol}: {found} comparisons, expected at most {most} (choose fewer viewpoints, people or walks)"
     )]
     TooManyComparisons {
         /// The protocol.
         protocol: String,
-        /// Comparisons.
+        /// Number of comparisons.
         found: u64,
-        /// How many there may be.
+        /// Greatest number of comparisons.
         most: u64,
     },
     /// A matrix has no mean over other views.
@@ -113,7 +113,7 @@ pub enum EvaluateError {
     TooFewViews(usize),
     /// A cell of a matrix is empty.
     #[error(
-        "cross-view matrix: no probe of view {probe} met gallery view {gallery}, expected one in every cell (leave the view out)"
+        "cross-view matrix: no probe of view {probe} was compared with gallery view {gallery}, expected one in every cell (leave the view out)"
     )]
     EmptyCell {
         /// The view of probes.
@@ -121,7 +121,7 @@ pub enum EvaluateError {
         /// The view of the gallery.
         gallery: usize,
     },
-    /// What two sides take or give cannot be compared.
+    /// The inputs or answers of two sides cannot be compared.
     #[error(
         "expected one {what} to compare, found {} of {} and {} of {}",
         .values[0], .sides[0], .values[1], .sides[1]
@@ -131,10 +131,10 @@ pub enum EvaluateError {
         what: &'static str,
         /// The sides.
         sides: [String; 2],
-        /// What each has.
+        /// The value of each.
         values: [String; 2],
     },
-    /// A recognizer was not asked under a condition.
+    /// A recognizer has no probes under a condition.
     #[error("{recognizer}: no probes under {condition}")]
     NotAsked {
         /// The recognizer.

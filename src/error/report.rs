@@ -1,8 +1,8 @@
-//! Why results are not shown.
+//! Errors about reports.
 
 use super::Cause;
 
-/// What a picture or a page cannot be made of.
+/// An error in making a picture or a page.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
@@ -15,11 +15,11 @@ pub enum ReportError {
     /// A sheet has nothing on it.
     #[error("{expected}, found {cells} and {across}")]
     Empty {
-        /// The sheet, and what it has of both.
+        /// The sheet, and its expected contents.
         expected: &'static str,
-        /// What it has below each other.
+        /// Number of cells below each other.
         cells: usize,
-        /// What it has side by side.
+        /// Number of cells side by side.
         across: usize,
     },
     /// A contact sheet has no images, or no scale.
@@ -29,9 +29,9 @@ pub enum ReportError {
     NoImages {
         /// Rows of images.
         rows: usize,
-        /// Images in the longest.
+        /// Images in the longest row.
         columns: usize,
-        /// Pixels of each side of an image's pixel.
+        /// Side of an image's pixel on the sheet, pixels.
         scale: u32,
     },
     /// A contact sheet is too large.
@@ -39,12 +39,12 @@ pub enum ReportError {
         "contact sheet: expected at most 64 Mi pixels, found {width} x {height} (take fewer images or a smaller scale)"
     )]
     TooLarge {
-        /// Its pixels across.
+        /// Its width, pixels.
         width: u32,
-        /// Its pixels down.
+        /// Its height, pixels.
         height: u32,
     },
-    /// A picture has not as many bytes as pixels.
+    /// A picture's number of bytes is not its number of pixels.
     #[error("expected {rows} x {columns} bytes of a picture")]
     Bytes {
         /// Its rows.

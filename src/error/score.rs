@@ -1,12 +1,12 @@
-//! Why a recognizer is not run, or its answers are not used.
+//! Errors about recognizers that cannot be run, or whose answers cannot be used.
 
 use super::Cause;
 
-/// What is wrong between a model, its contract and what it is given.
+/// A mismatch between a model, its contract and its inputs.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ScoreError {
-    /// A model's contract asks for other templates than there are.
+    /// A model's contract needs other templates.
     #[error("{model}: the model's contract asks for {setting} {asked}, found {found}")]
     Contract {
         /// The model.
@@ -15,9 +15,9 @@ pub enum ScoreError {
         setting: &'static str,
         /// Its value in the contract.
         asked: String,
-        /// Its value.
+        /// Its value in the templates.
         found: &'static str,
-        /// Where the templates come from.
+        /// The origin of the templates.
         origin: TemplateOrigin,
     },
     /// A contract cannot be written down.
@@ -30,49 +30,49 @@ pub enum ScoreError {
     Input {
         /// The model.
         model: String,
-        /// Inputs at once.
+        /// Number of inputs.
         batch: usize,
-        /// What they are.
+        /// The kind of inputs.
         inputs: String,
-        /// The shape of one, or of a frame of one.
+        /// The shape of an input, or of a frame of it.
         shape: String,
-        /// Numbers of that.
+        /// Size of that shape.
         numbers: usize,
-        /// Numbers that were given.
+        /// Number of given values.
         found: usize,
     },
-    /// A model answers in another form than it has to.
+    /// A model's output has an unexpected form.
     #[error("{model}: expected the output {output:?} as {expected}, found {found}")]
     Output {
         /// The model.
         model: String,
         /// The output.
         output: String,
-        /// Its form.
+        /// Its expected form.
         expected: String,
-        /// Its form now.
+        /// Its actual form.
         found: String,
     },
-    /// The embedded runtime does not run a model.
+    /// The embedded runtime cannot run a model.
     #[error("{model}: the embedded runtime: {cause}")]
     Embedded {
         /// The model.
         model: String,
-        /// Why not.
+        /// The cause.
         #[source]
         cause: Cause,
     },
-    /// The embedded runtime's threads are those of another process.
+    /// The embedded runtime's threads belong to another process.
     #[error(
-        "the embedded runtime was started before this process forked, and its threads stayed behind (start processes by spawn, or load the first model after the fork)"
+        "the embedded runtime was started before this process forked, and has no threads here (start processes by spawn, or load the first model after the fork)"
     )]
     Forked,
-    /// ONNX Runtime does not run a model.
+    /// ONNX Runtime cannot run a model.
     #[error("{model}: ONNX Runtime: {cause}")]
     OnnxRuntime {
         /// The model.
         model: String,
-        /// Why not.
+        /// The cause.
         #[source]
         cause: Cause,
     },
@@ -83,22 +83,22 @@ pub enum ScoreError {
     Lengths {
         /// The model.
         model: String,
-        /// Numbers of an embedding.
+        /// Length of an embedding.
         before: usize,
-        /// Numbers of a later one.
+        /// Length of a later embedding.
         found: usize,
     },
-    /// A model takes the viewpoint, and that is not known.
+    /// A model takes the viewpoint, which is unknown for an input.
     #[error(
-        "{model} takes the viewpoint of each input, and the angles of one are not known: score what is seen from stated azimuths and elevations"
+        "{model} takes the viewpoint of each input, but the angles of one are unknown: use inputs with known azimuths and elevations"
     )]
     ViewUnknown {
         /// The model.
         model: String,
     },
-    /// A model takes the viewpoint, where only pictures are given.
+    /// A model takes the viewpoint, but only images are available.
     #[error(
-        "{model}: expected a contract without view_input, found {input:?}: only pictures are given"
+        "{model}: expected a contract without view_input, found {input:?}: only images are available here"
     )]
     TakesViews {
         /// The model.
@@ -106,7 +106,7 @@ pub enum ScoreError {
         /// The input of viewpoints.
         input: String,
     },
-    /// A model takes the viewpoint, and was not trained on that of an input.
+    /// A model takes the viewpoint, and was not trained on the viewpoint of an input.
     #[error(
         "{model} has not been trained on viewpoint {found}: expected one of {known} (azimuth,elevation)"
     )]
@@ -115,17 +115,17 @@ pub enum ScoreError {
         model: String,
         /// The viewpoint of the input.
         found: String,
-        /// Those that it was trained on.
+        /// The viewpoints of its training.
         known: String,
     },
-    /// There are more embeddings than are kept.
+    /// There are too many embeddings to keep in memory.
     #[error(
         "{model}: more than {most} numbers in all embeddings: choose fewer viewpoints or walks"
     )]
     TooManyNumbers {
         /// The model.
         model: String,
-        /// Numbers that are kept.
+        /// Greatest number of values.
         most: usize,
     },
     /// A model gives no class scores.
@@ -133,14 +133,14 @@ pub enum ScoreError {
         "{0}: expected class scores, found an embedding only (name an output as scores under [outputs] in the .toml)"
     )]
     NoScores(String),
-    /// A model has more classes than a file of firmware holds.
+    /// A model has more classes than a firmware file can store.
     #[error("{model}: expected at most {most} classes, found {found}")]
     TooManyClasses {
         /// The model.
         model: String,
-        /// Its classes.
+        /// Number of its classes.
         found: usize,
-        /// How many it may have.
+        /// Greatest number of classes.
         most: usize,
     },
     /// A model gives a score that is not finite.
@@ -151,38 +151,38 @@ pub enum ScoreError {
         /// The score.
         score: f32,
     },
-    /// A model scores everything alike.
+    /// A model gives the same scores for all images.
     #[error(
-        "{model}: expected scores that depend on the pixels, found the same of {images} random images"
+        "{model}: expected scores that depend on the pixels, found the same scores for {images} random images"
     )]
     Constant {
         /// The model.
         model: String,
-        /// Images that it was shown.
+        /// Number of images that it was shown.
         images: usize,
     },
     /// A model is not linear.
     #[error(
-        "{model}: expected scores that are an affine function of the pixels, found one of {images} random images {found:.3e} away from it, where pixels change scores by up to {change:.3e} (after Softmax they are not affine: export those before it; and only linear recognizers can be quantised here)"
+        "{model}: expected scores that are an affine function of the pixels, found one of {images} random images {found:.3e} away from it, where pixels change scores by up to {change:.3e} (after Softmax they are not affine: export the scores before it; only linear recognizers can be quantised here)"
     )]
     NotAffine {
         /// The model.
         model: String,
-        /// Images that it was shown.
+        /// Number of images that it was shown.
         images: usize,
-        /// How far a score is from the affine function.
+        /// Greatest distance of a score from the affine function.
         found: f64,
-        /// How far scores are from each other.
+        /// Greatest change of a score between images.
         change: f64,
     },
-    /// Firmware cannot draw what a contract asks for.
+    /// Firmware cannot draw the inputs of a contract.
     #[error("{model}: expected {expected} to quantise for, found {found} in the model's contract")]
     NotForFirmware {
         /// The model.
         model: String,
-        /// What can be drawn.
+        /// The inputs that can be drawn.
         expected: &'static str,
-        /// What the contract asks for.
+        /// The inputs of the contract.
         found: String,
     },
     /// A class has a name that is too long for firmware.
@@ -193,11 +193,11 @@ pub enum ScoreError {
     ClassName(String),
 }
 
-/// Where the templates come from that a recognizer is shown.
+/// The origin of a recognizer's templates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TemplateOrigin {
-    /// They are drawn for it.
+    /// Templates drawn for the recognizer.
     Drawn,
-    /// They are in a dataset that was swept before.
+    /// Templates of a dataset.
     Dataset,
 }

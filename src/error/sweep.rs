@@ -1,8 +1,8 @@
-//! Why walks are not drawn.
+//! Errors about walks that cannot be drawn.
 
 use super::Cause;
 
-/// What stops a sweep on its way.
+/// An error that stops a sweep.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SweepError {
@@ -11,23 +11,23 @@ pub enum SweepError {
     NoWalk {
         /// Its number.
         number: usize,
-        /// Walks of the pack.
+        /// Number of walks in the pack.
         walks: usize,
     },
-    /// A take has no cycle to make a GEI of.
-    #[error("{0} is a whole take: a GEI needs a gait cycle")]
+    /// An uncut motion has no cycle to make a GEI from.
+    #[error("{0} is an uncut motion: a GEI needs a gait cycle")]
     TakeHasNoCycle(String),
-    /// A take is not varied.
-    #[error("{0} is a whole take: it has no variations")]
+    /// An uncut motion has no variations.
+    #[error("{0} is an uncut motion: it has no variations")]
     TakeHasNoVariations(String),
-    /// A walk has more frames than are drawn.
-    #[error("{walk}: expected at most {most} frames, found {frames} (ask for fewer a second)")]
+    /// A walk has too many frames.
+    #[error("{walk}: expected at most {most} frames, found {frames} (use fewer frames a second)")]
     TooManyFrames {
         /// The walk.
         walk: String,
-        /// How many it has.
+        /// Number of its frames.
         frames: f64,
-        /// How many are drawn.
+        /// Greatest number of frames.
         most: u32,
     },
     /// A walk, or a walk under a condition, cannot be drawn.
@@ -35,7 +35,7 @@ pub enum SweepError {
     Undrawn {
         /// The walk or the condition.
         what: String,
-        /// Why not.
+        /// The cause.
         #[source]
         cause: Cause,
     },
@@ -46,20 +46,20 @@ pub enum SweepError {
     Unseen {
         /// The walk.
         walk: String,
-        /// Which variation of it.
+        /// Number of its variation.
         variation: u32,
-        /// From where.
+        /// Azimuth of the viewpoint.
         azimuth_deg: f32,
-        /// From how far above.
+        /// Elevation of the viewpoint.
         elevation_deg: f32,
-        /// Why not.
+        /// The cause.
         #[source]
         cause: Cause,
     },
     /// A figure has no height to scale it by, metres.
     #[error("a figure of {0} m height: expected more than 0")]
     Flat(f64),
-    /// Frames are not among those of the exact GEI.
+    /// The number of frames does not divide that of the exact GEI.
     #[error("{found} frames a cycle: expected a divisor of {of}")]
     Frames {
         /// Frames a cycle.
@@ -72,9 +72,9 @@ pub enum SweepError {
         "expected a GEI error of at most {asked}, but the best that can be reached here is {best:.3}"
     )]
     GeiError {
-        /// The error that was asked for, root mean square of 255.
+        /// The requested error, root mean square of 255.
         asked: f64,
-        /// The least that was found.
+        /// The least error that was found.
         best: f64,
     },
 }

@@ -1,6 +1,6 @@
-//! Why nothing is learnt.
+//! Errors about training.
 
-/// What is wrong with samples, labels or settings.
+/// An error in samples, labels or settings.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrainError {
@@ -9,30 +9,30 @@ pub enum TrainError {
     OutOfRange {
         /// The setting and its range.
         expected: &'static str,
-        /// What was given.
+        /// The given value.
         found: f64,
     },
-    /// Samples are no GEIs of a size that can be drawn.
+    /// Samples are not GEIs of a size that can be drawn.
     #[error("expected GEIs of 50 x 30 = 1500, 64 x 44 = 2816 or 64 x 64 = 4096 pixels, found {0}")]
     NoGeis(usize),
-    /// Samples have more or fewer numbers than the templates that they are said to be.
+    /// Samples do not have the size of their templates.
     #[error("expected {templates} of {expected} numbers, found {found}")]
     Numbers {
-        /// What they are said to be.
+        /// The kind of templates.
         templates: &'static str,
-        /// Numbers of one.
+        /// Size of a template.
         expected: usize,
-        /// Numbers of a sample.
+        /// Size of a sample.
         found: usize,
     },
-    /// There is too little to find directions in.
+    /// There are too few samples for principal components.
     #[error(
         "principal components need at least 2 samples of 1 dimension, found {samples} of {dims}"
     )]
     TooFewSamples {
-        /// Samples.
+        /// Number of samples.
         samples: usize,
-        /// Numbers of each.
+        /// Size of each sample.
         dims: usize,
     },
     /// A sample has a value that is not finite.
@@ -40,15 +40,15 @@ pub enum TrainError {
     NotFinite {
         /// The sample.
         row: usize,
-        /// Where in it.
+        /// The position in the sample.
         column: usize,
     },
-    /// There are not as many labels as samples.
+    /// The numbers of labels and samples differ.
     #[error("expected a label per sample, found {labels} for {samples}")]
     Labels {
-        /// Labels.
+        /// Number of labels.
         labels: usize,
-        /// Samples.
+        /// Number of samples.
         samples: usize,
     },
     /// A label is none of the classes.
@@ -58,7 +58,7 @@ pub enum TrainError {
         row: usize,
         /// Its label.
         label: usize,
-        /// Classes.
+        /// Number of classes.
         classes: usize,
     },
     /// Samples are all the same.
@@ -66,40 +66,42 @@ pub enum TrainError {
     Constant,
     /// No feature can be chosen.
     #[error(
-        "no number of the templates varies more between people than within them: there is nothing to choose"
+        "no value of the templates varies more between people than within them: there is nothing to choose"
     )]
     NothingChosen,
-    /// Everybody has one sample.
+    /// Every person has one sample.
     #[error(
-        "a choice of features needs several samples of people, to see how these vary within them: found {found} of {people} people"
+        "a choice of features needs several samples of each person, to measure the variation within them: found {found} of {people} people"
     )]
     OneSampleEach {
-        /// People.
+        /// Number of people.
         people: usize,
-        /// Their samples.
+        /// Number of their samples.
         found: usize,
     },
     /// More features are chosen than a matrix can hold.
     #[error(
-        "{chosen} of {numbers} numbers were chosen: too many for the matrix that chooses them (take a template with fewer numbers, such as row-width, or smaller silhouettes)"
+        "{chosen} of {numbers} values were chosen: too many for the matrix that selects them (use a template with fewer values, such as row-width, or smaller silhouettes)"
     )]
     TooMuchChosen {
-        /// Numbers that were chosen.
+        /// Number of chosen values.
         chosen: usize,
-        /// Numbers of a template.
+        /// Number of values of a template.
         numbers: usize,
     },
-    /// Two viewpoints are one.
-    #[error("view transformation needs different viewpoints, and {0} (azimuth, elevation) are one")]
-    SameViews(String),
-    /// The viewpoint of a sample is not known.
+    /// Two viewpoints are the same.
     #[error(
-        "view transformation needs the viewpoint of each sample, and the angles of {0} are not known"
+        "view transformation needs different viewpoints, but {0} (azimuth, elevation) are the same"
+    )]
+    SameViews(String),
+    /// The viewpoint of a sample is unknown.
+    #[error(
+        "view transformation needs the viewpoint of each sample, but the angles of {0} are unknown"
     )]
     UnknownViews(usize),
-    /// A person is not seen from each viewpoint.
+    /// A person has no sample from a viewpoint.
     #[error(
-        "view transformation needs each person from each viewpoint, and {person} is not seen from {view}"
+        "view transformation needs each person from each viewpoint, but {person} has no sample from {view}"
     )]
     ViewMissing {
         /// The person's name.
@@ -108,41 +110,41 @@ pub enum TrainError {
         view: String,
     },
     /// There are too few viewpoints.
-    #[error("view transformation needs at least 2 viewpoints whose angles are known, found {0}")]
+    #[error("view transformation needs at least 2 viewpoints with known angles, found {0}")]
     TooFewViews(usize),
-    /// A method learns of another template.
-    #[error("{method} learns of {expected}, found {found}")]
+    /// A method needs another template.
+    #[error("{method} learns from {expected}, found {found}")]
     OtherTemplate {
         /// The method.
         method: &'static str,
-        /// The template that it learns of.
+        /// The template that it learns from.
         expected: &'static str,
-        /// The template that is there.
+        /// The template of the samples.
         found: &'static str,
     },
     /// A random subspace is larger than the space.
     #[error("expected 1 to {found} eigenvectors of a random subspace, found {each}")]
     Subspace {
-        /// Eigenvectors that there are.
+        /// Number of available eigenvectors.
         found: usize,
-        /// Those that each subspace is to have.
+        /// Requested eigenvectors of each subspace.
         each: usize,
     },
-    /// There is nothing to tell apart.
-    #[error("telling classes apart needs at least 2 of them, found {0}")]
+    /// There are fewer than two classes.
+    #[error("training needs at least 2 classes, found {0}")]
     TooFewClasses(usize),
     /// A class has no sample.
     #[error("class {0} has no sample to learn from")]
     EmptyClass(usize),
-    /// Two classes cannot be told apart.
+    /// Two classes cannot be separated.
     #[error(
-        "classes {0} and {1} have the same mean: they cannot be told apart (is one person in the dataset under two names?)"
+        "classes {0} and {1} have the same mean: they cannot be separated (is one person in the dataset under two names?)"
     )]
     SameMean(usize, usize),
     /// No finite eigenvalues were found.
     #[error("no finite eigenvalues found for a {0} x {0} matrix")]
     NoEigenvalues(usize),
-    /// The scatter within classes has directions without any.
+    /// The scatter within classes is singular.
     #[error("the scatter within classes cannot be inverted: use a larger ridge")]
     NotInvertible,
     /// A support vector machine did not come close enough to its optimum.
@@ -152,11 +154,11 @@ pub enum TrainError {
     DualityGap {
         /// The class.
         class: usize,
-        /// The gap that was asked for.
+        /// The requested gap.
         expected: f64,
         /// The gap that was reached.
         found: f64,
-        /// What errors cost.
+        /// The weight of errors, C.
         c: f64,
     },
 }

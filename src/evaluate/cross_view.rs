@@ -142,7 +142,7 @@ mod tests {
         let error = matrix.means().unwrap_err();
         assert_eq!(
             error.to_string(),
-            "cross-view matrix: no probe of view 1 met gallery view 0, \
+            "cross-view matrix: no probe of view 1 was compared with gallery view 0, \
              expected one in every cell (leave the view out)"
         );
         matrix.add(1, 0, ProbeOutcome::NonFinite);

@@ -93,7 +93,7 @@ pub struct PairedResult {
     pub recognizer: String,
     /// The other recognizer.
     pub other: String,
-    /// The set of probes; none for the leading sets, [`RecognizerResult::of_probe_sets`].
+    /// The set of probes; none for the leading sets, [`super::results::RecognizerResult::of_probe_sets`].
     pub probe_set: Option<String>,
     /// Number of people with probes.
     pub people: u64,

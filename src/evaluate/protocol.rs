@@ -268,7 +268,7 @@ impl Protocol {
         }) = out_of_range
         {
             return Some(format!(
-                "made: take {take:?}: expected a variation from 0 to {MAX_VARIATION}, and from {FIRST_UNSEEN} on (which training never uses) where it is looked for, found {variation}"
+                "made: take {take:?}: expected a variation from 0 to {MAX_VARIATION}, and from {FIRST_UNSEEN} on (which training never uses) for a probe, found {variation}"
             ));
         }
         self.made(1).err().map(|error| error.to_string())

@@ -1,7 +1,7 @@
-//! The cheapest choice whose error is small enough.
+//! Finds the cheapest choice whose error is small enough.
 //!
-//! Candidates are ordered by costs that do not depend on the clock, and the first is taken
-//! that meets the error on a sample of the very walks and viewpoints in use.
+//! Candidates are ordered by costs that do not depend on the clock. The first that meets the error
+//! on a sample of the walks and viewpoints in use is chosen.
 
 use super::configuration::{DrawConfiguration, Encoding, drawings, gei_cost};
 use super::reference::{Reference, ReferenceSample, exact_geis, rmse, spread};
@@ -15,22 +15,23 @@ use edgegait_core::budget::MAX_POINTS;
 use edgegait_core::pack::Pack;
 use std::fmt::{self, Display};
 
-/// Most walks and viewpoints of the sample. Ours: it is measured in seconds.
+/// The most walks and viewpoints of the sample. Our choice: measuring it takes seconds.
 const SAMPLE: (usize, usize) = (6, 12);
-/// Errors of walks, mm, and points of a body that are tried.
+/// The errors of walks that are tried, mm.
 const ERRORS_MM: [f64; 6] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0];
+/// The numbers of points of a body that are tried.
 const HULL_POINTS: [usize; 5] = [160, 240, 320, 400, MAX_POINTS];
 
-/// What was chosen, and why.
+/// A choice, and the errors on which it is based.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FrontierChoice<T> {
-    /// The cheapest that meets the error.
+    /// The cheapest candidate that meets the error.
     pub chosen: T,
-    /// Its error: root mean square of the GEIs' pixels, of 255.
+    /// The error of the choice: root mean square of the GEIs' pixels, of 255.
     pub gei_rmse: f64,
-    /// The next cheaper one and its error, unless it is the cheapest of all.
+    /// The next cheaper candidate and its error, unless the choice is the cheapest.
     pub cheaper: Option<(T, f64)>,
-    /// Walks and viewpoints that it was measured on.
+    /// The numbers of walks and viewpoints of the sample.
     pub measured_on: (usize, usize),
 }
 
@@ -49,12 +50,12 @@ impl<T: Display> Display for FrontierChoice<T> {
     }
 }
 
-/// The cheapest way to draw these walks from these views with a GEI error of at most `most`, against exact coverage of
-/// the pack's own motion.
+/// Finds the cheapest way to draw these walks from these views with a GEI error of at most `most`
+/// against exact coverage of the pack's own motion.
 ///
 /// # Errors
-/// When none meets it, naming the best, and for framings and lenses that exact coverage is not
-/// defined for.
+/// If none meets it (the message states the best), and for framings and lenses for which exact
+/// coverage is not defined.
 pub(crate) fn drawing(
     pack: &Pack<'_>,
     walks: &[usize],
@@ -80,11 +81,12 @@ pub(crate) fn drawing(
     })
 }
 
-/// The encoding of fewest bytes of these people with a GEI error of at most `most`: exact coverage of what was
-/// encoded against exact coverage of the finest encoding, over 20 viewpoints.
+/// Finds the encoding of these people in the fewest bytes with a GEI error of at most `most`. The
+/// error is that of exact coverage of the encoded people against exact coverage of the finest
+/// encoding, over 20 viewpoints.
 ///
 /// # Errors
-/// When none meets it, naming the best; for takes, which have no GEI; and as
+/// If none meets it (the message states the best); for uncut motions, which have no GEI; and as
 /// [`encode_subjects`].
 pub(crate) fn encoding(people: &[Subject], most: f64) -> Result<FrontierChoice<Encoding>> {
     let some = some_walks(people)?;
@@ -105,7 +107,7 @@ pub(crate) fn encoding(people: &[Subject], most: f64) -> Result<FrontierChoice<E
             candidates.push((encoding, encode_subjects(&thinner, track_error_mm, &|| {})?));
         }
     }
-    // Of as many bytes the finest first.
+    // With equal bytes, the finest comes first.
     candidates.sort_by(|(a, a_bytes), (b, b_bytes)| {
         let by_error = a.track_error_mm.total_cmp(&b.track_error_mm);
         a_bytes.len().cmp(&b_bytes.len()).then(by_error)
@@ -123,7 +125,7 @@ pub(crate) fn encoding(people: &[Subject], most: f64) -> Result<FrontierChoice<E
     })
 }
 
-/// People with as many of their cycles as the sample has.
+/// Returns the people with only the cycles of the sample.
 fn some_walks(people: &[Subject]) -> Result<Vec<Subject>> {
     let mut places = Vec::new();
     for (person, subject) in people.iter().enumerate() {
@@ -152,7 +154,7 @@ fn some_walks(people: &[Subject]) -> Result<Vec<Subject>> {
     Ok(some.collect())
 }
 
-/// The first candidate whose error is at most this.
+/// Returns the first candidate whose error is at most `most`.
 fn first_within<T: Clone>(
     most: f64,
     candidates: Vec<T>,

@@ -1,4 +1,4 @@
-//! What can be chosen between speed and error.
+//! The choices between speed and error.
 
 use crate::encode::MAX_ERROR_MM;
 use crate::sweep::{FRAMES_PER_CYCLE, Jitter, Raster, Settings};
@@ -6,22 +6,22 @@ use edgegait_core::budget::{MAX_POINTS, SKIA_HEAP_BYTES};
 use edgegait_core::raster::Rasterizer;
 use std::fmt;
 
-/// How people are encoded.
+/// The settings for encoding people.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Encoding {
-    /// Greatest error of a walk, mm.
+    /// The greatest error of a walk, mm.
     pub track_error_mm: f64,
-    /// Most points of a body, those of all hulls together.
+    /// The most points of all hulls of a body together.
     pub hull_points: usize,
 }
 
 impl Encoding {
-    /// What `cohort` and `import` take unless a user says otherwise.
+    /// The default of `cohort` and `import`.
     pub(crate) const DEFAULT: Self = Self {
         track_error_mm: MAX_ERROR_MM,
         hull_points: MAX_POINTS,
     };
-    /// As close as the format can be.
+    /// The finest encoding of the format.
     pub(crate) const FINEST: Self = Self {
         track_error_mm: 0.0,
         hull_points: MAX_POINTS,
@@ -38,26 +38,26 @@ impl fmt::Display for Encoding {
     }
 }
 
-/// How cycles are drawn.
+/// The settings for drawing cycles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DrawConfiguration {
-    /// Which rasteriser.
+    /// The rasteriser.
     pub rasterizer: Rasterizer,
-    /// Where in its pixels each frame is sampled.
+    /// The positions in pixels at which each frame is sampled.
     pub jitter: Jitter,
-    /// Frames of each cycle.
+    /// The number of frames of each cycle.
     pub frames_per_cycle: u32,
 }
 
 impl DrawConfiguration {
-    /// What a sweep takes unless a user says otherwise.
+    /// The default of `sweep`.
     pub(crate) const DEFAULT: Self = Self {
         rasterizer: Rasterizer::Skia,
         jitter: Jitter::None,
         frames_per_cycle: FRAMES_PER_CYCLE,
     };
 
-    /// `settings` with these in place of their own.
+    /// Returns `settings` with these values.
     #[must_use]
     pub(crate) const fn applied_to(self, settings: Settings) -> Settings {
         Settings {
@@ -68,7 +68,7 @@ impl DrawConfiguration {
         }
     }
 
-    /// Most bytes of heap that the rasteriser holds while it draws.
+    /// Returns the most bytes of heap that the rasteriser holds while it draws.
     #[must_use]
     pub(crate) const fn heap_bytes(self) -> usize {
         if matches!(self.rasterizer, Rasterizer::Skia | Rasterizer::SkiaAa) {
@@ -89,17 +89,17 @@ impl fmt::Display for DrawConfiguration {
     }
 }
 
-/// One point of the frontier.
+/// The drawing and encoding settings of one point of the frontier.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Configuration {
-    /// How cycles are drawn.
+    /// The settings for drawing cycles.
     pub drawing: DrawConfiguration,
-    /// How people are encoded; `None` where they are used as a pack has them.
+    /// The settings for encoding people; `None` if a pack is used as it is stored.
     pub encoding: Option<Encoding>,
 }
 
 impl Configuration {
-    /// Whether this is what a user gets who chooses nothing.
+    /// Returns whether these are the default settings.
     #[must_use]
     pub(crate) fn is_default(&self) -> bool {
         self.drawing == DrawConfiguration::DEFAULT
@@ -119,8 +119,8 @@ impl fmt::Display for Configuration {
     }
 }
 
-/// The ways of drawing that a pack is measured with: every rasteriser with and without
-/// jitter, and with as many frames as are common.
+/// Returns the drawing settings that a pack is measured with: every rasteriser with and without
+/// jitter, and with common numbers of frames.
 pub(crate) fn drawings() -> impl Iterator<Item = DrawConfiguration> {
     let jitters = [Jitter::None, Jitter::R2];
     let all = Rasterizer::ALL.iter().flat_map(move |&rasterizer| {
@@ -135,9 +135,9 @@ pub(crate) fn drawings() -> impl Iterator<Item = DrawConfiguration> {
     all.flatten()
 }
 
-/// The configurations of people who can be encoded anew: the default, and what differs from
-/// it in one respect; other encodings also with the fastest rasteriser; and for each
-/// rasteriser a fine, a middling and a coarse combination.
+/// Returns the configurations for people who can be encoded again: the default, and those that
+/// differ from it in one respect; other encodings also with the fastest rasteriser; and for each
+/// rasteriser a fine, a medium and a coarse combination.
 #[must_use]
 pub(crate) fn configurations() -> Vec<Configuration> {
     let (drawing, encoding) = (DrawConfiguration::DEFAULT, Encoding::DEFAULT);
@@ -192,7 +192,7 @@ pub(crate) fn configurations() -> Vec<Configuration> {
     distinct
 }
 
-/// What differs from the default encoding in its error or in its hull points.
+/// Returns encodings that differ from the default in their error or in their hull points.
 fn other_encodings() -> impl Iterator<Item = Encoding> {
     let errors = [1.0, 10.0, 20.0].map(|track_error_mm| Encoding {
         track_error_mm,
@@ -205,7 +205,7 @@ fn other_encodings() -> impl Iterator<Item = Encoding> {
     errors.into_iter().chain(points)
 }
 
-/// Time of a complete silhouette at 50x30 in thousandths of what `skia` takes: `edgegait
+/// Returns the time of a complete silhouette at 50x30 in thousandths of that of `skia`: `edgegait
 /// frontier` on one core of a shared AMD EPYC (AVX-512) virtual machine, 2026-11-21, rounded.
 pub(super) const fn silhouette_cost(rasterizer: Rasterizer) -> u32 {
     match rasterizer {
@@ -213,19 +213,19 @@ pub(super) const fn silhouette_cost(rasterizer: Rasterizer) -> u32 {
         Rasterizer::SkiaAa => 2_200,
         Rasterizer::Rows => 55,
         Rasterizer::Rows3x3 => 127,
-        // Not measured: tried last.
+        // Not measured, so tried last.
         _ => 100_000,
     }
 }
 
-/// The rasteriser that costs least.
+/// Returns the rasteriser that costs least.
 pub(super) fn fastest() -> Rasterizer {
     let all = Rasterizer::ALL.iter().copied();
     let least = all.min_by_key(|&rasterizer| silhouette_cost(rasterizer));
     least.unwrap_or(Rasterizer::Rows)
 }
 
-/// What a GEI costs, in the same unit. Jitter costs nothing.
+/// Returns the cost of a GEI in the unit of [`silhouette_cost`]. Jitter costs nothing.
 pub(super) const fn gei_cost(drawing: DrawConfiguration) -> u32 {
     silhouette_cost(drawing.rasterizer) * drawing.frames_per_cycle
 }

@@ -1,4 +1,4 @@
-//! People as a pack: as close as it has to be, or as small.
+//! Encodes people as a pack within a limit of error or size.
 
 use super::choose::{self, FrontierChoice};
 use super::configuration::Encoding;
@@ -8,39 +8,39 @@ use crate::people::Subject;
 use crate::people::fewer_points::with_thinner_bodies;
 use edgegait_core::pack::Pack;
 
-/// Greatest error by default where a body was fitted to a mesh, mm: 5 mm would cost 0.002 of its
-/// Jaccard index, which is what a third of its points is worth.
+/// The default greatest error if a body was fitted to a mesh, mm. 5 mm would cost 0.002 of its
+/// Jaccard index, as much as losing a third of its points.
 const FITTED_ERROR_MM: f64 = 1.0;
 
-/// How closely people are encoded.
+/// The limit within which people are encoded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum EncodingGoal {
-    /// With the usual error: [`MAX_ERROR_MM`], or 1 mm where a body was fitted to a mesh.
+    /// The default error: [`MAX_ERROR_MM`], or 1 mm if a body was fitted to a mesh.
     Usual,
-    /// With this error of a walk at most, mm; a body has two fifths of it, up to 4 mm.
+    /// The greatest error of a walk, mm; a body has two fifths of it, up to 4 mm.
     ErrorMm(f64),
-    /// In at most so many bytes: with the smallest error that fits, from 0.1 mm on.
+    /// The most bytes; the smallest error that fits is chosen, from 0.1 mm on.
     Bytes(usize),
-    /// In the fewest bytes whose GEIs are this close to those of the finest encoding, root mean
-    /// square of 255. Takes a minute for a dozen people: encodings are tried.
+    /// The greatest GEI error against the finest encoding, root mean square of 255; the fewest
+    /// bytes are chosen. Takes a minute for a dozen people, because several encodings are tried.
     GeiRmse(f64),
 }
 
-/// A pack, and how it was made.
+/// A pack, and the settings with which it was encoded.
 #[derive(Clone, Debug)]
 pub(crate) struct EncodedPack {
     /// The pack.
     pub bytes: Vec<u8>,
-    /// The error that its walks were to have at most, mm.
+    /// The requested greatest error of walks, mm.
     pub max_error_mm: f64,
-    /// Most points of a body, if that was limited.
+    /// The most points of a body, if limited.
     pub hull_points: Option<usize>,
-    /// What [`EncodingGoal::GeiRmse`] chose.
+    /// The choice for [`EncodingGoal::GeiRmse`].
     pub choice: Option<FrontierChoice<Encoding>>,
 }
 
-/// Encodes people, whose bodies keep at most `hull_points` points if that is given; `progress` is
-/// called for each walk that was encoded, as often as it was.
+/// Encodes people. Bodies keep at most `hull_points` points if that is given. `progress` is
+/// called each time a walk is encoded.
 ///
 /// # Errors
 /// As [`encode_subjects`] and [`encode_within`], and if nothing meets [`EncodingGoal::GeiRmse`].
@@ -83,7 +83,7 @@ pub(crate) fn encoded(
 }
 
 impl EncodedPack {
-    /// A pack of people whose bodies were not fitted, made with [`EncodingGoal::Usual`].
+    /// Wraps a pack of people whose bodies were not fitted, made with [`EncodingGoal::Usual`].
     #[must_use]
     pub(crate) const fn usual(bytes: Vec<u8>) -> Self {
         Self {
@@ -94,10 +94,10 @@ impl EncodedPack {
         }
     }
 
-    /// Warnings if walks or bodies miss the error that was asked for.
+    /// Returns warnings if walks or bodies exceed the requested error.
     ///
     /// # Errors
-    /// When the bytes are no pack.
+    /// If the bytes are not a pack.
     pub(crate) fn missed_errors(&self) -> Result<Vec<String>> {
         let pack = Pack::parse(&self.bytes)?;
         let clips = (0..pack.clip_count()).filter_map(|index| pack.clip(index));
@@ -115,7 +115,7 @@ impl EncodedPack {
     }
 }
 
-/// A warning if some of these errors are above what was asked for.
+/// Returns a warning if some of these errors exceed the requested one.
 fn missed(what: &str, errors: &[f32], asked_mm: f64) -> Option<String> {
     let errors = errors.iter().map(|&error| f64::from(error));
     let (all, most) = (errors.len(), errors.clone().fold(0.0, f64::max));
@@ -123,7 +123,7 @@ fn missed(what: &str, errors: &[f32], asked_mm: f64) -> Option<String> {
     let missed = errors.filter(|&error| error > asked_mm + 0.011).count();
     (missed > 0).then(|| {
         format!(
-            "{missed} of {all} {what} miss the error of {asked_mm:.2} mm, by up to {:.2} mm: the format is not finer for them",
+            "{missed} of {all} {what} exceed the error of {asked_mm:.2} mm, by up to {:.2} mm: the format cannot encode them more finely",
             most - asked_mm
         )
     })

@@ -1,7 +1,7 @@
-//! Silhouettes by exact coverage: what every configuration is measured against.
+//! Silhouettes by exact coverage: the reference for every configuration.
 //!
-//! Plain `f64` throughout and 16x16 samples a pixel, written apart from the core's
-//! rasterisers, which are what is in question. It follows the same definition of the image: an
+//! The renderer uses `f64` throughout and 16x16 samples per pixel, and is independent of the
+//! core's rasterisers, which are under test. It follows the same definition of the image: an
 //! orthographic view, framed by height.
 
 use crate::error::{Result, SweepError};
@@ -9,12 +9,12 @@ use edgegait_core::camera::Viewpoint;
 use edgegait_core::silhouette::{Silhouette, Size};
 use glam::{DVec2, DVec3, Vec3};
 
-/// Samples along each side of a pixel.
+/// The number of samples along each side of a pixel.
 const SIDE: usize = 16;
-/// Samples of a pixel.
+/// The number of samples of a pixel.
 const SAMPLES: u16 = (SIDE * SIDE) as u16;
 
-/// How much of each pixel a figure covers: row by row from the top, of 256 samples.
+/// The covered samples of each pixel, out of 256, row by row from the top.
 #[derive(Clone, Debug)]
 pub(crate) struct Exact {
     size: Size,
@@ -22,13 +22,13 @@ pub(crate) struct Exact {
 }
 
 impl Exact {
-    /// The share of each pixel that is covered, row by row from the top, 0..=1.
+    /// Returns the covered share of each pixel, row by row from the top, 0..=1.
     pub(crate) fn shares(&self) -> impl Iterator<Item = f64> {
         let share = |&samples: &u16| f64::from(samples) / f64::from(SAMPLES);
         self.samples.iter().map(share)
     }
 
-    /// The pixels that are at least half covered.
+    /// Returns the silhouette of the pixels that are at least half covered.
     #[must_use]
     pub(crate) fn silhouette(&self) -> Silhouette {
         let rows = self.samples.chunks_exact(self.size.columns());
@@ -46,15 +46,15 @@ impl Exact {
 #[derive(Clone, Debug)]
 pub(crate) struct ExactRenderer {
     size: Size,
-    /// Of each row of samples: what the hull at hand covers, in samples' widths from the
-    /// middle of the figure.
+    /// The span of the current hull in each row of samples, in samples from the middle of the
+    /// figure.
     sides: Vec<(f64, f64)>,
-    /// Runs of samples by row: the first, and the one behind the last.
+    /// The runs of samples in each row: the first sample and the one after the last.
     runs: Vec<Vec<(i32, i32)>>,
 }
 
 impl ExactRenderer {
-    /// A renderer for images of this size.
+    /// Creates a renderer for images of this size.
     #[must_use]
     pub(crate) fn new(size: Size) -> Self {
         let rows = size.rows() * SIDE;
@@ -65,12 +65,12 @@ impl ExactRenderer {
         }
     }
 
-    /// Draws hulls, given by points in metres, as they are seen in parallel from `view`: scaled to
+    /// Draws hulls, given by points in metres, in parallel projection from `view`: scaled to
     /// fill the rows, and moved by whole columns until the centroid of all samples, rounded
     /// half up, lies on the left side of the middle column.
     ///
     /// # Errors
-    /// When the figure has no height from there.
+    /// If the figure has no height from there.
     pub(crate) fn draw(&mut self, hulls: &[Vec<Vec3>], view: Viewpoint) -> Result<Exact> {
         let (right, up) = (view.right().as_dvec3(), view.up().as_dvec3());
         let seen = |point: &Vec3| {
@@ -85,7 +85,7 @@ impl ExactRenderer {
         if !(height > 0.0 && height.is_finite()) {
             return Err(SweepError::Flat(height).into());
         }
-        // Samples a metre; the middle of the figure's width is a border between pixels.
+        // Samples per metre; the middle of the figure's width is a border between pixels.
         let scale = (self.size.rows() * SIDE) as f64 / height;
         let middle = 0.5 * (least.x + most.x);
         self.runs.iter_mut().for_each(Vec::clear);
@@ -100,7 +100,7 @@ impl ExactRenderer {
         Ok(self.cut())
     }
 
-    /// Adds the runs of one convex outline, in samples' widths, y downwards.
+    /// Adds the runs of one convex outline, in samples, y downwards.
     fn fill(&mut self, outline: &[DVec2]) {
         let rows = self.sides.len() as f64;
         let top = outline.iter().map(|p| p.y).fold(rows, f64::min);
@@ -143,16 +143,16 @@ impl ExactRenderer {
         }
     }
 
-    /// The columns about the centroid.
+    /// Cuts out the columns around the centroid.
     fn cut(&self) -> Exact {
-        // Samples, and the sum of their places: twice, for they lie at halves.
+        // The number of samples, and twice the sum of their positions, which are at halves.
         let (mut area, mut doubled) = (0i64, 0i64);
         for &(first, end) in self.runs.iter().flatten() {
             let (first, end) = (i64::from(first), i64::from(end));
             area += end - first;
             doubled += (end - first) * (first + end);
         }
-        // In pixels: half of the doubled mean, by the samples of a side; rounded half up.
+        // In pixels: half of the doubled mean over the samples of a side, rounded half up.
         let side = SIDE as i64;
         let centroid = (doubled + area * side).div_euclid((2 * area * side).max(1));
         let columns = self.size.columns();
@@ -190,7 +190,7 @@ fn cover(pixels: &mut [u16], first: usize, end: usize) {
     }
 }
 
-/// The convex outline of points, by Andrew's monotone chain (1979).
+/// Returns the convex outline of points by Andrew's monotone chain (1979).
 fn outline(mut points: Vec<DVec2>) -> Vec<DVec2> {
     points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup();
@@ -232,7 +232,7 @@ mod tests {
             .expect("a figure")
     }
 
-    /// A flat rectangle, metres.
+    /// Makes a flat rectangle, metres.
     fn rectangle(left: f32, right: f32, bottom: f32, top: f32) -> Vec<Vec3> {
         let corner = |x, y| Vec3::new(x, y, 0.0);
         vec![
@@ -254,7 +254,7 @@ mod tests {
         for y in 0..50 {
             let row = row(&exact, y);
             assert_eq!(row[..9], [0; 9]);
-            // An eighth of a pixel is 2 of 16 samples a row of samples.
+            // An eighth of a pixel is 2 of the 16 samples in each of its rows.
             assert_eq!((row[9], row[20]), (32, 32));
             assert_eq!(row[10..20], [256; 10]);
             assert_eq!(row[21..], [0; 9]);
@@ -270,8 +270,8 @@ mod tests {
         let post = rectangle(0.0, 0.16, 0.0, 2.0);
         let arm = rectangle(0.08, 0.4, 1.0, 1.4);
         let exact = drawn(&[post, arm]);
-        // 200 pixels at 2 and 60 at 7 from the left: 3.15, and the left side is 5 left of the
-        // middle of a width of 10: -1.85 rounds to -2, which becomes column 15.
+        // 200 pixels at 2 and 60 at 7 from the left have their centroid at 3.15. The left side is 5
+        // left of the middle of a width of 10: -1.85 rounds to -2, which becomes column 15.
         assert_eq!(exact.shares().sum::<f64>(), 260.0);
         let on: Vec<usize> = (0..30).filter(|&c| row(&exact, 20)[c] == 256).collect();
         assert_eq!(on, (12..22).collect::<Vec<_>>());
@@ -291,8 +291,8 @@ mod tests {
         let stick = rectangle(-0.001, 0.001, -1.0, 1.0);
         let area: f64 = drawn(&[corners, stick.clone()]).shares().sum();
         let alone: f64 = drawn(&[stick]).shares().sum();
-        // 2 m are 50 pixels, a radius of 10: half of 32 r^2 sin(2 pi / 32), and the parts of the stick that
-        // stand out of it: 30 of 50 rows.
+        // 2 m are 50 pixels, the radius is 10: half of 32 r^2 sin(2 pi / 32), and the parts of the
+        // stick outside the polygon: 30 of 50 rows.
         let expected = 16.0 * 100.0 * (std::f64::consts::TAU / 32.0).sin() + 0.6 * alone;
         assert!((area - expected).abs() < 0.5, "{area} {expected}");
     }

@@ -1,4 +1,4 @@
-//! Measuring all configurations of one scene.
+//! Measures all configurations of one scene.
 
 use super::configuration::{Configuration, DrawConfiguration, Encoding, configurations, drawings};
 use super::pareto::{Merits, pareto};
@@ -20,81 +20,81 @@ use edgegait_core::template::GeiBuilder;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Variations of each probe's walk from which Rank-1 is found: those of `score`.
+/// The variations of each walk that are probes of Rank-1, as in `score`.
 const PROBES: [u32; 2] = [1_000, 1_001];
-/// Most walks that errors are averaged over.
+/// The most walks that errors are averaged over.
 const MOST_WALKS: usize = 18;
-/// Rounds in which every configuration is timed once.
+/// The number of rounds in which every configuration is timed once.
 const ROUNDS: usize = 4;
 
-/// Who walks.
+/// The source of the walks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum FrontierPeople<'a> {
-    /// People of the built-in cohort, encoded anew in every way.
+    /// People of the built-in cohort, encoded in each of the encodings.
     BuiltIn,
     /// Walks of a pack, used as they are stored.
     Pack {
         /// The pack.
         bytes: &'a [u8],
-        /// Which walks.
+        /// The numbers of the walks.
         walks: &'a [usize],
     },
 }
 
-/// What is measured.
+/// The settings of a measurement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrontierStudy<'a> {
-    /// Who walks.
+    /// The source of the walks.
     pub scene: FrontierPeople<'a>,
-    /// Seed of the probes' variations.
+    /// The seed of the probes' variations.
     pub seed: u64,
-    /// Whether a rough answer will do: two people, four viewpoints, one round.
+    /// Whether a rough answer is enough: two people, four viewpoints, one round.
     pub is_quick: bool,
 }
 
-/// One configuration's results.
+/// The results of one configuration.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct FrontierPoint {
-    /// Its settings in words.
+    /// The settings in words.
     pub name: String,
     /// The rasteriser.
     pub raster: &'static str,
-    /// Where in its pixels each frame is sampled.
+    /// The positions in pixels at which each frame is sampled.
     pub jitter: &'static str,
-    /// Points of the largest body, those of all hulls together.
+    /// The number of points of all hulls of the largest body.
     pub hull_points: usize,
-    /// Frames of each cycle.
+    /// The number of frames of each cycle.
     pub frames_per_cycle: u32,
-    /// Greatest error of a walk, mm.
+    /// The greatest error of a walk, mm.
     pub track_error_mm: f64,
-    /// Least time of a complete silhouette on one thread.
+    /// The least time of a complete silhouette on one thread.
     pub ns_per_silhouette: f64,
-    /// The same for all frames of a cycle.
+    /// The least time of all frames of a cycle.
     pub ns_per_gei: f64,
-    /// Time of a silhouette over that of the default in the same run.
+    /// The time of a silhouette, relative to the default in the same run.
     pub time_ratio: f64,
-    /// Mean over all frames.
+    /// The mean Jaccard index over all frames.
     pub jaccard: f64,
-    /// Root mean square, of 255.
+    /// The root mean square error of a GEI, of 255.
     pub gei_rmse: f64,
-    /// Rank-1 less that on the reference, mean over the shipped recognizers.
+    /// Rank-1 minus that on the reference, mean over the shipped recognizers.
     pub rank1_delta: f64,
-    /// The same for each recognizer.
+    /// Rank-1 minus that on the reference, for each recognizer.
     pub rank1_delta_by: BTreeMap<String, f64>,
-    /// Size of the whole pack.
+    /// The size of the whole pack.
     pub pack_bytes: usize,
-    /// Most heap of the rasteriser.
+    /// The most heap that the rasteriser holds.
     pub heap_bytes: usize,
-    /// The core's types that one GEI needs.
+    /// The size of the core's types that one GEI needs.
     pub stack_bytes: usize,
-    /// Whether it is what a user gets who chooses nothing.
+    /// Whether it is the default configuration.
     pub is_default: bool,
-    /// Whether no other beats it.
+    /// Whether no other configuration beats it.
     pub pareto: bool,
 }
 
 impl FrontierPoint {
-    /// What it is compared by.
+    /// Returns the values that configurations are compared by.
     #[must_use]
     pub(crate) const fn merits(&self) -> Merits {
         Merits {
@@ -105,14 +105,14 @@ impl FrontierPoint {
     }
 }
 
-/// Packs of the same people: the finest, and one for each encoding.
+/// The packs of the same people: the finest, and one for each encoding.
 struct Packs {
     finest: Vec<u8>,
     encoded: Vec<(Option<Encoding>, Vec<u8>)>,
 }
 
 impl Packs {
-    /// A pack that is its own reference.
+    /// Uses a pack as its own reference.
     fn as_stored(bytes: Vec<u8>) -> Self {
         Self {
             encoded: vec![(None, bytes.clone())],
@@ -120,7 +120,7 @@ impl Packs {
         }
     }
 
-    /// People encoded as each configuration wants them.
+    /// Encodes people in each encoding of the configurations, and in the finest.
     fn encoded(
         people: &[Subject],
         configurations: &[Configuration],
@@ -147,7 +147,7 @@ impl Packs {
     }
 }
 
-/// The encodings of a list of configurations, each once.
+/// Returns the encodings of a list of configurations, each once.
 fn encodings(configurations: &[Configuration]) -> Vec<Encoding> {
     let mut distinct = Vec::new();
     for encoding in configurations.iter().filter_map(|c| c.encoding) {
@@ -159,7 +159,7 @@ fn encodings(configurations: &[Configuration]) -> Vec<Encoding> {
 }
 
 impl FrontierStudy<'_> {
-    /// What is measured, the default first.
+    /// Returns the configurations to measure, the default first.
     #[must_use]
     pub(crate) fn configurations(&self) -> Vec<Configuration> {
         if matches!(self.scene, FrontierPeople::BuiltIn) {
@@ -174,7 +174,7 @@ impl FrontierStudy<'_> {
         drawings.into_iter().map(stored).collect()
     }
 
-    /// How often [`Self::run`] calls its `progress`.
+    /// Returns how often [`Self::run`] calls its `progress`.
     #[must_use]
     pub(crate) fn steps(&self) -> usize {
         let configurations = self.configurations();
@@ -185,7 +185,7 @@ impl FrontierStudy<'_> {
         encodings + 2 + configurations.len() * (2 + self.rounds())
     }
 
-    /// The viewpoints of errors and of Rank-1.
+    /// Returns the viewpoints for errors and Rank-1.
     ///
     /// # Errors
     /// Never.
@@ -201,7 +201,7 @@ impl FrontierStudy<'_> {
         if self.is_quick { 1 } else { ROUNDS }
     }
 
-    /// The viewpoints that share a pose while time is taken.
+    /// Returns the viewpoints that share a pose in timing.
     fn timed_views(&self) -> Result<Vec<View>> {
         if self.is_quick {
             return Ok(self.views()?.list);
@@ -213,7 +213,7 @@ impl FrontierStudy<'_> {
     /// Measures every configuration.
     ///
     /// # Errors
-    /// When a figure cannot be drawn or encoded.
+    /// If a figure cannot be drawn or encoded.
     pub(crate) fn run(&self, progress: &(dyn Fn() + Sync)) -> Result<Vec<FrontierPoint>> {
         let configurations = self.configurations();
         let people = self.people()?;
@@ -270,8 +270,8 @@ impl FrontierStudy<'_> {
         Ok(points)
     }
 
-    /// The cohort at 5 km/h, as the shipped recognizers know it; of the built-in scene the first people also
-    /// at 3 and 10 km/h.
+    /// Returns the built-in cohort at 5 km/h, as the shipped recognizers were trained. In the
+    /// built-in scene the first people also walk at 3 and 10 km/h.
     fn people(&self) -> Result<Vec<Subject>> {
         let (everyone, walking) = if self.is_quick {
             (2, 1)
@@ -320,7 +320,7 @@ impl FrontierStudy<'_> {
         measured.collect()
     }
 
-    /// For each configuration Rank-1 less that on the reference, by recognizer.
+    /// Returns for each configuration Rank-1 minus that on the reference, by recognizer.
     fn rank1(
         &self,
         packs: &Packs,
@@ -372,7 +372,7 @@ impl FrontierStudy<'_> {
     }
 }
 
-/// The walks of those who have several.
+/// Returns the walks of people with several walks.
 fn of_walkers(pack: &Pack<'_>) -> Vec<usize> {
     let subjects: Vec<usize> = pack.walks().map(|walk| walk.subject).collect();
     let count = |subject: usize| subjects.iter().filter(|&&other| other == subject).count();
@@ -380,7 +380,7 @@ fn of_walkers(pack: &Pack<'_>) -> Vec<usize> {
     (0..subjects.len()).filter(has_several).collect()
 }
 
-/// How closely a pack says that it is encoded, and the points of its largest body.
+/// Returns the greatest error that a pack states, and the points of its largest body.
 fn stored(bytes: &[u8]) -> Result<Encoding> {
     let pack = Pack::parse(bytes)?;
     let clips = (0..pack.clip_count()).filter_map(|index| pack.clip(index));
@@ -393,7 +393,7 @@ fn stored(bytes: &[u8]) -> Result<Encoding> {
     })
 }
 
-/// What one GEI needs of the stack: the core's types, without what its functions use on the way.
+/// Returns the stack that one GEI needs for the core's types, without the frames of functions.
 const fn stack_bytes() -> usize {
     size_of::<Pose>()
         + size_of::<ModelPose>()

@@ -1,14 +1,15 @@
-//! Speed against error: what each choice of rasteriser, frames, hull points and encoding
-//! costs, and what it gets wrong.
+//! Speed against error: the cost and the error of each choice of rasteriser, frames, hull points
+//! and encoding.
 //!
-//! Errors are those against [`exact`] coverage of the finest motion. [`FrontierStudy`] measures a
-//! list of [`configuration`]s and marks those that no other beats ([`pareto`]); [`choose`] picks the
-//! cheapest that meets an error, and [`encoded()`] makes packs by it. Nothing but times differs between two runs.
+//! Errors are relative to [`exact`] coverage of the finest motion. [`FrontierStudy`] measures a
+//! list of [`configuration`]s and marks those that no other beats ([`pareto`]). [`choose`] picks
+//! the cheapest that meets an error, and [`encoded()`] makes packs with it. Only times differ
+//! between two runs.
 
 pub(crate) mod choose;
 #[cfg_attr(
     not(feature = "plots"),
-    expect(dead_code, reason = "what only the frontier itself needs")
+    expect(dead_code, reason = "parts are used only by the frontier itself")
 )]
 pub(crate) mod configuration;
 mod encoded;
@@ -32,7 +33,8 @@ pub(crate) use measure::{FrontierPeople, FrontierPoint, FrontierStudy};
 use crate::error::Result;
 use crate::sweep::Views;
 
-/// Viewpoints that errors are averaged over: 20, from the front to behind, level to above. Ours.
+/// Returns the 20 viewpoints that errors are averaged over, from the front to behind and from level
+/// to above. Our choice.
 ///
 /// # Errors
 /// Never.

@@ -1,23 +1,23 @@
-//! Which configurations are not beaten.
+//! The configurations that no other beats.
 
-/// What a configuration costs and gets wrong: less is better of each.
+/// The costs and the error of a configuration; less is better for each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Merits {
-    /// Time of a GEI, ns.
+    /// The time of a GEI, ns.
     pub ns_per_gei: f64,
-    /// Size of the pack.
+    /// The size of the pack.
     pub pack_bytes: usize,
-    /// Error of a GEI.
+    /// The error of a GEI.
     pub gei_rmse: f64,
 }
 
-/// Times closer than this share are the same: what a shared machine's noise leaves of the
-/// least of several rounds. Ours.
+/// The relative difference below which times count as equal: the noise of a shared machine in the
+/// least time of several rounds. Our choice.
 const TIME_NOISE: f64 = 0.05;
 
 impl Merits {
-    /// Whether nothing is worse than of `other`, and something better. Of times only what
-    /// exceeds noise counts.
+    /// Returns whether nothing is worse than in `other` and something is better. Differences of
+    /// time within noise do not count.
     #[must_use]
     pub(crate) fn beats(&self, other: &Self) -> bool {
         let not_worse = self.ns_per_gei <= other.ns_per_gei * (1.0 + TIME_NOISE)
@@ -30,7 +30,7 @@ impl Merits {
     }
 }
 
-/// For each whether no other beats it: the Pareto set.
+/// Returns for each whether no other beats it: the Pareto set.
 #[must_use]
 pub(crate) fn pareto(all: &[Merits]) -> Vec<bool> {
     let is_best = |one: &Merits| !all.iter().any(|other| other.beats(one));
@@ -68,7 +68,7 @@ mod tests {
         // 4 % slower, and closer: the second beats the first.
         let all = [(100.0, 500, 4.0), (104.0, 500, 3.0)];
         assert_eq!(pareto(&all.map(merits)), [false, true]);
-        // 4 % slower alone is nothing; 6 % is something.
+        // 4 % slower alone does not count; 6 % does.
         let same = [(100.0, 500, 4.0), (104.0, 500, 4.0)];
         assert_eq!(pareto(&same.map(merits)), [true, true]);
         let slower = [(100.0, 500, 4.0), (106.0, 500, 4.0)];

@@ -1,4 +1,4 @@
-//! Time of a GEI against its error, as a picture (SVG).
+//! A plot (SVG) of the time of a GEI against its error.
 
 use super::FrontierPoint;
 use super::pareto::{Merits, pareto};
@@ -7,7 +7,7 @@ use crate::report::drawing::{Axes, LINES, to_tenth};
 use crate::report::standalone::standalone;
 use maud::{Markup, html};
 
-/// The chart, and the list of names beside it, pixels.
+/// The axes of the chart and, below, the list of names beside it, pixels.
 const CHART: Axes = Axes {
     left: 56.0,
     top: 32.0,
@@ -17,10 +17,10 @@ const CHART: Axes = Axes {
 const HEIGHT: f64 = 820.0;
 const LIST: f64 = 820.0;
 const LIST_WIDTH: f64 = 380.0;
-/// From one line of the list to the next.
+/// The distance between lines of the list, pixels.
 const LINE: f64 = 18.0;
 const DOT: i32 = 5;
-/// What the marks mean.
+/// The meaning of the marks.
 const LEGEND: [&str; 4] = [
     "filled: no other is better in time,",
     "bytes or error and not worse in the rest",
@@ -28,7 +28,7 @@ const LEGEND: [&str; 4] = [
     "ring: the default",
 ];
 
-/// The plot as SVG.
+/// Returns the plot as SVG.
 #[must_use]
 pub(crate) fn svg(points: &[FrontierPoint]) -> String {
     let title = "Time of a GEI against its error, by configuration";
@@ -36,12 +36,12 @@ pub(crate) fn svg(points: &[FrontierPoint]) -> String {
     standalone((LIST + LIST_WIDTH, HEIGHT), title, &content)
 }
 
-/// A point's place: microseconds of a GEI, and its error.
+/// Returns a point's coordinates: the time of a GEI, us, and its error.
 fn place(point: &FrontierPoint) -> (f64, f64) {
     (1e-3 * point.ns_per_gei, point.gei_rmse)
 }
 
-/// The colour of a rasteriser: by the order in which rasterisers appear.
+/// Returns the colour of a rasteriser, by the order in which rasterisers appear.
 fn colour(points: &[FrontierPoint], raster: &str) -> &'static str {
     let mut names: Vec<&str> = Vec::new();
     for point in points {
@@ -90,7 +90,7 @@ fn chart(points: &[FrontierPoint]) -> Markup {
     }
 }
 
-/// Points that no other beats in the two plotted respects, from the fastest on.
+/// Returns the points that no other beats in time and error, from the fastest on.
 fn front(points: &[FrontierPoint]) -> Vec<(f64, f64)> {
     let merits = points.iter().map(|point| Merits {
         pack_bytes: 0,
@@ -103,7 +103,7 @@ fn front(points: &[FrontierPoint]) -> Vec<(f64, f64)> {
     places
 }
 
-/// The points' names by their numbers, and what the marks mean.
+/// Draws the list of the points' numbers and names, and the legend.
 fn list(points: &[FrontierPoint]) -> Markup {
     let y_of = |line: usize| 18.0 + LINE * line as f64;
     html! {

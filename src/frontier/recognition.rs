@@ -1,4 +1,4 @@
-//! What a configuration changes for the shipped recognizers.
+//! The effect of a configuration on the shipped recognizers.
 
 use super::reference::{ExactGeis, ReferenceSample};
 use crate::error::Result;
@@ -7,25 +7,25 @@ use crate::score::{Recognizer, Runtime, shipped};
 use crate::sweep::{Job, Settings, Swept, sweep};
 use edgegait_core::pack::Pack;
 
-/// Rank-1 of a recognizer, 0..=1.
+/// The Rank-1 of a recognizer.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Rank1 {
-    /// The recognizer.
+    /// The name of the recognizer.
     pub name: String,
-    /// Share of the probes that it recognizes.
+    /// The share of the probes that it recognizes, 0..=1.
     pub rank1: f64,
 }
 
-/// The shipped recognizers, ready to be shown people whom they know.
+/// The loaded shipped recognizers, for people that are among their classes.
 pub(super) struct ShippedRecognizers {
     recognizers: Vec<Box<dyn Recognizer>>,
 }
 
 impl ShippedRecognizers {
-    /// Loads them.
+    /// Loads the shipped recognizers.
     ///
     /// # Errors
-    /// Never, for the models shipped.
+    /// Never, for the shipped models.
     pub(super) fn shipped() -> Result<Self> {
         let runtime = Runtime::rten();
         let models = shipped::linear()?;
@@ -35,10 +35,10 @@ impl ShippedRecognizers {
         })
     }
 
-    /// Rank-1 of each on a sample drawn as `settings` say.
+    /// Returns the Rank-1 of each on a sample that is drawn with `settings`.
     ///
     /// # Errors
-    /// When a figure cannot be drawn, or a recognizer fails.
+    /// If a figure cannot be drawn, or a recognizer fails.
     pub(super) fn of_drawn(
         &self,
         pack: &Pack<'_>,
@@ -61,10 +61,10 @@ impl ShippedRecognizers {
         self.rank1(pack, sample, &geis)
     }
 
-    /// Rank-1 of each on exact GEIs of a sample.
+    /// Returns the Rank-1 of each on exact GEIs of a sample.
     ///
     /// # Errors
-    /// When a recognizer fails.
+    /// If a recognizer fails.
     pub(super) fn of_exact(
         &self,
         pack: &Pack<'_>,
@@ -82,7 +82,8 @@ impl ShippedRecognizers {
         self.rank1(pack, sample, &geis.collect::<Vec<_>>())
     }
 
-    /// Rank-1 on GEIs in bytes, `[job][view][pixel]`: the class with the highest score decides.
+    /// Returns the Rank-1 of each on GEIs in bytes, `[job][view][pixel]`, where the class with the
+    /// highest score is the answer.
     fn rank1(
         &self,
         pack: &Pack<'_>,

@@ -1,4 +1,4 @@
-//! What GEIs should be, and how far drawn ones are from it.
+//! Reference GEIs of exact coverage, and the deviation of drawn GEIs from them.
 
 use super::exact::{Exact, ExactRenderer};
 use crate::error::{Result, SweepError};
@@ -8,20 +8,21 @@ use edgegait_core::silhouette::Silhouette;
 use edgegait_core::template::GeiBuilder;
 use rayon::prelude::*;
 
-/// Frames of each cycle of a reference: a multiple of every number of frames that is measured.
+/// The number of frames of each cycle of a reference: a multiple of all numbers that are measured.
 pub(crate) const REFERENCE_FRAMES: u32 = 128;
 
-/// Cycles and where they are seen from.
+/// The cycles and viewpoints that are measured.
 #[derive(Clone, Debug)]
 pub(crate) struct ReferenceSample {
-    /// Which cycles.
+    /// The cycles.
     pub jobs: Vec<Job<'static>>,
-    /// From where.
+    /// The viewpoints.
     pub views: Vec<View>,
 }
 
 impl ReferenceSample {
-    /// At most so many walks and views of these, spread evenly; the cycles are the stored ones.
+    /// Samples at most `most` of these walks and views, evenly spread; the cycles are the stored
+    /// ones.
     #[must_use]
     pub(crate) fn spread(walks: &[usize], views: &[View], most: (usize, usize)) -> Self {
         let job = |walk| Job::plain(walk, 0);
@@ -32,7 +33,7 @@ impl ReferenceSample {
     }
 }
 
-/// At most `most` of a list, evenly.
+/// Returns at most `most` items of a list, evenly spread.
 pub(crate) fn spread<T: Copy>(list: &[T], most: usize) -> Vec<T> {
     let kept = most.min(list.len());
     (0..kept).map(|i| list[i * list.len() / kept]).collect()
@@ -41,10 +42,10 @@ pub(crate) fn spread<T: Copy>(list: &[T], most: usize) -> Vec<T> {
 /// Exact GEIs: `[job][view][pixel]`, 0..=255.
 pub(crate) type ExactGeis = Vec<Vec<Vec<f64>>>;
 
-/// The GEIs of exact coverage of each cycle in [`REFERENCE_FRAMES`] frames.
+/// Draws the GEIs of exact coverage of each cycle in [`REFERENCE_FRAMES`] frames.
 ///
 /// # Errors
-/// When a figure cannot be drawn.
+/// If a figure cannot be drawn.
 pub(crate) fn exact_geis(
     pack: &Pack<'_>,
     sample: &ReferenceSample,
@@ -57,10 +58,10 @@ pub(crate) fn exact_geis(
     })
 }
 
-/// What each cycle should look like.
+/// The exact GEI and silhouettes of each cycle.
 #[derive(Clone, Debug)]
 pub(crate) struct Reference {
-    /// `[job][view]`.
+    /// The cycles, `[job][view]`.
     seen: Vec<Vec<ReferenceCycle>>,
 }
 
@@ -70,12 +71,12 @@ struct ReferenceCycle {
     silhouettes: Vec<Silhouette>,
 }
 
-/// How far drawn cycles are from what they should be.
+/// The deviation of drawn cycles from the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Deviation {
-    /// Root mean square difference of the GEIs' pixels, of 255.
+    /// The root mean square difference of the GEIs' pixels, of 255.
     pub gei_rmse: f64,
-    /// Mean Jaccard index of the silhouettes, 0..=1.
+    /// The mean Jaccard index of the silhouettes, 0..=1.
     pub jaccard: f64,
 }
 
@@ -83,7 +84,7 @@ impl Reference {
     /// Draws the sample with exact coverage.
     ///
     /// # Errors
-    /// When a figure cannot be drawn.
+    /// If a figure cannot be drawn.
     pub(crate) fn new(
         pack: &Pack<'_>,
         sample: &ReferenceSample,
@@ -101,12 +102,12 @@ impl Reference {
         Ok(Self { seen })
     }
 
-    /// How far the same sample is from it, of a pack of the same walks, drawn as `settings`
-    /// say. GEIs and silhouettes are compared as they are: one that is a column off is wrong.
+    /// Measures the deviation of the same sample of a pack with the same walks, drawn with
+    /// `settings`. GEIs and silhouettes are not aligned: a shift by a column counts as an error.
     ///
     /// # Errors
-    /// When a figure cannot be drawn, and for a number of frames of which
-    /// [`REFERENCE_FRAMES`] is no multiple.
+    /// If a figure cannot be drawn, or if [`REFERENCE_FRAMES`] is not a multiple of the number of
+    /// frames.
     pub(crate) fn deviation(
         &self,
         pack: &Pack<'_>,
@@ -157,7 +158,7 @@ impl Reference {
     }
 }
 
-/// Root mean square difference of all pixels, of 255.
+/// Returns the root mean square difference of all pixels, of 255.
 #[must_use]
 pub(crate) fn rmse(some: &ExactGeis, others: &ExactGeis) -> f64 {
     let (some, others) = (some.iter().flatten(), others.iter().flatten());
@@ -173,7 +174,7 @@ fn mean_square(found: impl Iterator<Item = f64>, expected: &[f64]) -> f64 {
     squares.sum::<f64>() / expected.len() as f64
 }
 
-/// Draws each job's frames from each view, and keeps what `keep` makes of `[view][frame]`.
+/// Draws each job's frames from each view, and returns the results of `keep` for `[view][frame]`.
 fn exact<T: Send>(
     pack: &Pack<'_>,
     sample: &ReferenceSample,
@@ -203,7 +204,7 @@ fn exact<T: Send>(
     sample.jobs.par_iter().map_init(renderer, draw).collect()
 }
 
-/// The mean of frames, 0..=255.
+/// Returns the mean of frames, 0..=255.
 fn mean(frames: &[Exact]) -> Vec<f64> {
     let mut sums: Vec<f64> = Vec::new();
     for frame in frames {

@@ -1,27 +1,28 @@
-//! How long a silhouette takes.
+//! Measures the time of a silhouette.
 
 use crate::error::Result;
 use crate::sweep::{Job, Settings, Swept, View, sweep};
 use edgegait_core::pack::Pack;
 use std::time::{Duration, Instant};
 
-/// Shortest measurement: what is faster is repeated.
+/// The shortest measurement; faster work is repeated.
 const SHORTEST: Duration = Duration::from_millis(20);
 
-/// What is timed: a cycle of a pack's first walk.
+/// A case to time: a cycle of a pack's first walk.
 pub(super) struct Timed<'a> {
     /// The pack.
     pub pack: Pack<'a>,
-    /// How it is drawn.
+    /// The settings for drawing.
     pub settings: Settings,
 }
 
-/// The least time of a complete silhouette over so many rounds, ns, for each case: the pose is shared by the
-/// views; projection, framing, rasteriser and accumulation are its own. One thread; in
-/// every round each case has its turn, so that what slows the machine slows all of them.
+/// Returns for each case the least time of a complete silhouette over `rounds` rounds, ns. The
+/// views share the pose; each silhouette has its own projection, framing, rasterising and
+/// accumulation. Runs on one thread and measures each case once in every round, so that a slow
+/// phase of the machine affects all of them.
 ///
 /// # Errors
-/// When a figure cannot be drawn.
+/// If a figure cannot be drawn.
 pub(super) fn least_ns(
     cases: &[Timed<'_>],
     views: &[View],
@@ -39,7 +40,7 @@ pub(super) fn least_ns(
     Ok(least)
 }
 
-/// The mean time of a silhouette, ns.
+/// Returns the mean time of a silhouette, ns.
 fn once(case: &Timed<'_>, views: &[View]) -> Result<f64> {
     let jobs = [Job::plain(0, 0)];
     let started = Instant::now();

@@ -1,21 +1,22 @@
-//! Cycles by the lag at which a signal is most like itself.
+//! Finds cycles by the lag of the highest autocorrelation of a signal.
 
 use super::NoCycle;
 use super::found::FoundCycles;
 use super::series::SmoothedSignal;
 
-/// The least autocorrelation a cycle on. Ours.
+/// Least autocorrelation at the lag of a cycle. Ours.
 const LEAST_ALIKE: f64 = 0.3;
-/// Lags that are tried, a frame. Ours: a parabola finds what lies between.
+/// Number of lags tried for each frame. Ours: a parabola interpolates between them.
 const FINENESS: f64 = 4.0;
 
-/// Cycles of one length. A step's lag is searched, not a cycle's, so that a cycle is two steps: where a
-/// signal is alike a step and two on, and unlike half a step and one and a half on.
+/// Finds cycles of one length. The lag of a step is searched, not of a cycle, so that a cycle is
+/// two steps: the autocorrelation must be high at one and two steps, and low at half and one and a
+/// half.
 pub(super) fn cycles(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
     let values = series.detrended();
     let all: f64 = values.iter().map(|value| value * value).sum();
     let count = values.len() as f64;
-    // A third of the values have to be compared at least.
+    // At least a third of the values must be compared.
     let longest_lag = (count * 2.0 / 3.0).min(2.0 * series.steps.1);
     let most = longest_lag.ceil() as usize + 1;
     let alike: Vec<f64> = (0..=most.min(values.len() - 1))
@@ -38,7 +39,7 @@ pub(super) fn cycles(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
         .map(|number| score(shortest + number as f64 / FINENESS))
         .collect();
     let best = highest(&scores);
-    // At the edge nothing repeats: the signal is merely like itself close by.
+    // A maximum at the edge is not a repetition: signals resemble themselves at short lags.
     if best <= 0.0 || best >= tries as f64 {
         let is_cut = longest < series.steps.1 && best > 0.0;
         return Err(if is_cut {
@@ -66,7 +67,7 @@ pub(super) fn cycles(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
     FoundCycles::evenly(series, highest(&sums) / FINENESS, 2.0 * step, regular)
 }
 
-/// A value between two numbers, along a straight line; the last one behind it.
+/// Interpolates linearly between values; beyond the last one, returns it.
 fn between(values: &[f64], at: f64) -> f64 {
     let index = (at.max(0.0) as usize).min(values.len() - 1);
     let next = (index + 1).min(values.len() - 1);
@@ -74,7 +75,8 @@ fn between(values: &[f64], at: f64) -> f64 {
     values[index] + part * (values[next] - values[index])
 }
 
-/// Where the highest value is: the vertex of the parabola through it and its neighbours.
+/// Returns the place of the highest value: the vertex of the parabola through it and its
+/// neighbours.
 fn highest(values: &[f64]) -> f64 {
     let order = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]).then(b.cmp(a));
     let best = (0..values.len()).max_by(order).unwrap_or(0);

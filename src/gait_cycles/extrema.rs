@@ -1,21 +1,21 @@
-//! Cycles between peaks, as Charalambous & Bharath count them, or minima, as Sarkar et al. do.
+//! Finds cycles between peaks, after Charalambous & Bharath, or between minima, after Sarkar et al.
 
 use super::NoCycle;
 use super::found::FoundCycles;
 use super::series::{SmoothedSignal, evenness, median};
 
-/// Distances that are less alike are no steps. Ours.
+/// Least evenness of the distances between steps. Ours.
 const LEAST_EVEN: f64 = 0.7;
 
-/// Every second peak bounds a cycle.
+/// Finds cycles that are bounded by every second peak.
 pub(super) fn by_peaks(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
     let peaks = places(&series.values, series.steps.0);
     let regular = regularity(series, &peaks)?;
     FoundCycles::between(series, &peaks, regular)
 }
 
-/// The period is the mean of two medians: of the distances from every odd minimum to the next but one,
-/// and from every even one.
+/// Finds cycles from minima. The period is the mean of two medians: of the distances between
+/// successive odd minima, and between successive even ones.
 pub(super) fn by_minima(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
     let upside_down: Vec<f64> = series.values.iter().map(|value| -value).collect();
     let minima = places(&upside_down, series.steps.0);
@@ -25,7 +25,7 @@ pub(super) fn by_minima(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle>
         let distances = every_other.windows(2).map(|pair| pair[1] - pair[0]);
         median(distances.collect())
     };
-    // With three minima there is one distance alone.
+    // With three minima there is only one distance.
     let medians: Vec<f64> = [0, 1].into_iter().filter_map(distances).collect();
     let (Some(start), false) = (minima.first(), medians.is_empty()) else {
         return Err(series.too_short());
@@ -34,12 +34,12 @@ pub(super) fn by_minima(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle>
     FoundCycles::evenly(series, *start, period, regular)
 }
 
-/// How even the distances are; refused if they are not.
+/// Returns the evenness of the distances between places; an error if they are not even.
 fn regularity(series: &SmoothedSignal, places: &[f64]) -> Result<f64, NoCycle> {
     if places.len() < 3 {
         return Err(series.too_short());
     }
-    // From one to the next but one: left and right steps may differ.
+    // Distances over two steps, since left and right steps may differ.
     let distances: Vec<f64> = places.windows(3).map(|three| three[2] - three[0]).collect();
     let regular = evenness(&distances);
     let mean = distances.iter().sum::<f64>() / distances.len() as f64;
@@ -52,8 +52,9 @@ fn regularity(series: &SmoothedSignal, places: &[f64]) -> Result<f64, NoCycle> {
     Ok(regular)
 }
 
-/// Where the values are highest, as real numbers: the vertex of the parabola through the value and
-/// its neighbours, or the middle of equal ones. Of those closer than `apart` the highest one stays.
+/// Returns the places of local maxima as real numbers: the vertex of the parabola through the value
+/// and its neighbours, or the middle of equal values. Of maxima closer than `apart`, the highest is
+/// kept.
 fn places(values: &[f64], apart: f64) -> Vec<f64> {
     let mut found: Vec<(f64, f64)> = Vec::new();
     let mut at = 1;

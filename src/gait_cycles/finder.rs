@@ -1,4 +1,4 @@
-//! Cycles of a whole sequence, by one of several methods.
+//! Finds the cycles of a whole sequence by one of several methods.
 
 use super::found::FoundCycles;
 use super::series::{Signal, SmoothedSignal};
@@ -7,35 +7,35 @@ use super::{
 };
 use std::ops::Range;
 
-/// How cycles are found.
+/// The method by which cycles are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CycleMethod {
-    /// The wave that fits four steps best, as on a board: [`CycleDetector`].
+    /// The wave that fits four steps best, as on a board ([`CycleDetector`]).
     #[default]
     Wave,
-    /// Every second peak of the signal: Charalambous & Bharath (BMVC 2016).
+    /// Every second peak of the signal (Charalambous & Bharath, BMVC 2016).
     Peaks(Signal),
-    /// The mean of the median distances between every second minimum: Sarkar et al. (IEEE TPAMI
+    /// The mean of the median distances between every second minimum (Sarkar et al., IEEE TPAMI
     /// 27(2), 2005). Cycles follow one another from the first minimum on.
     Minima(Signal),
-    /// The lag at which the signal is most like itself. Cycles follow one another from where the steps,
-    /// laid over one another, are widest.
+    /// The lag of the signal's highest autocorrelation. Cycles follow one another from where the
+    /// superposed steps are widest.
     Autocorrelation(Signal),
 }
 
-/// Finds the gait cycles of recordings of one frame rate.
+/// A finder of gait cycles in recordings of one frame rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CycleFinder {
     frame_rate_hz: f32,
-    /// How; the wave unless it is set.
+    /// The method, by default the wave.
     pub method: CycleMethod,
 }
 
 impl CycleFinder {
-    /// Of recordings of so many frames a second.
+    /// Makes a finder for this many frames a second.
     ///
     /// # Errors
-    /// Unless there are 10 to 120.
+    /// Unless there are 10 to 120 frames a second.
     pub fn new(frame_rate_hz: f32) -> Result<Self, FrameRateError> {
         CycleDetector::new(frame_rate_hz)?;
         Ok(Self {
@@ -44,10 +44,11 @@ impl CycleFinder {
         })
     }
 
-    /// The cycles of a sequence: what each frame shows of the legs, `None` where nobody is.
+    /// Finds the cycles of a sequence. `frames` are the legs in each frame, `None` where nobody is
+    /// visible.
     ///
     /// # Errors
-    /// What there is instead of cycles. No sequence is a mistake: somebody may stand.
+    /// The reason why there are no cycles. It is not a fault of the sequence: a person may stand.
     pub fn find(
         &self,
         frames: impl IntoIterator<Item = Option<LowerBody>>,
@@ -80,7 +81,7 @@ impl CycleFinder {
         let frames = rest.detector().frames();
         let reason = match rest.detector().walking() {
             Err(reason) => reason,
-            // Long enough, and yet no three steps in a row.
+            // Long enough, but without three steps in a row.
             Ok(end) if frames as f64 >= 2.0 * f64::from(end.period_frames) => NoCycle::Irregular {
                 regular: end.regular,
             },
@@ -90,14 +91,15 @@ impl CycleFinder {
     }
 }
 
-/// The frames of a cycle as whole numbers: `ceil(start)..ceil(end)`, so that each belongs to one cycle.
+/// Returns the whole frames of a cycle, `ceil(start)..ceil(end)`, so that each belongs to one
+/// cycle.
 #[must_use]
 pub fn whole_frames(cycle: &DetectedCycle) -> Range<usize> {
     cycle.start.ceil() as usize..cycle.end.ceil() as usize
 }
 
-/// What each frame of `[frames][rows][columns]` shows of the legs; pixels of 128 and more are on. An
-/// incomplete last frame is left out, and without rows or columns there are no frames.
+/// Measures the legs in each frame of an array `[frames][rows][columns]`; pixels of 128 and more
+/// are on. An incomplete last frame is left out, and without rows or columns there are no frames.
 pub fn lower_bodies(
     pixels: &[u8],
     [rows, columns]: [usize; 2],

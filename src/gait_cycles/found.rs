@@ -7,18 +7,19 @@ use super::{DetectedCycle, NoCycle};
 /// The gait cycles of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundCycles {
-    /// In order, none of which overlap; at least one. One does not always begin where the one before
-    /// ends: somebody may have stopped or turned.
+    /// The cycles in order, without overlap; at least one. A cycle does not always begin where the
+    /// one before ends: the person may have stopped or turned.
     pub cycles: Vec<DetectedCycle>,
-    /// Frames of a cycle: the median, or what the method gives. A real number.
+    /// Duration of a cycle in frames, a real number: the median, or the method's own value.
     pub period_frames: f64,
-    /// How steady it is, 0..1: of the wave its median share of what changes, of peaks and minima 1 less
-    /// the spread of their distances over the mean, otherwise the autocorrelation a period on.
+    /// Steadiness of the gait, 0..1. For the wave, its median share of the change. For peaks and
+    /// minima, 1 less the mean deviation of their distances from the median, over the median. For
+    /// the autocorrelation, its value at one period.
     pub regular: f64,
 }
 
 impl FoundCycles {
-    /// Of these, with the median of their periods; `reason` if there are none.
+    /// Collects cycles, with the median of their periods; returns `reason` if there are none.
     pub(super) fn of(cycles: Vec<DetectedCycle>, reason: NoCycle) -> Result<Self, NoCycle> {
         let periods = cycles.iter().map(DetectedCycle::period_frames);
         let period_frames = median(periods.collect()).ok_or(reason)?;
@@ -31,7 +32,7 @@ impl FoundCycles {
         })
     }
 
-    /// Cycles of one length from `start` on, as far as the series goes.
+    /// Makes cycles of one length from `start` to the end of the series.
     pub(super) fn evenly(
         series: &SmoothedSignal,
         start: f64,
@@ -47,7 +48,7 @@ impl FoundCycles {
         Ok(found)
     }
 
-    /// Between every second of these places.
+    /// Makes cycles between every second of these places.
     pub(super) fn between(
         series: &SmoothedSignal,
         places: &[f64],

@@ -1,13 +1,12 @@
-//! Gait cycles of a recording, from its silhouettes: where they begin and end, or why there are none.
+//! Finds the gait cycles of a recording from its silhouettes, or the reason why there are none.
 //!
-//! Joins on to whatever has silhouettes: a tree ([`crate::Tree::lower_bodies`]), arrays
-//! ([`lower_bodies`]), or a camera, frame by frame ([`CycleDetector`]). Data flows from the core's
-//! `cycle` here, and on to nobody yet.
+//! Silhouettes come from a tree ([`crate::Tree::lower_bodies`]), from arrays ([`lower_bodies`]), or
+//! from a camera, frame by frame ([`CycleDetector`], in the core's `cycle`).
 //!
 //! ```
 //! use edgegait::gait_cycles::{CycleFinder, LowerBody};
 //!
-//! // A count of lower-body pixels a frame, of somebody who makes two steps a second.
+//! // Counts of lower-body pixels by frame, of a person who takes two steps a second.
 //! let counts = (0..120).map(|frame| 900.0 + 90.0 * (f64::from(frame) * 0.419).cos());
 //! let frames = counts.map(|count| Some(LowerBody::counted(count as f32)));
 //! let found = CycleFinder::new(30.0)?.find(frames).expect("a walker");

@@ -1,28 +1,28 @@
-//! One number a frame, without gaps.
+//! A signal with one number for each frame, without gaps.
 
 use super::{LowerBody, NoCycle};
 use edgegait_core::budget::CYCLE_STEPS_PER_MINUTE;
 
-/// Which number of a frame is followed.
+/// The number that is followed over the frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
-    /// Pixels of the lower body.
+    /// The number of pixels of the lower body.
     Pixels,
-    /// Its width.
+    /// The width of the lower body.
     Width,
 }
 
-/// Legs whose signal swings by less of its mean stand, as in the core. Ours.
+/// Least swing of the signal of walking legs, as a share of its mean, as in the core. Ours.
 const LEAST_SWING: f64 = 0.03;
-/// Time over which the signal is smoothed, in seconds: a tenth of a usual cycle. Ours.
+/// Time over which the signal is smoothed, seconds: a tenth of a usual cycle. Ours.
 const SMOOTHED_S: f64 = 0.1;
 
-/// A signal with gaps filled, smoothed by a moving mean, some of whose values are known to differ.
+/// A signal that swings, with gaps filled, smoothed by a moving mean.
 pub(super) struct SmoothedSignal {
     pub values: Vec<f64>,
-    /// Frames of the shortest and of the longest step.
+    /// Durations of the shortest and the longest step, frames.
     pub steps: (f64, f64),
-    /// Amplitude of a wave that would vary as much, over the mean.
+    /// Amplitude of a sine wave of the same variance, over the mean.
     swing: f64,
 }
 
@@ -70,14 +70,14 @@ impl SmoothedSignal {
         Ok(series)
     }
 
-    /// That the series has not enough of what is looked for.
+    /// Returns the error of a series that is too short.
     pub(super) fn too_short(&self) -> NoCycle {
         NoCycle::TooShort {
             frames: self.values.len() as u64,
         }
     }
 
-    /// The values without the straight line that fits them best.
+    /// Returns the values without their linear trend.
     pub(super) fn detrended(&self) -> Vec<f64> {
         let middle = (self.values.len() as f64 - 1.0) / 2.0;
         let timed = || {
@@ -99,7 +99,7 @@ impl SmoothedSignal {
     }
 }
 
-/// Gaps filled along straight lines, and before the first and behind the last value with these.
+/// Fills gaps along straight lines, and the ends with the first and last values.
 fn filled(known: &[Option<f64>]) -> Vec<f64> {
     let mut values = Vec::with_capacity(known.len());
     let mut before: Option<f64> = None;
@@ -115,7 +115,7 @@ fn filled(known: &[Option<f64>]) -> Vec<f64> {
     values
 }
 
-/// The mean of up to `half` values on both sides, of equally many where an end is near.
+/// Returns moving means over `half` values on each side, fewer but equally many near the ends.
 fn smoothed(values: &[f64], half: usize) -> Vec<f64> {
     let mean = |at: usize| {
         let reach = half.min(at).min(values.len() - 1 - at);
@@ -125,7 +125,8 @@ fn smoothed(values: &[f64], half: usize) -> Vec<f64> {
     (0..values.len()).map(mean).collect()
 }
 
-/// 1 less the spread of the numbers over their mean, at least 0: how alike they are.
+/// Returns how equal numbers are: 1 less their mean deviation from the median, over the median, at
+/// least 0.
 pub(super) fn evenness(values: &[f64]) -> f64 {
     let Some(middle) = median(values.to_vec()) else {
         return 0.0;
@@ -135,7 +136,7 @@ pub(super) fn evenness(values: &[f64]) -> f64 {
     (1.0 - off / middle).max(0.0)
 }
 
-/// The middle of some numbers, or the mean of the two in the middle; `None` without any.
+/// Returns the median, of an even number the mean of the middle two; `None` without numbers.
 pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let (&low, &high) = (

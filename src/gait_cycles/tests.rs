@@ -1,7 +1,7 @@
 use super::*;
 
-/// Lower-body pixels of 27 frames whose left and right steps differ: every peak is 6 frames on, every
-/// cycle 12.
+/// Lower-body pixels of 28 frames whose left and right steps differ: a peak every 6 frames, a cycle
+/// every 12.
 const COUNTS: [u8; 28] = [
     5, 7, 9, 7, 5, 3, 5, 7, 10, 7, 5, 3, 5, 7, 9, 7, 5, 3, 5, 7, 10, 7, 5, 3, 5, 7, 9, 7,
 ];
@@ -25,7 +25,7 @@ fn by(
     method: CycleMethod,
     frames: impl IntoIterator<Item = Option<LowerBody>>,
 ) -> Result<FoundCycles, NoCycle> {
-    // A step of six frames at 10 a second: a cycle takes 1.2 seconds.
+    // A step takes six frames at 10 a second, and a cycle 1.2 seconds.
     let mut finder = CycleFinder::new(10.0).expect("a frame rate");
     finder.method = method;
     finder.find(frames)
@@ -38,7 +38,7 @@ fn bounds(found: &FoundCycles) -> Vec<[f64; 2]> {
 
 #[test]
 fn every_second_peak_bounds_a_cycle() {
-    // Peaks 2, 8, 14, 20, 26; each of them would give 6, half the period.
+    // Peaks are at 2, 8, 14, 20, 26. Successive ones would give 6, half the period.
     let found = by(CycleMethod::Peaks(Signal::Pixels), counts()).expect("cycles");
     assert_eq!(bounds(&found), [[2.0, 14.0], [14.0, 26.0]]);
     assert_eq!((found.period_frames, found.regular), (12.0, 1.0));
@@ -85,7 +85,7 @@ fn peaks_that_are_flat_or_lean_lie_between_frames() {
 
 #[test]
 fn gaps_are_bridged_and_mostly_empty_recordings_refused() {
-    // The frames on the flanks are missing; straight lines put them back.
+    // The frames on the flanks are missing; straight lines restore them.
     let gaps = counts().enumerate();
     let gaps = gaps.map(|(at, frame)| frame.filter(|_| ![4, 10, 13, 16, 22].contains(&at)));
     let found = by(CycleMethod::Peaks(Signal::Pixels), gaps).expect("cycles");
@@ -124,7 +124,7 @@ fn what_is_no_walk_is_said_to_be_none_by_each_method() {
             Err(NoCycle::Absent),
             "{method:?}"
         );
-        // A step up and no other.
+        // A single step up.
         let once = (0..60_u8).map(|at| {
             let size = if at < 30 { 40.0 } else { 60.0 };
             Some(LowerBody {
@@ -152,7 +152,7 @@ fn whole_frames_of_adjacent_cycles_share_none() {
 
 #[test]
 fn arrays_of_frames_are_measured_and_what_is_no_frame_left_out() {
-    // Two frames of 3x2, the second empty, and a pixel more.
+    // Two frames of 3x2, the second empty, and one more pixel.
     let pixels = [0, 255, 255, 255, 200, 127, 0, 0, 0, 0, 0, 0, 255];
     let found: Vec<_> = lower_bodies(&pixels, [3, 2]).collect();
     let legs = LowerBody {

@@ -1,14 +1,15 @@
-//! The figures in Bencher's metric format, which bencher.dev tracks over commits.
+//! The values in Bencher's metric format, which bencher.dev tracks over commits.
 //!
-//! The format is "Bencher Metric Format" (BMF) JSON: `{benchmark: {measure: {value, lower_value, upper_value}}}`
-//! (bencher.dev/docs/reference/bencher-metric-format). A benchmark is what a figure stands in, and its
-//! measure the figure's key.
+//! The format is "Bencher Metric Format" (BMF) JSON:
+//! `{benchmark: {measure: {value, lower_value, upper_value}}}`
+//! (bencher.dev/docs/reference/bencher-metric-format). The benchmark is the path of the object around
+//! a value, and the measure is the value's key.
 
 use super::report::GateReport;
 use serde_json::{Map, Value, json};
 
 impl GateReport {
-    /// Each figure once, whatever its limits.
+    /// Returns each value once, however many limits it has.
     pub(crate) fn bencher(&self) -> Value {
         let mut benchmarks = Map::new();
         for line in &self.limits {

@@ -1,4 +1,4 @@
-//! How well a figure is known: its value, and the interval that it is in.
+//! Estimates: a value of results with its interval.
 
 use super::figure::ResultFigure;
 use crate::bench::board::LOAD_WARNED_OF;
@@ -7,7 +7,8 @@ use crate::evaluate::wilson::Interval;
 use serde::Serialize;
 use serde_json::Value;
 
-/// Runs of which a median's interval is worth having: of five, the least and the greatest hold it with 94 %.
+/// The number of runs from which the interval of a median is used: the least and the greatest of five
+/// contain it with 94 %.
 const ENOUGH_RUNS: usize = 5;
 
 /// A number and its interval; both ends are the value where nothing varies.
@@ -15,10 +16,10 @@ const ENOUGH_RUNS: usize = 5;
 pub(crate) struct Estimate {
     /// The value: the median where there are several runs.
     pub value: f64,
-    /// The lower end; none if nobody knows how low it is.
+    /// The lower end; none in JSON if it is unknown.
     #[serde(serialize_with = "finite")]
     pub low: f64,
-    /// The upper end; none if nobody knows how high it is.
+    /// The upper end; none in JSON if it is unknown.
     #[serde(serialize_with = "finite")]
     pub high: f64,
 }
@@ -27,18 +28,19 @@ fn finite<S: serde::Serializer>(end: &f64, to: S) -> Result<S::Ok, S::Error> {
     end.is_finite().then_some(*end).serialize(to)
 }
 
-/// What kind of figure it is, by its key.
+/// The kind of a value, derived from its key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FigureKind {
-    /// How long something takes: less is better, and other work on the machine makes more of it.
+    /// A time: less is better, and other work on the machine increases it.
     Time,
-    /// How much is done in a time, the other way round.
+    /// Work per time: more is better, and other work on the machine decreases it.
     Rate,
-    /// The same on each run, or nearly: bytes, accuracy. Whether less is better, if that is known.
+    /// A value that is (nearly) the same on each run, such as bytes or accuracy, and which direction is
+    /// better, if that is known.
     Steady(Option<Better>),
 }
 
-/// Which way a figure is better.
+/// The direction in which a value is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Better {
     Less,
@@ -46,7 +48,7 @@ pub(crate) enum Better {
 }
 
 impl FigureKind {
-    /// By the key, whose end is its unit.
+    /// Returns the kind for a key, which ends in its unit.
     pub(crate) fn of(key: &str) -> Self {
         let ends = |ends: &[&str]| ends.iter().any(|end| key.ends_with(end));
         let is = |names: &[&str]| names.contains(&key);
@@ -73,7 +75,7 @@ impl FigureKind {
         }
     }
 
-    /// Which way it is better, if that is known.
+    /// Returns the direction that is better, if it is known.
     pub(crate) fn better(self) -> Option<Better> {
         match self {
             Self::Time => Some(Better::Less),
@@ -82,14 +84,14 @@ impl FigureKind {
         }
     }
 
-    /// Whether it depends on what else the machine does.
+    /// Returns whether the value depends on other work on the machine.
     pub(crate) fn is_timed(self) -> bool {
         matches!(self, Self::Time | Self::Rate)
     }
 }
 
 impl Estimate {
-    /// A number that does not vary.
+    /// Creates an estimate of a number that does not vary.
     pub(crate) fn exact(value: f64) -> Self {
         Self {
             value,
@@ -98,11 +100,12 @@ impl Estimate {
         }
     }
 
-    /// Of one figure from each run.
+    /// Returns the estimate from the same value in each run.
     ///
-    /// Of one run, the interval is what stands beside the figure: the means of its windows for a time,
-    /// `<key>_low` and `<key>_high` for a rate of hits. Of several, their median stands for the figure. Of
-    /// fewer than five runs, which do not tell where a median lies, the interval holds those of all of them.
+    /// With one run, the interval comes from fields next to the value: the means of its windows for a
+    /// time, `<key>_low` and `<key>_high` for a rate of hits. With several runs, the value is their
+    /// median. With fewer than five, which is too few for the interval of a median, the interval
+    /// contains the intervals of all runs.
     pub(crate) fn of(places: &[ResultFigure<'_>], measure: FigureKind) -> Self {
         let each: Vec<Self> = places
             .iter()
@@ -128,7 +131,7 @@ impl Estimate {
         let value = place.value;
         if measure.is_timed() {
             return match windows(place).as_deref() {
-                // How far others would be from it nobody knows: not beyond its calls.
+                // The variation between windows is unknown, but within the range of the calls.
                 Some(&[mean]) => match ["min_us", "max_us"].map(|key| place.beside(key)) {
                     [Some(least), Some(most)] => Self {
                         value: mean,
@@ -157,14 +160,14 @@ impl Estimate {
         }
     }
 
-    /// The median of several, and its interval.
+    /// Returns the median of several values, and its interval.
     fn of_median(values: &[f64]) -> Self {
         median_interval(values).map_or(Self::exact(f64::NAN), |(value, Interval { low, high })| {
             Self { value, low, high }
         })
     }
 
-    /// The same interval in parts of its value, of another one; of a rate, turned round.
+    /// Returns an estimate of another value with the same relative interval; inverted for a rate.
     fn scaled_to(self, value: f64, measure: FigureKind) -> Self {
         let (low, high) = (self.low / self.value, self.high / self.value);
         let (low, high) = match measure {
@@ -181,7 +184,8 @@ impl Estimate {
         }
     }
 
-    /// What is known of it where others kept the machine busy: it may be any better.
+    /// Returns the estimate if other processes kept the machine busy: without a limit on the better
+    /// side.
     pub(crate) fn disturbed(self, measure: FigureKind) -> Self {
         match measure {
             FigureKind::Time => Self {
@@ -197,7 +201,8 @@ impl Estimate {
     }
 }
 
-/// Times that are not of all calls in the windows beside them, or that lie elsewhere than their means.
+/// Keys of times to which the intervals of the windows do not apply: they are not of all calls in the
+/// windows, or are not typical calls.
 const NOT_OF_WINDOWS: [&str; 9] = [
     "load_ms",
     "first_ms",
@@ -210,7 +215,7 @@ const NOT_OF_WINDOWS: [&str; 9] = [
     "reusing_p50_us",
 ];
 
-/// The means of the windows that a time was measured in, if they stand beside it.
+/// Returns the means of the windows that a time was measured in, if they are in the same object.
 fn windows(place: &ResultFigure<'_>) -> Option<Vec<f64>> {
     let means = place.object()?.get("window_mean_us")?.as_array()?;
     if NOT_OF_WINDOWS.contains(&place.key.as_str()) {
@@ -220,7 +225,7 @@ fn windows(place: &ResultFigure<'_>) -> Option<Vec<f64>> {
     (!means.is_empty()).then_some(means)
 }
 
-/// Why a time is unsure, if others kept the machine busy.
+/// Returns why a time is unreliable, if other processes kept the machine busy.
 pub(crate) fn disturbance(place: &ResultFigure<'_>) -> Option<String> {
     let shares = place.around.iter().flat_map(|object| {
         [
@@ -286,7 +291,8 @@ mod tests {
         let found = estimate(&one, "p50_us");
         assert_eq!((found.low, found.high), (f64::NEG_INFINITY, f64::INFINITY));
         assert_eq!(estimate(&one, "max_us"), Estimate::exact(300.0));
-        // With the times of its calls, those are the ends: half as long and twice as long as their mean.
+        // The ends are the shortest and the longest call: half as long and twice as long as their
+        // mean.
         let calls = json!({
             "p50_us": 90.0, "throughput": 1e4, "min_us": 50.0, "max_us": 200.0, "window_mean_us": [100.0],
         });

@@ -1,13 +1,14 @@
-//! Where a figure stands in results: `models[gei-small].p50_us`.
+//! Paths of values in results, such as `models[gei-small].p50_us`.
 //!
-//! Keys are those of the JSON, with dots between them. Brackets choose an element of a list: by its name
-//! (`recognizers[mine]`), by any of its keys (`by_viewpoint[azimuth_deg=90,elevation_deg=0]`), or all of
-//! them (`probe_sets[*]`). A list of one element needs none. What has dots or brackets in it stands in
-//! quotation marks: `recognizers["pixels as gei"]`.
+//! A path consists of the keys of the JSON, with dots between them. Brackets choose an element of a
+//! list by its name (`recognizers[mine]`) or by any of its keys
+//! (`by_viewpoint[azimuth_deg=90,elevation_deg=0]`), or all elements (`probe_sets[*]`). A list of one
+//! element needs none. Names with dots or brackets are in quotation marks:
+//! `recognizers["pixels as gei"]`.
 
 use serde_json::{Map, Value};
 
-/// Keys by which elements of lists are known, the most telling first.
+/// Keys that identify elements of lists, the most distinctive first.
 const IDENTITIES: [&str; 20] = [
     "name",
     "person",
@@ -30,18 +31,19 @@ const IDENTITIES: [&str; 20] = [
     "to_deg",
     "far",
 ];
-/// Most keys that a message lists.
+/// The maximum number of keys that a message lists.
 const LISTED: usize = 24;
-/// Most elements of a list that are told apart by what they are: of more, by their numbers.
+/// The maximum length of a list whose elements are identified by keys. Elements of longer lists are
+/// identified by their numbers.
 const TOLD_APART: usize = 1000;
 
-/// A path to one figure, or to several.
+/// A path to one or more values.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FigurePath {
     steps: Vec<PathStep>,
 }
 
-/// A key, and which element of the list that stands there.
+/// A key, and which element to choose if its value is a list.
 #[derive(Clone, Debug, PartialEq)]
 struct PathStep {
     key: String,
@@ -50,46 +52,47 @@ struct PathStep {
 
 #[derive(Clone, Debug, PartialEq)]
 enum ElementChoice {
-    /// What stands there, or the only element of a list.
+    /// The value itself, or the only element of a list.
     Only,
     /// Each element.
     Each,
-    /// The element of this number, from 0: `[#3]`.
+    /// The element with this number, from 0: `[#3]`.
     At(usize),
-    /// The one element of which these keys, or else one of [`IDENTITIES`], have these values.
+    /// The only element with these values under these keys (without a key: under any of
+    /// [`IDENTITIES`]).
     By(Vec<(Option<String>, String)>),
 }
 
-/// A figure in results.
+/// A value in results.
 #[derive(Clone, Debug)]
 pub(crate) struct ResultFigure<'a> {
-    /// The path to it alone.
+    /// The path to this value only.
     pub path: String,
-    /// Its key.
+    /// The key of the value.
     pub key: String,
     /// The number.
     pub value: f64,
-    /// The objects around it, the outermost first; at least one.
+    /// The objects around the value, the outermost first; at least one.
     pub around: Vec<&'a Map<String, Value>>,
 }
 
 impl<'a> ResultFigure<'a> {
-    /// The object that it stands in.
+    /// Returns the innermost object around the value.
     pub(super) fn object(&self) -> Option<&'a Map<String, Value>> {
         self.around.last().copied()
     }
 
-    /// Another number beside it.
+    /// Returns another number in the same object.
     pub(super) fn beside(&self, key: &str) -> Option<f64> {
         self.object()?.get(key)?.as_f64()
     }
 }
 
 impl FigurePath {
-    /// Reads a path.
+    /// Parses a path.
     ///
     /// # Errors
-    /// In words, at which letter.
+    /// A message with the position in the text.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let mut letters = Letters { text, at: 0 };
         let mut steps = Vec::new();
@@ -112,10 +115,10 @@ impl FigurePath {
         }
     }
 
-    /// The figures that it names, at least one.
+    /// Returns the values that the path names, at least one.
     ///
     /// # Errors
-    /// In words, if there is none, or what is there is no number.
+    /// A message, if there is no such value, or it is not a number.
     pub(crate) fn places<'a>(&self, root: &'a Value) -> Result<Vec<ResultFigure<'a>>, String> {
         let mut found = Vec::new();
         let Value::Object(object) = root else {
@@ -186,7 +189,7 @@ impl FigurePath {
 }
 
 impl PathStep {
-    /// The values that it chooses, with the path to each.
+    /// Returns the chosen values, with the path to each.
     fn chosen<'a>(
         &self,
         path: String,
@@ -213,7 +216,7 @@ impl PathStep {
                 [] => Err(format!("{path} is empty")),
                 [one] => Ok(vec![named(one)]),
                 _ => Err(format!(
-                    "{path}: expected which of {} elements, as in [{}], found none: there are {}",
+                    "{path}: expected a choice of one of {} elements, such as [{}], found none: there are {}",
                     list.len(),
                     list.first()
                         .map(|one| identity(one, list))
@@ -226,7 +229,7 @@ impl PathStep {
             ElementChoice::At(number) => match list.get(*number) {
                 Some(one) => Ok(vec![named(one)]),
                 None => Err(format!(
-                    "{path}: expected an element of number below {}, found #{number}",
+                    "{path}: expected an element number below {}, found #{number}",
                     list.len()
                 )),
             },
@@ -247,7 +250,7 @@ impl PathStep {
     }
 }
 
-/// Whether an element has this value, under this key or one by which elements are known.
+/// Returns whether an element has this value, under this key or under any of [`IDENTITIES`].
 fn is_like(element: &Value, (key, wanted): &(Option<String>, String)) -> bool {
     let has = |key: &str| element.get(key).is_some_and(|value| same(value, wanted));
     match key {
@@ -256,7 +259,7 @@ fn is_like(element: &Value, (key, wanted): &(Option<String>, String)) -> bool {
     }
 }
 
-/// Whether a value is meant by a word: numbers by their value, names of runtimes by themselves.
+/// Returns whether a value matches a word. Numbers match by value, objects by their `name`.
 fn same(value: &Value, wanted: &str) -> bool {
     match value {
         Value::String(text) => text == wanted,
@@ -270,7 +273,7 @@ fn same(value: &Value, wanted: &str) -> bool {
     }
 }
 
-/// By what an element is told from the others of its list: its name, if that is enough.
+/// Returns the keys that identify an element in its list: its name, if that suffices.
 fn identity(element: &Value, list: &[Value]) -> String {
     let number = || {
         let at = list.iter().position(|other| std::ptr::eq(other, element));
@@ -295,11 +298,11 @@ fn identity(element: &Value, list: &[Value]) -> String {
             },
             _ => continue,
         };
-        // A name speaks for itself.
+        // A name needs no key.
         let is_name = key == "name";
         let one = ((!is_name).then(|| key.to_owned()), word);
         let with = [&keys[..], &[one]].concat();
-        // What does not tell it from others is left out.
+        // Keys that do not distinguish it from others are left out.
         if is_name || alike(&with) < alike(&keys) || list.len() == 1 && keys.is_empty() {
             keys = with;
         }
@@ -314,7 +317,7 @@ fn identity(element: &Value, list: &[Value]) -> String {
     }
 }
 
-/// What stands in brackets.
+/// Returns the text in the brackets.
 fn words(keys: &[(Option<String>, String)]) -> String {
     let word = |(key, value): &(Option<String>, String)| match key {
         Some(key) => format!("{}={}", written(key), written(value)),
@@ -324,7 +327,7 @@ fn words(keys: &[(Option<String>, String)]) -> String {
     words.join(",")
 }
 
-/// A word as a path has it, in quotation marks if need be.
+/// Returns a word as it is written in a path, in quotation marks if necessary.
 pub(super) fn written(word: &str) -> String {
     let is_plain = !word.is_empty() && !word.contains(['.', '[', ']', ',', '=', '"', '*']);
     if is_plain || word.parse::<f64>().is_ok() {
@@ -356,7 +359,7 @@ fn kind(value: &Value) -> &'static str {
     }
 }
 
-/// The letters of a path.
+/// A parser of the characters of a path.
 struct Letters<'t> {
     text: &'t str,
     at: usize,
@@ -379,7 +382,7 @@ impl Letters<'_> {
         is_next
     }
 
-    /// A word in quotation marks, or one that ends at any of these letters.
+    /// Reads a word in quotation marks, or up to any of these characters.
     fn until(&mut self, ends: &[char]) -> String {
         let rest = self.rest();
         if let Some(quoted) = rest.strip_prefix('"')
@@ -395,13 +398,13 @@ impl Letters<'_> {
         word
     }
 
-    /// What stands in brackets, from behind the first.
+    /// Reads the text in brackets, after the opening one.
     fn chosen(&mut self) -> Result<ElementChoice, String> {
         let mut keys = Vec::new();
         loop {
             let is_quoted = self.rest().starts_with('"');
             let word = self.until(&['.', ',', '=', ']', '[']);
-            // Numbers have a point.
+            // Numbers may contain a dot.
             let word = self.with_decimals(word, is_quoted);
             if word.is_empty() && !is_quoted {
                 return Err(self.expected("a name, KEY=VALUE or *"));

@@ -1,25 +1,25 @@
-//! Whether a figure keeps to a limit, misses it, or nobody can tell.
+//! The decision whether a value is within a limit, beyond it, or undecided.
 
 use super::estimate::{Better, Estimate, FigureKind};
 use super::limits::{Bound, Judge};
 use serde::Serialize;
 
-/// What became of a limit.
+/// The outcome of a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub(crate) enum GateOutcome {
-    /// The figure keeps to it.
+    /// The value is within the limit.
     #[serde(rename = "holds")]
     Holds,
-    /// It is too close, or other work on the machine was in the way.
+    /// Undecided: the value is too close to the limit, or other work on the machine disturbed it.
     #[serde(rename = "cannot tell")]
     CannotTell,
-    /// It does not.
+    /// The value is beyond the limit.
     #[serde(rename = "missed")]
     Missed,
 }
 
 impl GateOutcome {
-    /// In words.
+    /// Returns the outcome in words.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Holds => "holds",
@@ -29,26 +29,26 @@ impl GateOutcome {
     }
 }
 
-/// What stands between a figure and the baseline's.
+/// The ratio and the difference between a value and the baseline's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Between {
-    /// The figure divided by the baseline's.
+    /// The value divided by the baseline's.
     pub ratio: Estimate,
-    /// The figure less the baseline's.
+    /// The value minus the baseline's.
     pub difference: Estimate,
 }
 
 impl Between {
-    /// Of two that were measured apart: each may be anywhere in its interval.
+    /// Compares two values that were measured independently: each may be anywhere in its interval.
     pub(crate) fn apart(new: Estimate, old: Estimate) -> Self {
-        // Below 0 a ratio says nothing.
+        // A ratio of values below 0 is meaningless.
         let is_told = [new, old].iter().all(|one| one.value >= 0.0);
         let ratio = |new: f64, old: f64| match is_told {
             false => f64::NAN,
             true if new == old => 1.0,
             true => new / old,
         };
-        // What nobody knows the end of may be as good as nothing, or have no end.
+        // An unknown lower end may be as low as 0.
         let low = |end: f64| end.max(0.0);
         Self {
             ratio: Estimate {
@@ -65,14 +65,14 @@ impl Between {
     }
 }
 
-/// Whether a figure keeps to an absolute limit.
+/// Judges a value by an absolute limit.
 pub(crate) fn absolute(
     found: Estimate,
     bound: Bound,
     measure: FigureKind,
     judge: Option<Judge>,
 ) -> GateOutcome {
-    // Of rates of hits the seeds are the same each time: the value is what a user asks about.
+    // Rates of hits have the same seed on each run, so their value decides.
     let usual = if measure.is_timed() {
         Judge::Interval
     } else {
@@ -81,15 +81,13 @@ pub(crate) fn absolute(
     within(found, bound, judge.unwrap_or(usual))
 }
 
-/// Whether it keeps to one beside a baseline; `is_paired` if what is between them was found on the same
-/// probes.
+/// Judges a value by a limit relative to a baseline; `is_paired` if both are from the same probes.
 pub(crate) fn relative(
     between: Between,
     bound: Bound,
     (measure, judge, is_paired): (FigureKind, Option<Judge>, bool),
 ) -> GateOutcome {
-    // Intervals of two figures that were found apart, but with the same seed, say little of what is between
-    // them.
+    // The separate intervals of two values with the same seed say little about their difference.
     let usual = if measure.is_timed() || is_paired {
         Judge::Interval
     } else {
@@ -129,11 +127,12 @@ fn within(found: Estimate, bound: Bound, judge: Judge) -> GateOutcome {
     }
 }
 
-/// What is not worse holds, and what is worse beyond the interval is missed; what is worse within it cannot
-/// be told, nor what is better than something that may be better itself.
+/// Judges a difference by `not_worse`. A value that is not worse holds, and one that is worse beyond the
+/// interval is missed. It is undecided if it is worse within the interval, or not worse than a value
+/// that may really be better.
 fn not_worse(difference: Estimate, better: Option<Better>, judge: Judge) -> GateOutcome {
     let Estimate { value, low, high } = difference;
-    // How much worse.
+    // How much worse the value is.
     let (value, low, high) = match better {
         Some(Better::More) => (-value, -high, -low),
         _ => (value, low, high),
@@ -207,9 +206,9 @@ mod tests {
         };
         let quiet = about(10.0, 0.0);
         assert_eq!(ratio(quiet, quiet, 1.0), Holds);
-        // As fast as a baseline that may be too slow.
+        // As fast as a baseline that was measured too slow.
         assert_eq!(ratio(quiet, quiet.disturbed(TIME), 1.5), CannotTell);
-        // Twice as slow as what is too slow already.
+        // Twice as slow as a baseline that was measured too slow.
         assert_eq!(ratio(about(20.0, 0.0), quiet.disturbed(TIME), 1.5), Missed);
         assert_eq!(
             ratio(about(20.0, 0.0).disturbed(TIME), quiet, 1.5),
@@ -264,7 +263,7 @@ mod tests {
             let how = (FigureKind::of("bytes"), None, false);
             assert_eq!(relative(between, bound, how), outcome, "{bound}");
         }
-        // Of figures below 0 a ratio says nothing.
+        // A ratio of values below 0 is meaningless.
         for both in [(0.5, -0.01), (-0.5, 0.01), (-2.0, -1.0)] {
             let below = Between::apart(Estimate::exact(both.0), Estimate::exact(both.1));
             let how = (FigureKind::of("spread"), None, false);

@@ -1,18 +1,18 @@
 //! The report as JUnit XML, which CI systems read.
 //!
-//! The dialect is the one of Jenkins and of the Maven Surefire plugin (its `surefire-test-report.xsd`): a
-//! missed limit is a failure, and one that cannot be told an error.
+//! The dialect is that of Jenkins and the Maven Surefire plugin (its `surefire-test-report.xsd`). A
+//! missed limit is a failure, and an undecided one an error.
 
 use super::judge::GateOutcome;
 use super::report::{GateLine, GateReport};
 use std::fmt::Write as _;
 
-/// What a file of it begins with.
+/// The beginning of every JUnit file of this command.
 pub(crate) const JUNIT_START: &str =
     "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"edgegait gate\"";
 
 impl GateReport {
-    /// One suite with a case for each limit.
+    /// Returns one suite with a case for each limit.
     pub(crate) fn junit(&self) -> String {
         let counts = format!(
             "tests=\"{}\" failures=\"{}\" errors=\"{}\"",
@@ -64,7 +64,7 @@ fn message(line: &GateLine) -> String {
     )
 }
 
-/// Text inside of an attribute; what XML 1.0 has no letter for is left out.
+/// Escapes text for an attribute; characters that XML 1.0 does not allow are left out.
 fn escaped(text: &str) -> String {
     let mut out = String::new();
     for letter in text.chars() {

@@ -7,7 +7,7 @@ use std::fmt;
 use std::path::Path;
 use toml::Spanned;
 
-/// Most bytes of a file of limits.
+/// The maximum size of a file of limits in bytes.
 const MAX_BYTES: u64 = 1 << 20;
 
 /// All limits of a file, at least one.
@@ -16,50 +16,50 @@ pub(crate) struct GateLimits {
     pub limits: Vec<GateLimit>,
 }
 
-/// What must hold of a figure.
+/// A limit: what must hold for one or more values.
 #[derive(Clone, Debug)]
 pub(crate) struct GateLimit {
-    /// What to call it; none for the figure's path.
+    /// The name to show; by default the path of the value.
     pub name: Option<String>,
-    /// Why it is there.
+    /// Why the limit is there.
     pub reason: Option<String>,
-    /// Of which figures.
+    /// Path of the values.
     pub figure: FigurePath,
-    /// Line of the file that names the figure.
+    /// Line of the file with the path.
     pub line: usize,
-    /// What must hold, at least one.
+    /// The bounds, at least one.
     pub bounds: Vec<Bound>,
-    /// Whether values decide or intervals, if it is said.
+    /// Whether the value or the interval decides, if the file states it.
     pub judge: Option<Judge>,
 }
 
-/// One thing that must hold.
+/// One bound of a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Bound {
     AtMost(f64),
     AtLeast(f64),
-    /// Of the figure divided by the baseline's.
+    /// A bound on the value divided by the baseline's.
     RatioAtMost(f64),
     RatioAtLeast(f64),
-    /// Of the figure less the baseline's.
+    /// A bound on the value minus the baseline's.
     DifferenceAtMost(f64),
     DifferenceAtLeast(f64),
-    /// Not worse than the baseline's beyond the interval of what is between them.
+    /// Not worse than the baseline's by more than the interval of their difference.
     NotWorse,
 }
 
-/// What decides.
+/// Whether the value or its interval decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Judge {
-    /// The value.
+    /// The value decides.
     Value,
-    /// The whole interval: where a part of it is on either side, nobody can tell.
+    /// The whole interval decides. With parts on both sides the limit is undecided.
     Interval,
 }
 
 impl Bound {
-    /// Whether it is about a baseline.
+    /// Returns whether the bound is relative to a baseline.
     pub(crate) fn is_relative(self) -> bool {
         !matches!(self, Self::AtMost(_) | Self::AtLeast(_))
     }
@@ -79,10 +79,10 @@ impl fmt::Display for Bound {
     }
 }
 
-/// Makes a bound of its number.
+/// A constructor of a bound from its number.
 type Make = fn(f64) -> Bound;
 
-/// The file as TOML has it.
+/// The file as written in TOML.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenLimits {
@@ -125,11 +125,11 @@ impl GateLimits {
     /// Reads limits from TOML; `path` is for messages.
     ///
     /// # Errors
-    /// With the line, for what is no such TOML, no figure, or no limit.
+    /// With the line, if the text is not such TOML, a path is invalid, or a limit has no bound.
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self> {
         if text.trim_start().starts_with('{') {
             let problem =
-                "expected limits (TOML), found JSON: limits are named first, then results";
+                "expected limits (TOML), found JSON: name the limits first, then the results";
             return Err(Error::input(path, problem));
         }
         let written: WrittenLimits =

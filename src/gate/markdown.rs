@@ -5,11 +5,11 @@ use super::report::GateReport;
 use crate::text_table::Column::Left;
 use crate::text_table::Table;
 
-/// What a file of it begins with.
+/// The beginning of every Markdown file of this command.
 pub(crate) const MARKDOWN_START: &str = "### EdgeGait gate: ";
 
 impl GateReport {
-    /// A heading, a table, and warnings.
+    /// Returns a heading, a table, and the warnings.
     pub(crate) fn markdown(&self) -> String {
         let mut table = Table::new(&[Left(0)]);
         table.row(["", "figure", "found", "limit", "baseline"]);
@@ -44,7 +44,7 @@ impl GateReport {
     }
 }
 
-/// Text without what Markdown or HTML would take for more than letters.
+/// Escapes the characters that Markdown or HTML would interpret.
 fn plain(text: &str) -> String {
     let mut out = String::new();
     for letter in text.chars() {

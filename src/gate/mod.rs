@@ -1,10 +1,9 @@
-//! Limits on figures of results: whether a build passes.
+//! Limits on values of results, which decide whether a build passes.
 //!
-//! A file of limits ([`limits`]) names figures by where they stand in the JSON ([`figure`]); what is known of
-//! each is a value with an interval ([`estimate`]), from several runs or from what stands beside the
-//! figure. [`judge`] says whether it holds, is missed, or cannot be told: "cannot tell" is an outcome of its
-//! own, so that noise neither fails a build nor passes one. Results that say nothing about each other are
-//! not compared ([`results`]).
+//! A file of limits ([`limits`]) names values by their paths in the JSON ([`figure`]). Each value has an
+//! interval ([`estimate`]), from several runs or from fields next to it. [`judge`] decides whether a
+//! limit holds, is missed, or is undecided ("cannot tell"), so that noise neither fails a build nor
+//! passes one. Results that are not comparable are rejected ([`results`]).
 
 mod bencher;
 mod estimate;
@@ -37,21 +36,21 @@ use limits::{Bound, GateLimit};
 use serde::Deserialize as _;
 use std::path::Path;
 
-/// What is judged.
+/// The results to judge, and those of a baseline.
 #[derive(Debug)]
 pub(crate) struct JudgedRuns<'a> {
-    /// The runs of what is judged, at least one.
+    /// The runs to judge, at least one.
     pub runs: &'a [ResultFile],
-    /// The runs of what it is set against; none if there is nothing.
+    /// The runs of the baseline; empty if there is none.
     pub baselines: &'a [ResultFile],
-    /// Whether limits beside a baseline are left out, as there is none.
+    /// Whether limits relative to a baseline are left out, because there is none.
     pub without_baseline: bool,
 }
 
-/// Judges all limits of a file, whose path is for messages.
+/// Judges all limits of a file; its path is for messages.
 ///
 /// # Errors
-/// If results cannot be compared, or a limit is on a figure that they lack: never a pass.
+/// If results cannot be compared, or lack a value with a limit. That is never a pass.
 pub(crate) fn gate(
     path: &Path,
     limits: &GateLimits,
@@ -91,7 +90,7 @@ pub(crate) fn gate(
     if left_out > 0 {
         let limits = if left_out == 1 { "limit" } else { "limits" };
         header.warnings.push(format!(
-            "{left_out} {limits} beside a baseline left out, as there is none"
+            "{left_out} {limits} relative to a baseline left out, because there is none"
         ));
     }
     let mut versions: Vec<&str> = all().map(|file| file.header.version.as_str()).collect();
@@ -99,13 +98,13 @@ pub(crate) fn gate(
     versions.dedup();
     if let [one, other, ..] = versions[..] {
         header.warnings.push(format!(
-            "results of EdgeGait {one} and {other} are compared: what is drawn may differ"
+            "results of EdgeGait {one} and {other} are compared: their renderings may differ"
         ));
     }
     Ok(GateReport::new(header, lines))
 }
 
-/// What became of each bound of a limit on one figure.
+/// Judges each bound of a limit on one value.
 fn lines_of(
     limit: &GateLimit,
     place: &ResultFigure<'_>,
@@ -133,7 +132,7 @@ fn lines_of(
     for &bound in &limit.bounds {
         if bound == Bound::NotWorse && measure.better().is_none() {
             return Err(format!(
-                "{}: not_worse: expected a figure that is better one way, found {:?} (use ratio_at_most or another)",
+                "{}: not_worse: expected a value that has a better direction, found {:?} (use ratio_at_most or another bound)",
                 place.path, place.key
             ));
         }
@@ -185,7 +184,7 @@ fn lines_of(
     Ok(lines)
 }
 
-/// What becomes of a bound, what is between the two, and why nobody can tell.
+/// The outcome of a bound, the comparison with the baseline, and why it is undecided.
 type Beside = (GateOutcome, Between, Option<String>);
 
 /// A value, and the baseline that it is compared with.
@@ -198,7 +197,7 @@ struct BesideBaseline<'a> {
     is_one_board: bool,
 }
 
-/// What became of a bound beside a baseline.
+/// Judges a bound relative to a baseline.
 fn beside(
     limit: &GateLimit,
     place: &ResultFigure<'_>,
@@ -214,23 +213,23 @@ fn beside(
     } = compared;
     let is_cut = new.is_cut || old.is_cut;
     let paired = match new.paired(old, &place.key, seed) {
-        // Other probes are what a cut leaves.
+        // With viewpoints cut for lack of time, the probes differ.
         Some(Err(_)) if is_cut => None,
         other => other.transpose()?,
     };
     let between =
         paired.unwrap_or_else(|| Between::apart(new.judged(measure), old.judged(measure)));
-    let of_baseline = |why: &String| format!("of the baseline: {why}");
+    let of_baseline = |why: &String| format!("in the baseline: {why}");
     let unsure = new.unsure.clone().or(old.unsure.as_ref().map(of_baseline));
     let is_ratio = matches!(bound, Bound::RatioAtMost(_) | Bound::RatioAtLeast(_));
     let (outcome, unsure) = if measure.is_timed() && !is_one_board {
-        let why = "not all of it was measured on one machine, with as many threads";
+        let why = "the results are not all from one machine and number of threads";
         (GateOutcome::CannotTell, Some(why.to_owned()))
     } else if is_cut {
         (GateOutcome::CannotTell, unsure)
     } else {
         let outcome = relative(between, bound, (measure, limit.judge, paired.is_some()));
-        let below_0 = "below 0 a ratio says nothing (use difference_at_most or another)";
+        let below_0 = "a ratio of values below 0 is meaningless (use difference_at_most or another bound)";
         let is_untold = is_ratio && between.ratio.value.is_nan();
         (
             outcome,
@@ -244,22 +243,22 @@ fn beside(
     Ok((outcome, between, unsure))
 }
 
-/// What is known of one figure.
+/// The estimate of one value, and its reliability.
 struct KnownFigure {
     estimate: Estimate,
-    /// Why it is unsure.
+    /// Why the estimate is unreliable.
     unsure: Option<String>,
-    /// Whether others kept the machine busy in each run.
+    /// Whether other processes kept the machine busy in every run.
     is_disturbed: bool,
-    /// Whether some of its probes were left out, as there was no time.
+    /// Whether some viewpoints were left out for lack of time.
     is_cut: bool,
-    /// Hits by person, if it is a rate of them.
+    /// Hits by person, if the value is a rate of hits.
     by_person: Option<Vec<PersonResult>>,
 }
 
 impl KnownFigure {
-    /// From all runs; each must have the figure. Runs that others disturbed do not count where there are
-    /// others.
+    /// Returns the estimate from all runs; each must have the value. Disturbed runs count only if there
+    /// are no quiet ones.
     fn of(
         place: &ResultFigure<'_>,
         limit: &GateLimit,
@@ -271,7 +270,7 @@ impl KnownFigure {
         for run in runs {
             let said = |problem: String| format!("{}: {problem}", run.path.display());
             let exact = path.places(&run.value);
-            // A model of another name: the one that the file's own words choose.
+            // The model has another name in this run: use the path in the limit.
             let meant = || match limit.figure.places(&run.value) {
                 Ok(one) if one.len() == 1 => Some(one),
                 _ => None,
@@ -315,7 +314,7 @@ impl KnownFigure {
         })
     }
 
-    /// The interval that it is judged by.
+    /// Returns the estimate that decides.
     fn judged(&self, measure: FigureKind) -> Estimate {
         if self.is_disturbed {
             self.estimate.disturbed(measure)
@@ -324,7 +323,7 @@ impl KnownFigure {
         }
     }
 
-    /// What is between two rates of hits of the same people; none if they are no such rates.
+    /// Compares two rates of hits on the same people; none if the values are not such rates.
     fn paired(
         &self,
         old: &Self,
@@ -337,10 +336,10 @@ impl KnownFigure {
         }
         let Some(PairedRates { ratio, difference }) = paired_rates([mine, its], seed) else {
             return Some(Err(
-                "the baseline looked for other people, or for them in other probes".into(),
+                "expected a baseline with the same people and probes, found others".into(),
             ));
         };
-        // One person says nothing about others.
+        // With one person there is no interval.
         let estimate = |(value, interval): (f64, Option<Interval>)| match interval {
             Some(Interval { low, high }) => Estimate { value, low, high },
             None => Estimate {
@@ -356,13 +355,13 @@ impl KnownFigure {
     }
 }
 
-/// That a rate of hits is not of all viewpoints that were planned, if so.
+/// Returns a remark if a rate of hits does not cover all planned viewpoints.
 fn cut_of(place: &ResultFigure<'_>) -> Option<String> {
     let (made, planned) = (
         place.beside("viewpoints")?,
         place.beside("viewpoints_planned")?,
     );
-    (made < planned).then(|| format!("there was time for {made} of {planned} viewpoints only"))
+    (made < planned).then(|| format!("there was time for only {made} of {planned} viewpoints"))
 }
 
 #[cfg(test)]

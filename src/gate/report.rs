@@ -1,4 +1,4 @@
-//! What became of all limits, and how a person reads it.
+//! The report of all limits, and its text form.
 
 use super::estimate::Estimate;
 use super::judge::GateOutcome;
@@ -9,45 +9,45 @@ use crate::text_table::Table;
 use serde::Serialize;
 use std::fmt;
 
-/// What became of one limit.
+/// The outcome of one bound on one value.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct GateLine {
-    /// What it is called; the figure's path unless the file says otherwise.
+    /// The name of the limit; by default the path of the value.
     pub name: String,
-    /// Where the figure stands.
+    /// The path of the value.
     pub figure: String,
     /// Why the limit is there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// The limit, in words.
     pub limit: String,
-    /// What became of it.
+    /// The outcome of the limit.
     pub outcome: GateOutcome,
-    /// Why nobody can tell.
+    /// Why it is undecided.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why: Option<String>,
-    /// The figure.
+    /// The value.
     pub found: Estimate,
-    /// The baseline's, if there is one.
+    /// The baseline's value, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline: Option<Estimate>,
-    /// The figure divided by the baseline's, of limits on the two.
+    /// The value divided by the baseline's, for bounds relative to it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ratio: Option<Estimate>,
-    /// The figure less the baseline's, of limits on the two.
+    /// The value minus the baseline's, for bounds relative to it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub difference: Option<Estimate>,
 }
 
-/// What became of all limits.
+/// The outcome of all limits.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct GateReport {
-    /// What was judged.
+    /// The command, version, inputs and warnings.
     #[serde(flatten)]
     pub header: ResultHeader,
-    /// Missed if one is; else, nobody can tell if that is so of one.
+    /// The worst outcome: missed if any limit is, else undecided if any is.
     pub outcome: GateOutcome,
-    /// One for each limit on each figure.
+    /// One line for each bound on each value.
     pub limits: Vec<GateLine>,
 }
 
@@ -56,7 +56,7 @@ impl GateReport {
         let worst = limits.iter().map(|line| line.outcome).max();
         Self {
             header,
-            // Nothing that was judged is nothing that holds.
+            // Without any limit, nothing is decided.
             outcome: worst.unwrap_or(GateOutcome::CannotTell),
             limits,
         }
@@ -69,7 +69,7 @@ impl GateReport {
             .count()
     }
 
-    /// `1 of 5 limits missed, 1 cannot be told`.
+    /// Returns a summary such as `1 of 5 limits missed, 1 undecided`.
     pub(super) fn summary(&self) -> String {
         let all = self.limits.len();
         let [missed, unsure] =
@@ -79,31 +79,31 @@ impl GateReport {
             _ if all == 0 => "no limit is left to judge".into(),
             (0, 0) if all == 1 => "the limit holds".into(),
             (0, 0) => format!("all {all} limits hold"),
-            (0, unsure) if unsure == all && all == 1 => "the limit cannot be told".into(),
-            (0, unsure) if unsure == all => format!("none of {all} limits can be told"),
-            (0, unsure) => format!("{unsure} of {all} {limits} cannot be told, the others hold"),
+            (0, unsure) if unsure == all && all == 1 => "the limit is undecided".into(),
+            (0, unsure) if unsure == all => format!("all {all} limits are undecided"),
+            (0, unsure) => format!("{unsure} of {all} {limits} undecided, the others hold"),
             (missed, 0) => format!("{missed} of {all} {limits} missed"),
             (missed, unsure) => {
-                format!("{missed} of {all} {limits} missed, {unsure} cannot be told")
+                format!("{missed} of {all} {limits} missed, {unsure} undecided")
             }
         }
     }
 }
 
 impl GateLine {
-    /// Why nobody can tell, and why the limit is there.
+    /// Returns why the limit is undecided, and why it is there.
     pub(super) fn remarks(&self) -> impl Iterator<Item = &str> {
         let both = [&self.why, &self.reason].into_iter();
         both.flatten().map(String::as_str)
     }
 
-    /// The figure with its interval.
+    /// Returns the value with its interval.
     pub(super) fn found_text(&self) -> String {
         text_of(self.found)
     }
 
-    /// What is between it and the baseline, in what the limit is about; the baseline itself where the
-    /// limit is not about it; empty without one.
+    /// Returns the baseline's value and, for a relative bound, the ratio or the difference; empty
+    /// without a baseline.
     pub(super) fn beside_text(&self) -> String {
         let Some(baseline) = self.baseline else {
             return String::new();
@@ -122,7 +122,7 @@ impl GateLine {
     }
 }
 
-/// A value with its interval, if it has one.
+/// Formats a value with its interval, if it has one.
 fn text_of(estimate: Estimate) -> String {
     let Estimate { value, low, high } = estimate;
     if low == high {
@@ -138,7 +138,7 @@ fn text_of(estimate: Estimate) -> String {
     format!("{} ({} to {})", number(value), end(low), end(high))
 }
 
-/// Four significant digits, whole numbers whole.
+/// Formats a number with four significant digits; whole numbers in full.
 pub(super) fn number(value: f64) -> String {
     let size = value.abs();
     if !value.is_finite() {

@@ -1,4 +1,4 @@
-//! Results that are judged, and which of them can be set against each other.
+//! Files of results, and whether they can be compared.
 
 use crate::dataset::{InputFile, ResultHeader, SCHEMA};
 use crate::error::{Error, Result};
@@ -6,10 +6,10 @@ use serde::Deserialize as _;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// Most bytes of a file of results.
+/// The maximum size of a file of results in bytes.
 const MAX_BYTES: u64 = 1 << 28;
-/// Settings that are paths, or words, of what `inputs` tells by its bytes; and those that say how long or
-/// how closely something was measured.
+/// Settings that are not compared: paths or descriptions of files that `inputs` compares by content, and
+/// settings for the duration or detail of measurements.
 const NOT_COMPARED: [&str; 11] = [
     "pack",
     "dataset",
@@ -36,7 +36,7 @@ impl ResultFile {
     /// Reads the JSON results of any command.
     ///
     /// # Errors
-    /// If the file cannot be read, is something else, or of another version of the format.
+    /// If the file cannot be read, is not such JSON, or has another version of the format.
     pub(crate) fn read(path: &Path) -> Result<Self> {
         let io = |error| Error::io(path, error);
         let length = std::fs::metadata(path).map_err(io)?.len();
@@ -48,10 +48,10 @@ impl ResultFile {
         Self::parse(path, &text)
     }
 
-    /// The same from text.
+    /// Parses the JSON results of any command; `path` is for messages.
     ///
     /// # Errors
-    /// If it is something else, or of another version of the format.
+    /// If the text is not such JSON, or has another version of the format.
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self> {
         let refuse = |found: &dyn std::fmt::Display| {
             let expected = "expected the JSON results of a command";
@@ -63,7 +63,7 @@ impl ResultFile {
             return Err(Error::input(
                 path,
                 format!(
-                    "expected results of schema {SCHEMA}, found schema {} (of EdgeGait {}; make them anew)",
+                    "expected results of schema {SCHEMA}, found schema {} (of EdgeGait {}; create them again)",
                     header.schema, header.version
                 ),
             ));
@@ -75,10 +75,10 @@ impl ResultFile {
         })
     }
 
-    /// Refuses other results that say nothing about these: of another command, seed, setting or data.
+    /// Checks that other results are comparable: of the same command, seed, settings and data.
     ///
     /// # Errors
-    /// Naming the first difference.
+    /// If they are not, naming the first difference.
     pub(crate) fn require_like(&self, other: &Self) -> Result<()> {
         let refuse = |what: &str, [mine, its]: [String; 2]| {
             let [mine_at, its_at] =
@@ -86,8 +86,8 @@ impl ResultFile {
             Err(Error::input(
                 &other.path,
                 format!(
-                    "cannot be compared: {what} is {its}, and {mine} in {mine_at} (make {its_at} and \
-                     {mine_at} by the same command, on the same data)"
+                    "cannot be compared: {what} is {its}, and {mine} in {mine_at} (create {its_at} and \
+                     {mine_at} with the same command on the same data)"
                 ),
             ))
         };
@@ -115,7 +115,7 @@ impl ResultFile {
             .ne(its.iter().map(|file| &file.sha256))
         {
             let of = |files: &[&InputFile]| match files {
-                [] => "nothing but what is built in".to_owned(),
+                [] => "built-in data only".to_owned(),
                 files => {
                     let each = files.iter();
                     let each = each.map(|file| format!("{} ({:.8})", file.path, file.sha256));
@@ -130,10 +130,11 @@ impl ResultFile {
         Ok(())
     }
 
-    /// Refuses what is no other run of the same: as [`Self::require_like`], and of other models.
+    /// Checks that other results are another run of the same: comparable as in
+    /// [`Self::require_like`], and with the same models.
     ///
     /// # Errors
-    /// Naming the first difference.
+    /// If they are not, naming the first difference.
     pub(crate) fn require_run_of(&self, other: &Self) -> Result<()> {
         self.require_like(other)?;
         let sums = |header: &ResultHeader| {
@@ -148,13 +149,14 @@ impl ResultFile {
         Err(Error::input(
             &other.path,
             format!(
-                "expected another run of what {} measured, found other models",
+                "expected another run with the models of {}, found other models",
                 self.path.display()
             ),
         ))
     }
 
-    /// Whether both were measured on the same kind of machine and with as many threads, as far as both say.
+    /// Returns whether both were measured on the same kind of machine with the same number of threads,
+    /// as far as both state these.
     pub(crate) fn is_same_board(&self, other: &Self) -> bool {
         let of_board = |results: &Self, key: &str| {
             let board = results.value.get("board");
@@ -207,7 +209,7 @@ mod tests {
             .expect_err("other models")
             .to_string();
         assert!(
-            said.starts_with("b.json: expected another run of what a.json"),
+            said.starts_with("b.json: expected another run with the models of a.json"),
             "{said}"
         );
         mine.require_run_of(&results("c.json", |_| {}))
@@ -260,7 +262,7 @@ mod tests {
             ("{\"schema\": 1}", "missing field"),
             (
                 r#"{"schema": 2, "command": "x", "version": "0.2.0", "seed": 1}"#,
-                "expected results of schema 1, found schema 2 (of EdgeGait 0.2.0; make them anew)",
+                "expected results of schema 1, found schema 2 (of EdgeGait 0.2.0; create them again)",
             ),
         ] {
             let said = ResultFile::parse(Path::new("r.json"), text)

@@ -1,4 +1,4 @@
-//! A file of limits to begin with, from results that are good.
+//! A file of limits to begin with, derived from good results.
 
 use super::figure::{FigurePath, ResultFigure, written};
 use super::report::number;
@@ -7,10 +7,10 @@ use crate::error::{Error, Result};
 use serde_json::Value;
 use std::fmt::Write as _;
 
-/// A key, and its limit, from its value.
+/// A key, and a function from its value to its default limit.
 type Usual = (&'static str, fn(f64) -> String);
 
-/// Figures of one model in results of `bench`.
+/// Values of one model in results of `bench`.
 const OF_BENCH: [Usual; 11] = [
     ("p50_us", |_| "ratio_at_most = 1.2".into()),
     ("p99_us", |_| "ratio_at_most = 1.5".into()),
@@ -29,13 +29,13 @@ const OF_BENCH: [Usual; 11] = [
     ("accuracy.rank1", of_rank1),
 ];
 
-/// Figures of one recognizer in results of `score`.
+/// Values of one recognizer in results of `score`.
 const OF_SCORE: [Usual; 2] = [
     ("rank1", of_rank1),
     ("non_finite", |_| "at_most = 0".into()),
 ];
 
-/// Those of one of its sets of probes.
+/// Values of one set of probes in results of `score`.
 const OF_PROBES: [Usual; 2] = [
     ("rank1", of_rank1),
     ("verification.eer", |value| {
@@ -43,23 +43,23 @@ const OF_PROBES: [Usual; 2] = [
     }),
 ];
 
-/// Figures of other results.
+/// Values in other results.
 const OF_OTHERS: [Usual; 2] = [
     ("silhouettes_per_second", |_| "ratio_at_least = 0.8".into()),
     ("frames_per_second", |_| "ratio_at_least = 0.8".into()),
 ];
 
-/// A rate of hits: a little less at most, and not worse than the baseline's.
+/// Returns the limits of a rate of hits: at most a little lower, and not worse than the baseline's.
 fn of_rank1(value: f64) -> String {
     format!("at_least = {}\nnot_worse = true", below(value))
 }
 
-/// Two hundredths less.
+/// Returns the rate minus 0.02, rounded down to hundredths.
 fn below(rate: f64) -> String {
     format!("{:.2}", ((rate - 0.02) * 100.0).floor().max(0.0) / 100.0)
 }
 
-/// Two digits that count, not below the value.
+/// Rounds up to two significant digits.
 fn round_up(value: f64) -> String {
     let step = 10_f64.powf(value.max(1e-9).log10().floor() - 1.0);
     let rounded = (value / step).ceil() * step;
@@ -70,15 +70,15 @@ fn round_up(value: f64) -> String {
     }
 }
 
-/// A file of limits, with what the figures are now.
+/// Returns a file of limits, with the current values as comments.
 ///
 /// # Errors
-/// If the results have none of the figures that limits are usually put on.
+/// If the results have none of the values that have a default limit.
 pub(crate) fn starter(results: &ResultFile) -> Result<String> {
     let command = &results.header.command;
     let mut text = format!(
-        "# Limits on what `edgegait {command}` finds: edgegait gate LIMITS.toml RESULT.json [BASELINE.json]\n\
-         # A figure is named by the keys of the JSON. Limits: at_most, at_least; beside a baseline ratio_at_most,\n\
+        "# Limits on the results of `edgegait {command}`: edgegait gate LIMITS.toml RESULT.json [BASELINE.json]\n\
+         # figure is the path of a value in the JSON. Limits: at_most, at_least; relative to a baseline: ratio_at_most,\n\
          # ratio_at_least, difference_at_most, difference_at_least, not_worse = true. judge = \"value\" or \"interval\".\n"
     );
     let start = text.len();
@@ -94,7 +94,7 @@ pub(crate) fn starter(results: &ResultFile) -> Result<String> {
             let Ok(Some((path, value))) = found else {
                 continue;
             };
-            // A limit beside what a coin does says nothing.
+            // A limit close to chance is useless.
             if *key == "verification.eer" && value > 0.35 {
                 continue;
             }
@@ -132,7 +132,7 @@ pub(crate) fn starter(results: &ResultFile) -> Result<String> {
         };
         add(&format!("recognizers[{name}]."), &OF_SCORE);
         let sets = list(recognizer, "probe_sets");
-        // Of one set, its rate is what leads.
+        // With one set, its rate is the leading one.
         let usual = if sets.len() > 1 {
             &OF_PROBES[..]
         } else {
@@ -154,13 +154,13 @@ pub(crate) fn starter(results: &ResultFile) -> Result<String> {
     Ok(text)
 }
 
-/// The elements of a list; none where there is no such list.
+/// Returns the elements of a list; empty if there is no such list.
 fn list<'a>(value: &'a Value, key: &str) -> &'a [Value] {
     let list = value.get(key).and_then(Value::as_array);
     list.map_or(&[], Vec::as_slice)
 }
 
-/// The name of an element, as a path has it.
+/// Returns the name of an element, as it is written in a path.
 fn name_of(value: &Value) -> Option<String> {
     value.get("name").and_then(Value::as_str).map(written)
 }

@@ -1,9 +1,9 @@
-//! Limits on results of `score` and `bench`, judged.
+//! Tests of limits on results of `score` and `bench`.
 
 use super::*;
 use serde_json::{Value, json};
 
-/// Results of `bench` with one model, whose calls take so long.
+/// Returns results of `bench` with one model, whose median call takes `p50_us`.
 fn bench(p50_us: f64, change: impl FnOnce(&mut Value)) -> ResultFile {
     let mut value = json!({
         "schema": 1, "command": "bench", "version": "0.1.0", "seed": 1,
@@ -19,7 +19,7 @@ fn bench(p50_us: f64, change: impl FnOnce(&mut Value)) -> ResultFile {
     ResultFile::parse(Path::new("bench.json"), &value.to_string()).expect("results")
 }
 
-/// Results of `score`: ten people of ten probes each.
+/// Returns results of `score`: ten people with ten probes each.
 fn score(hits: [u64; 10]) -> ResultFile {
     let people: Vec<Value> = (0..)
         .zip(hits)
@@ -63,7 +63,7 @@ fn a_slowdown_is_missed_and_noise_cannot_be_told() {
     let of = |now: ResultFile| outcomes(SLOWER, &[now], &before);
     assert_eq!(of(bench(100.0, |_| {})), [Holds]);
     assert_eq!(of(bench(150.0, |_| {})), [Missed]);
-    // Within what windows are apart.
+    // Within the spread of the windows.
     assert_eq!(of(bench(120.0, |_| {})), [CannotTell]);
     let busy = |value: &mut Value| value["models"][0]["others_busy"] = json!(0.5);
     assert_eq!(of(bench(150.0, busy)), [CannotTell]);
@@ -94,7 +94,7 @@ fn several_runs_speak_by_their_median() {
 fn rank_1_is_compared_person_by_person() {
     let limit = "[[limit]]\nfigure = \"recognizers.rank1\"\nnot_worse = true\n";
     let before = [score([9, 8, 7, 6, 5, 9, 8, 7, 6, 5])];
-    // One less of everybody: far within what people differ by.
+    // One hit less for every person: far within the spread of people.
     assert_eq!(
         outcomes(limit, &[score([8, 7, 6, 5, 4, 8, 7, 6, 5, 4])], &before),
         [Missed]
@@ -106,7 +106,7 @@ fn rank_1_is_compared_person_by_person() {
     assert_eq!(outcomes(limit, &before, &before), [Holds]);
     let close = "[[limit]]\nfigure = \"recognizers.rank1\"\ndifference_at_least = -0.02\n";
     let one_less = [score([9, 8, 7, 6, 5, 9, 8, 7, 6, 4])];
-    // The same interval, whoever decides.
+    // The interval is the same, whatever decides.
     let by_value = report(&format!("{close}judge = \"value\"\n"), &one_less, &before);
     let by_value = by_value.expect("judged").limits.remove(0);
     let by_interval = report(close, &one_less, &before)
@@ -116,7 +116,7 @@ fn rank_1_is_compared_person_by_person() {
     assert_eq!(by_value.difference, by_interval.difference);
     assert_eq!(by_value.outcome, Holds);
     assert_eq!(outcomes(close, &one_less, &before), [CannotTell]);
-    // No hits of people: the values alone.
+    // No hits by person: the values only.
     let eer = "[[limit]]\nfigure = \"recognizers.eer\"\nratio_at_most = 1.0\nnot_worse = true\n";
     assert_eq!(outcomes(eer, &one_less, &before), [Holds, Holds]);
 }
@@ -147,7 +147,7 @@ fn what_cannot_be_judged_is_an_error_and_no_pass() {
     }
     let vague = "[[limit]]\nfigure = \"models.threads\"\nnot_worse = true\n";
     let said = report(vague, &one, &one).expect_err("vague").to_string();
-    assert!(said.contains("better one way, found \"threads\""), "{said}");
+    assert!(said.contains("better direction, found \"threads\""), "{said}");
     let without = [bench(100.0, |value| {
         value["models"][0]
             .as_object_mut()
@@ -186,7 +186,7 @@ fn the_worst_outcome_is_that_of_all_and_each_form_says_it() {
         "flash & RAM",
         "100 (99 to 101)",
         "the limit is within the interval",
-        "1 of 4 limits missed, 1 cannot be told",
+        "1 of 4 limits missed, 1 undecided",
     ] {
         assert!(text.contains(words), "{text}");
     }
@@ -261,7 +261,7 @@ fn limits_beside_a_baseline_can_be_left_out_before_there_is_one() {
     assert_eq!(found.limits.len(), 1);
     assert_eq!(
         found.header.warnings,
-        ["1 limit beside a baseline left out, as there is none"]
+        ["1 limit relative to a baseline left out, because there is none"]
     );
 }
 
@@ -269,7 +269,7 @@ fn limits_beside_a_baseline_can_be_left_out_before_there_is_one() {
 fn what_is_doubtful_in_one_run_or_cut_does_not_decide() {
     let busy = |value: &mut Value| value["models"][0]["others_busy"] = json!(0.5);
     let before = [bench(100.0, |_| {}), bench(20.0, busy)];
-    // The busy one does not count beside a quiet one.
+    // The busy run does not count where there is a quiet one.
     assert_eq!(outcomes(SLOWER, &[bench(100.0, |_| {})], &before), [Holds]);
     let rank1 = "[[limit]]\nfigure = \"models.accuracy.rank1\"\nnot_worse = true\n";
     let cut = |value: &mut Value| {
@@ -280,7 +280,7 @@ fn what_is_doubtful_in_one_run_or_cut_does_not_decide() {
     assert_eq!(found.limits[0].outcome, CannotTell);
     let why = found.limits[0].why.as_deref().expect("a reason");
     assert!(why.contains("9 of 703 viewpoints"), "{why}");
-    // Two runs that agree leave the interval of each.
+    // Two equal runs have the interval of each.
     let by_interval =
         "[[limit]]\nfigure = \"models.accuracy.rank1\"\nat_least = 0.45\njudge = \"interval\"\n";
     let twice = [bench(1.0, |_| {}), bench(1.0, |_| {})];

@@ -1,8 +1,8 @@
 //! The Acclaim motion file (AMC): one line per bone per frame.
 //!
-//! The values of a bone follow the degrees of freedom of its skeleton; `rx ry rz`
-//! means Rz * Ry * Rx. A frame that lacks a bone is refused, and so is a gap in the
-//! frame numbers: timing would silently compress.
+//! The values of a bone follow the degrees of freedom of its skeleton; `rx ry rz` means
+//! Rz * Ry * Rx. A frame that lacks a bone is an error, and so is a gap in the frame numbers, which
+//! would silently compress the timing.
 
 use std::collections::HashMap;
 
@@ -13,10 +13,10 @@ use super::lines::{Lines, finite, shown};
 use super::{Motion, MotionFormat, SourceFrame};
 use crate::error::{Error, Result};
 
-/// CMU's usual rate; an AMC does not state one (`reference/mocap-report.md`, section 4).
+/// Assumed frame rate of an AMC, which states none: CMU's usual rate.
 const DEFAULT_RATE_HZ: f64 = 120.0;
 
-/// A frame as it fills up.
+/// A frame that is being filled.
 struct Partial {
     number: i64,
     line: usize,
@@ -27,8 +27,8 @@ struct Partial {
 /// Reads a whole file.
 ///
 /// # Errors
-/// Unknown or repeated bones, incomplete frames, gaps in the frame numbers, anything
-/// that is not a finite number.
+/// For unknown or repeated bones, incomplete frames, gaps in the frame numbers, and values that are
+/// not finite numbers.
 pub(super) fn read(mut lines: Lines, skeleton: AsfSkeleton) -> Result<Motion> {
     let AsfSkeleton {
         joints,
@@ -141,7 +141,7 @@ fn apply(drive: &Drive, values: &[f64], radians: f64, joint: usize, frame: &mut 
     frame.rotations[joint] = drive.axes * motion * drive.axes.inverse();
 }
 
-/// The frame, if every bone that moves was given.
+/// Returns the frame, if every bone with degrees of freedom has values.
 fn complete(lines: &Lines, done: Partial, joints: &[super::SourceJoint]) -> Result<SourceFrame> {
     match done.seen.iter().position(|seen| !seen) {
         None => Ok(done.frame),
@@ -220,7 +220,7 @@ shank 0
         read(lines("t.amc", amc), asf::read(lines("t.asf", asf))?)
     }
 
-    /// Rz * Ry * Rx, degrees.
+    /// Returns Rz * Ry * Rx for angles in degrees.
     fn turn(x: f64, y: f64, z: f64) -> DMat4 {
         DMat4::from_rotation_z(z.to_radians())
             * DMat4::from_rotation_y(y.to_radians())

@@ -1,8 +1,8 @@
 //! The Acclaim skeleton file (ASF): bones with their own axes.
 //!
-//! Read as Lander (1998), "Working with Motion Capture File Formats", Game Developer,
-//! describes it: a bone's rotation M is about its own axes C, so about world-parallel
-//! axes it is C M C^-1. Bones become joints at the bones' starts.
+//! After Lander (1998), "Working with Motion Capture File Formats", Game Developer: a bone's
+//! rotation M is about its own axes C, so about world-parallel axes it is C M C^-1. Bones become
+//! joints at the bones' starts.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -16,38 +16,37 @@ use crate::error::{Error, Result};
 /// Most bones accepted. Ours: CMU's skeletons have 30.
 const MAX_BONES: usize = 4096;
 
-/// CMU's files count in units of 0.45 inches: `length 0.45` is inches per unit
-/// inverted, so that a value times 1/0.45 is in inches (checked against the marker
-/// file of 02_01, `reference/mocap-report.md`, section 3).
+/// Metres in an inch. `length 0.45` in CMU's files means that a value times 1/0.45 is in inches
+/// (checked against the marker file of 02_01).
 const INCH_M: f64 = 0.0254;
 
-/// A skeleton, and how its bones read the values of an AMC.
+/// A skeleton, and the meaning of its bones' values in an AMC.
 pub(super) struct AsfSkeleton {
-    /// Joint 0 is the root; parents first.
+    /// The joints, parents first; joint 0 is the root.
     pub(super) joints: Vec<SourceJoint>,
-    /// By joint.
+    /// The drive of each joint.
     pub(super) drives: Vec<Drive>,
     pub(super) unit_m: Option<f64>,
-    /// Radians in one unit of angle, for an AMC that does not say.
+    /// Radians in one unit of angle, for an AMC that does not state its own.
     pub(super) angle: f64,
     pub(super) warnings: Vec<String>,
 }
 
-/// How one joint is driven.
+/// The mapping from a joint's values in an AMC to its rotation.
 #[derive(Clone, Debug)]
 pub(super) struct Drive {
-    /// World axes to the bone's own.
+    /// Rotation from world axes to the bone's own.
     pub(super) axes: DQuat,
-    /// What each value of the AMC moves, in the file's order.
+    /// The degree of freedom of each value in the AMC, in the file's order.
     pub(super) freedoms: Vec<Freedom>,
 }
 
 /// A degree of freedom.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Freedom {
-    /// Along the axis of this index; only the root has it.
+    /// Translation along the axis of this index; only the root has it.
     Translation(usize),
-    /// About the axis of this index.
+    /// Rotation about the axis of this index.
     Rotation(usize),
 }
 
@@ -76,11 +75,11 @@ struct AsfBone {
     freedoms: Vec<Freedom>,
 }
 
-/// The sections of a file as they are collected.
+/// The contents of a file's sections, collected line by line.
 struct Sections {
     bones: Vec<AsfBone>,
     root: AsfBone,
-    /// Child bone name to parent name, and the line that says it.
+    /// The name of a child bone, the name of its parent, and their line.
     parents: Vec<(String, String, usize)>,
     length: Option<f64>,
     angle: Option<f64>,
@@ -90,7 +89,7 @@ struct Sections {
 /// Reads a whole file.
 ///
 /// # Errors
-/// Incomplete bones, bones without a place in the hierarchy, cycles, unknown units.
+/// For incomplete bones, bones without a place in the hierarchy, cycles and unknown units.
 pub(super) fn read(mut lines: Lines) -> Result<AsfSkeleton> {
     let mut sections = Sections {
         bones: Vec::new(),
@@ -268,7 +267,7 @@ fn read_bone_line(
         ["length", length] => {
             let [length] = numbers(lines, &[length])?;
             if length < 0.0 {
-                return Err(lines.error(format!("a bone cannot be {length} long")));
+                return Err(lines.error(format!("expected a length of 0 or more, found {length}")));
             }
             bone.length = Some(length);
         }
@@ -285,14 +284,13 @@ fn read_bone_line(
                 return Err(lines.error("a bone that changes its length is not supported"));
             }
         }
-        // id, limits, bodymass, cofmass: of no use here.
+        // id, limits, bodymass, cofmass: not used.
         _ => {}
     }
     Ok(())
 }
 
-/// The rotation with these angles about fixed axes in this order: `XYZ` is
-/// Rz * Ry * Rx.
+/// Returns the rotation by these angles about fixed axes in this order: `XYZ` is Rz * Ry * Rx.
 fn fixed_axes(angles: [f64; 3], order: [usize; 3]) -> DQuat {
     let mut rotation = DQuat::IDENTITY;
     for (angle, axis) in angles.into_iter().zip(order) {
@@ -359,8 +357,8 @@ fn build(lines: &Lines, mut sections: Sections) -> Result<AsfSkeleton> {
 
     let mut joints = Vec::with_capacity(index.len());
     let mut drives = Vec::with_capacity(index.len());
-    // (bone, its parent's place in `joints`); each bone has one parent at most, so
-    // this visits each once, and bones of a cycle never.
+    // (bone, its parent's place in `joints`). Each bone has one parent at most, so this visits each
+    // bone once, and bones of a cycle never.
     let mut open: Vec<(usize, Option<usize>)> = vec![(0, None)];
     let vector = |bone: usize| match bone {
         0 => DVec3::ZERO,

@@ -1,10 +1,9 @@
-//! The Biovision hierarchy (BVH): a skeleton and its motion in one text file.
+//! Reader of the Biovision hierarchy (BVH): a skeleton and its motion in one text file.
 //!
-//! There is no standard beyond Biovision's own files, as described by Meredith &
-//! Maddock (2001), "Motion Capture File Formats Explained", University of
-//! Sheffield: rotations apply in the order of the channels, the first outermost.
-//! Position channels replace the joint's OFFSET; a root's OFFSET beside position
-//! channels is redundant and often not zero.
+//! There is no standard beyond Biovision's own files, as described by Meredith & Maddock (2001),
+//! "Motion Capture File Formats Explained", University of Sheffield. Rotations apply in the order
+//! of the channels, the first outermost. Position channels replace the joint's OFFSET; a root's
+//! OFFSET beside position channels is redundant and often not zero.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -18,12 +17,12 @@ use crate::error::{Error, Result};
 /// Most joints accepted. Ours: an avatar with face and fingers has 101.
 const MAX_JOINTS: usize = 4096;
 
-/// One column of the motion table.
+/// A column of the motion table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum BvhChannel {
-    /// Metres-like, along the axis of this index.
+    /// Position along the axis of this index, source units.
     Position(usize),
-    /// Degrees, about the axis of this index.
+    /// Rotation about the axis of this index, degrees.
     Rotation(usize),
 }
 
@@ -61,7 +60,7 @@ struct Hierarchy {
     columns: Vec<(usize, BvhChannel)>,
 }
 
-/// What an open brace belongs to.
+/// The owner of an open brace.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum OpenBlock {
     Joint(usize),
@@ -71,8 +70,8 @@ enum OpenBlock {
 /// Reads a whole file.
 ///
 /// # Errors
-/// Anything that is not a complete hierarchy with full rows of finite numbers; more
-/// rows declared than present (a truncated file).
+/// For anything but a complete hierarchy with full rows of finite numbers, and for more declared
+/// rows than present (a truncated file).
 pub(super) fn read(mut lines: Lines) -> Result<Motion> {
     let hierarchy = read_hierarchy(&mut lines)?;
     let mut warnings = name_warnings(&hierarchy.joints);
@@ -123,7 +122,7 @@ fn read_hierarchy(lines: &mut Lines) -> Result<Hierarchy> {
         let Some(line) = lines.next_line()? else {
             return Err(lines.error("expected MOTION, found the end of the file"));
         };
-        // A brace may share a line with what it opens or closes.
+        // A brace may share a line with the keyword that it opens.
         let (line, opens) = match line.strip_suffix('{') {
             Some(head) => (head.trim_end().to_owned(), true),
             None => (line, false),
@@ -142,7 +141,9 @@ fn read_hierarchy(lines: &mut Lines) -> Result<Hierarchy> {
             "ROOT" | "JOINT" => {
                 let parent = match (keyword.as_str(), open.last()) {
                     ("ROOT", None) if hierarchy.joints.is_empty() => None,
-                    ("ROOT", _) => return Err(lines.error("a second ROOT; one walker a file")),
+                    ("ROOT", _) => {
+                        return Err(lines.error("a second ROOT: expected one walker per file"));
+                    }
                     (_, Some(&OpenBlock::Joint(parent))) => Some(parent),
                     _ => return Err(lines.error("a JOINT outside of a joint's braces")),
                 };
@@ -177,7 +178,7 @@ fn read_hierarchy(lines: &mut Lines) -> Result<Hierarchy> {
             },
             "}" if rest.is_empty() => {
                 if open.pop().is_none() {
-                    return Err(lines.error("a closing brace too many"));
+                    return Err(lines.error("an unmatched closing brace"));
                 }
             }
             "MOTION" => {
@@ -195,7 +196,7 @@ fn read_hierarchy(lines: &mut Lines) -> Result<Hierarchy> {
         if opens {
             match announced.take() {
                 Some(block) => open.push(block),
-                None => return Err(lines.error("an opening brace after nothing")),
+                None => return Err(lines.error("an opening brace without a keyword")),
             }
         }
     }
@@ -238,7 +239,7 @@ fn read_channels(lines: &Lines, into: &mut Hierarchy, joint: usize, text: &str) 
     Ok(())
 }
 
-/// The value of a `key: value` line of the motion's header.
+/// Reads the value of a `key: value` line of the motion's header.
 fn read_header(lines: &mut Lines, key: &str) -> Result<String> {
     let line = lines.next_line()?.unwrap_or_default();
     match line.split_once(':') {
@@ -313,7 +314,7 @@ fn read_row(lines: &Lines, hierarchy: &Hierarchy, row: &str, frame: usize) -> Re
     })
 }
 
-/// Warnings about names that several joints share.
+/// Returns warnings about names that several joints share.
 fn name_warnings(joints: &[SourceJoint]) -> Vec<String> {
     let mut seen = HashSet::new();
     let mut repeated: Vec<&str> = joints

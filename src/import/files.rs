@@ -1,12 +1,12 @@
-//! Whole files in bounded memory.
+//! Reads whole files in bounded memory.
 
 use std::io::{Error, ErrorKind, Read as _, Result};
 use std::path::Path;
 
-/// Most bytes of a file. Ours: a character with its textures has 100 MB.
+/// Largest size of a file, bytes. Ours: a character with its textures has 100 MB.
 pub(super) const MAX_BYTES: u64 = 200 << 20;
 
-/// Reads a whole file, if it is one and not too large.
+/// Reads a whole regular file that is not too large.
 pub(super) fn read_file(path: &Path) -> Result<Vec<u8>> {
     let invalid = |problem: String| Error::new(ErrorKind::InvalidData, problem);
     let file = std::fs::File::open(path)?;

@@ -1,8 +1,8 @@
-//! Lines of a text file, numbered, in bounded memory.
+//! Reads the numbered lines of a text file in bounded memory.
 //!
-//! Motion files come from everywhere: with a byte-order mark, with CR, LF or CRLF,
-//! with names in Latin-1 or Shift-JIS, and sometimes as one line of 100 MB. This
-//! reader takes all of the former and refuses the last before it is in memory.
+//! Motion files come with a byte-order mark, with CR, LF or CRLF, with names in Latin-1 or
+//! Shift-JIS, and sometimes as one line of 100 MB. This reader accepts all but the last, which it
+//! rejects before it is in memory.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, FilePlace, Result};
 
-/// Longest line accepted, bytes. Ours: a row of 4,096 joints fits.
+/// Longest accepted line, bytes. Ours: a row of 4,096 joints fits.
 const MAX_LINE: usize = 1 << 20;
 
-/// Longest file accepted, bytes. Ours: the largest real clip has 2 MB; parsed
-/// values take up to six times the text.
+/// Longest accepted file, bytes. Ours: the largest real clip has 2 MB; parsed values take up to six
+/// times the text.
 const MAX_FILE: usize = 256 << 20;
 
 /// The lines of one file, in order.
@@ -34,7 +34,7 @@ impl Lines {
         Ok(Self::over(path, Box::new(BufReader::new(file))))
     }
 
-    /// Reads from `reader`; `path` is what errors name.
+    /// Reads from `reader`. Errors name `path`.
     pub(super) fn over(path: &Path, reader: Box<dyn BufRead>) -> Self {
         Self {
             path: path.to_path_buf(),
@@ -46,35 +46,36 @@ impl Lines {
         }
     }
 
-    /// The file that is read.
+    /// Returns the path of the file.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The number of the line read last, counted from 1.
+    /// Returns the number of the line read last, counted from 1.
     pub(super) const fn number(&self) -> usize {
         self.number
     }
 
-    /// An error at the line read last.
+    /// Returns an error at the line read last.
     pub(super) fn error(&self, problem: impl Into<String>) -> Error {
         Error::at(&self.path, FilePlace::Line(self.number.max(1)), problem)
     }
 
-    /// The next line that holds more than white space, trimmed. Bytes that are not
-    /// UTF-8 become U+FFFD: only names can hold them in a valid file.
+    /// Returns the next line that is not blank, trimmed. Bytes that are not UTF-8 become U+FFFD: in
+    /// a valid file only names hold them.
     ///
     /// # Errors
-    /// A line or file over the limits, a NUL byte, UTF-16, or a failed read.
+    /// For a line or file over the limits, a NUL byte, UTF-16, or a failed read.
     pub(super) fn next_line(&mut self) -> Result<Option<String>> {
         let line = self.next_row()?;
         Ok(line.map(|line| line.trim().to_owned()))
     }
 
-    /// Like [`Lines::next_line`], with the white space around: empty cells of a table.
+    /// Returns the next line that is not blank, untrimmed, since white space may be empty cells of
+    /// a table.
     ///
     /// # Errors
-    /// Those of [`Lines::next_line`].
+    /// As [`Lines::next_line`].
     pub(super) fn next_row(&mut self) -> Result<Option<String>> {
         while self.fill()? {
             if self.number == 1 {
@@ -96,7 +97,7 @@ impl Lines {
         Ok(None)
     }
 
-    /// Reads one line without its end into `raw`; false at the end of the file.
+    /// Reads one line without its end into `raw`. Returns false at the end of the file.
     fn fill(&mut self) -> Result<bool> {
         self.raw.clear();
         self.number += 1;
@@ -132,7 +133,7 @@ impl Lines {
     }
 }
 
-/// A finite number, or what is wrong with `token`.
+/// Parses a finite number. The error describes what is wrong with `token`.
 pub(super) fn finite(token: &str) -> std::result::Result<f64, String> {
     match token.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
@@ -148,7 +149,7 @@ pub(super) fn finite(token: &str) -> std::result::Result<f64, String> {
     }
 }
 
-/// `text`, cut so that it fits an error message.
+/// Escapes `text` and shortens it for an error message.
 pub(super) fn shown(text: &str) -> String {
     const LONGEST: usize = 40;
     if text.chars().count() <= LONGEST {

@@ -1,7 +1,7 @@
-//! Motion capture files, each read in its own units, axes and names.
+//! Readers of motion capture files, each in its own units, axes and names.
 //!
-//! Readers state what a file says and change nothing: finding the up axis, the
-//! unit and the joints' roles is the work of [`crate::people::retarget`].
+//! Readers return what a file states and change nothing. [`crate::people::retarget`] finds the up
+//! axis, the unit and the joints' roles.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -21,16 +21,16 @@ mod lines;
 pub(crate) mod obj;
 mod trc;
 
-/// Extensions of the files that hold motions, lower case.
+/// The extensions of motion files, lower case.
 pub const EXTENSIONS: [&str; 6] = ["bvh", "amc", "c3d", "trc", "glb", "gltf"];
 
-/// Frame rates accepted, Hz.
+/// Accepted frame rates, Hz.
 const RATE_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 
 /// Most marker positions of a file. Ours: 29 minutes of 40 markers at 120 Hz, 270 MB in memory.
 const MAX_POSITIONS: usize = 1 << 23;
 
-/// What a file holds.
+/// The contents of a motion file.
 #[derive(Clone, Debug)]
 pub enum FileContents {
     /// A skeleton that moves.
@@ -39,57 +39,58 @@ pub enum FileContents {
     Markers(Markers),
 }
 
-/// Trajectories of markers as their file states them: source names, units and axes.
+/// The trajectories of markers as the file states them: source names, units and axes.
 #[derive(Clone, Debug)]
 pub struct Markers {
-    /// The format that they were read from.
+    /// The format of the file.
     pub format: MotionFormat,
-    /// As the file spells them, prefixes included.
+    /// The markers' names as spelled in the file, prefixes included.
     pub names: Vec<String>,
-    /// Frames a second.
+    /// The frame rate, Hz.
     pub sample_rate_hz: f64,
-    /// At least one; a position for each name, source units and axes, where the marker was seen.
+    /// The frames, at least one: a position for each name, source units and axes, if the marker was
+    /// seen.
     pub frames: Vec<Vec<Option<DVec3>>>,
-    /// Metres in one source unit, where the file states it.
+    /// Metres in one source unit, if the file states it.
     pub unit_m: Option<f64>,
-    /// What was assumed or repaired.
+    /// Warnings about what was assumed or repaired.
     pub warnings: Vec<String>,
 }
 
 /// A mesh that joints move by linear blending.
 #[derive(Clone, Debug)]
 pub struct Skin {
-    /// In the rest pose (all rotations identity, the root at [`Skin::root`]), source units, world
-    /// axes.
+    /// The vertices in the rest pose (all rotations identity, the root at [`Skin::root`]), source
+    /// units, world axes.
     pub vertices: Vec<DVec3>,
-    /// Corners by number of the vertex.
+    /// The triangles, as numbers of their vertices.
     pub triangles: Vec<[u32; 3]>,
-    /// For each vertex the joints that move it, and their shares, which sum to 1.
+    /// For each vertex, the joints that move it and their weights, which sum to 1.
     pub weights: Vec<Vec<(usize, f64)>>,
-    /// Where joint 0 is in that pose.
+    /// The position of joint 0 in the rest pose.
     pub root: DVec3,
 }
 
-/// A motion as its file states it: source names, units and axes.
+/// A motion as the file states it: source names, units and axes.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// The format that it was read from.
+    /// The format of the file.
     pub format: MotionFormat,
     /// The joints, parents first; the root is joint 0.
     pub joints: Vec<SourceJoint>,
-    /// Frames a second.
+    /// The frame rate, Hz.
     pub sample_rate_hz: f64,
-    /// At least one.
+    /// The frames, at least one.
     pub frames: Vec<SourceFrame>,
-    /// Metres in one source unit, where the file states it (ASF does, BVH cannot).
+    /// Metres in one source unit, if the file states it (ASF does, BVH cannot).
     pub unit_m: Option<f64>,
     /// The mesh that the joints move, if the file has one.
     pub skin: Option<Skin>,
-    /// What was assumed or repaired.
+    /// Warnings about what was assumed or repaired.
     pub warnings: Vec<String>,
 }
 
-/// A file format of motions.
+/// The format of a motion file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotionFormat {
     /// Biovision hierarchy.
@@ -107,13 +108,14 @@ pub enum MotionFormat {
 }
 
 impl MotionFormat {
-    /// Whether its files state their axes: a floor at y = 0, Y up, people who face +Z.
+    /// Returns whether files of this format state their axes: a floor at y = 0, Y up, people who
+    /// face +Z.
     #[must_use]
     pub const fn states_axes(self) -> bool {
         matches!(self, Self::Gltf)
     }
 
-    /// Whether its motions were made or cleaned by hand, not measured.
+    /// Returns whether motions of this format are made or cleaned by hand, not measured.
     #[must_use]
     pub const fn is_authored(self) -> bool {
         matches!(self, Self::Gltf)
@@ -136,11 +138,11 @@ impl fmt::Display for MotionFormat {
 /// A joint of a source skeleton.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceJoint {
-    /// As the file spells it.
+    /// The joint's name as spelled in the file.
     pub name: String,
-    /// Index of the joint that carries it, below its own; `None` for the root.
+    /// Index of the parent, smaller than the joint's own; `None` for the root.
     pub parent: Option<usize>,
-    /// From the parent at rest (all rotations identity), source units, world axes.
+    /// Offset from the parent at rest (all rotations identity), source units, world axes.
     pub offset: DVec3,
     /// End site or tip of a leaf, as an offset from the joint at rest.
     pub end: Option<DVec3>,
@@ -151,28 +153,27 @@ pub struct SourceJoint {
 pub struct SourceFrame {
     /// Position of joint 0, source units and axes.
     pub root: DVec3,
-    /// Local rotations, about a rest pose in which every joint frame is parallel to
-    /// the world.
+    /// Local rotations, about a rest pose in which every joint frame is parallel to the world.
     pub rotations: Vec<DQuat>,
-    /// This frame's offsets from the parents, if the file moves joints (a BVH with
-    /// position channels beyond the root's). They replace [`SourceJoint::offset`].
+    /// This frame's offsets from the parents, which replace [`SourceJoint::offset`], if the file
+    /// moves joints (a BVH with position channels beyond the root's).
     pub offsets: Option<Vec<DVec3>>,
 }
 
-/// What the user knows and the file does not say.
+/// Information from the user that the file lacks or states wrongly.
 #[derive(Clone, Debug, Default)]
 pub struct ImportOptions {
-    /// Frames a second, instead of the file's (AMC has none: 120, CMU's usual rate).
+    /// The frame rate, Hz, instead of the file's. Without it, an AMC, which states none, gets 120,
+    /// CMU's usual rate.
     pub sample_rate_hz: Option<f64>,
-    /// The skeleton of an AMC, instead of the one found beside it.
+    /// The skeleton file of an AMC, instead of the one found beside it.
     pub asf: Option<PathBuf>,
-    /// The animation of a glTF, which may hold several.
+    /// The name of the animation of a glTF, which may hold several.
     pub clip: Option<String>,
 }
 
 impl Skin {
-    /// The vertices in a frame of the motion that the skin came with, by linear blending; source
-    /// units.
+    /// Returns the vertices in a frame of the skin's own motion, by linear blending, source units.
     ///
     /// # Panics
     /// If there is no such frame, or the motion has other joints.
@@ -203,21 +204,21 @@ impl Skin {
 }
 
 impl FileContents {
-    /// Reads a `.bvh`, `.c3d`, `.trc`, `.glb` or `.gltf`, or an `.amc` with the `.asf` found
-    /// beside it: the file of the same name, else of the name before the last `_`
-    /// (`02_01.amc`: `02.asf`), else the only one in the folder.
+    /// Reads a `.bvh`, `.c3d`, `.trc`, `.glb` or `.gltf`, or an `.amc` with the `.asf` beside it.
+    /// That is the file of the same name, else of the name before the last `_` (`02_01.amc`:
+    /// `02.asf`), else the only one in the folder.
     ///
     /// # Errors
-    /// The file cannot be read or is not a complete, finite motion.
+    /// If the file cannot be read or is not a complete, finite motion.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         Self::read_with(path, &ImportOptions::default())
     }
 
-    /// Reads like [`FileContents::read`], with what the user knows better.
+    /// Reads a file like [`FileContents::read`], with options from the user.
     ///
     /// # Errors
-    /// The file cannot be read or is not a complete, finite motion, or an option is
-    /// out of range.
+    /// If the file cannot be read or is not a complete, finite motion, or an option is out of
+    /// range.
     pub fn read_with(path: impl AsRef<Path>, options: &ImportOptions) -> Result<Self> {
         let path = path.as_ref();
         if let Some(rate) = options.sample_rate_hz
@@ -274,7 +275,7 @@ impl FileContents {
             let distinct: HashSet<&String> = markers.names.iter().collect();
             let repeated = markers.names.len() - distinct.len();
             if repeated > 0 {
-                // Not which: a prefix may be a person's name.
+                // Names are not listed: a prefix may be a person's name.
                 let warning = format!("{repeated} markers share their name with another");
                 markers.warnings.push(warning);
             }
@@ -301,18 +302,18 @@ impl FileContents {
 }
 
 impl Motion {
-    /// Reads a file that holds a skeleton, like [`FileContents::read`].
+    /// Reads a file with a skeleton, like [`FileContents::read`].
     ///
     /// # Errors
-    /// Those of [`FileContents::read`]; a file of markers.
+    /// As [`FileContents::read`], and if the file holds markers.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         Self::read_with(path, &ImportOptions::default())
     }
 
-    /// Reads like [`Motion::read`], with what the user knows better.
+    /// Reads a file like [`Motion::read`], with options from the user.
     ///
     /// # Errors
-    /// Those of [`FileContents::read_with`]; a file of markers.
+    /// As [`FileContents::read_with`], and if the file holds markers.
     pub fn read_with(path: impl AsRef<Path>, options: &ImportOptions) -> Result<Self> {
         match FileContents::read_with(&path, options)? {
             FileContents::Motion(motion) => Ok(motion),
@@ -323,7 +324,7 @@ impl Motion {
         }
     }
 
-    /// Positions (source units) and global rotations of all joints in a frame, by
+    /// Returns the positions (source units) and world orientations of all joints in a frame, by
     /// forward kinematics in f64.
     ///
     /// # Panics
@@ -350,26 +351,29 @@ impl Motion {
     }
 }
 
-/// Whether a file is named as a glTF one.
+/// Returns whether a file has the extension of a glTF file.
 #[must_use]
 pub fn is_gltf(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     extension == "glb" || extension == "gltf"
 }
 
-/// The skeleton and the mesh of a `.glb` or `.gltf` at rest: a motion of one frame.
+/// Reads the skeleton and the mesh of a `.glb` or `.gltf` at rest: a motion of one frame.
 ///
 /// # Errors
-/// The file cannot be read or holds no skinned mesh.
+/// If the file cannot be read or holds no skinned mesh.
 pub fn skinned_body(path: &Path) -> Result<Motion> {
     let motion = gltf::read(path, gltf::WantedAnimation::Nothing)?;
     match motion.skin {
         Some(_) => Ok(motion),
-        None => Err(Error::input(path, "no mesh that its joints move")),
+        None => Err(Error::input(
+            path,
+            "expected a mesh that its joints move, found none",
+        )),
     }
 }
 
-/// The skeleton that belongs to an AMC.
+/// Finds the skeleton file of an AMC.
 fn find_asf(amc: &Path) -> Result<PathBuf> {
     let stem = amc
         .file_stem()
@@ -409,7 +413,8 @@ fn find_asf(amc: &Path) -> Result<PathBuf> {
     }
 }
 
-/// Metres in a unit of length as marker files name it; none, with a warning, if unknown.
+/// Returns the metres in a unit of length by its name in marker files; none, with a warning, if it
+/// is unknown.
 fn metres(unit: &str, warnings: &mut Vec<String>) -> Option<f64> {
     let metres = match unit.to_ascii_lowercase().as_str() {
         "m" | "meter" | "meters" | "metre" | "metres" => 1.0,

@@ -14,18 +14,18 @@ const MAX_TRIANGLES: usize = 4_000_000;
 /// A surface of triangles, source units and axes.
 #[derive(Clone, Debug)]
 pub(crate) struct Mesh {
-    /// Finite, no two the same.
+    /// The vertices: finite, and all different.
     pub vertices: Vec<DVec3>,
-    /// Corners by number of the vertex.
+    /// The triangles, as numbers of their vertices.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Mesh {
-    /// Reads the faces of a `.obj`, all its objects and groups as one surface whose vertices at
-    /// the same place are one.
+    /// Reads the faces of all objects and groups of a `.obj` as one surface. Vertices at the same
+    /// place are merged.
     ///
     /// # Errors
-    /// The file cannot be read, is no OBJ, or has no faces or numbers that are not finite.
+    /// If the file cannot be read, is not an OBJ, has no faces, or has numbers that are not finite.
     pub(crate) fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let bytes = read_file(path).map_err(|error| Error::io(path, error))?;
@@ -50,7 +50,7 @@ impl Mesh {
                 if !position.iter().all(|value| value.is_finite()) {
                     return Err(Error::input(path, "a vertex is not finite"));
                 }
-                // Adding 0 makes -0 the same place as 0.
+                // Adding 0 turns -0 into 0.
                 let next = u32::try_from(mesh.vertices.len())
                     .map_err(|_| Error::input(path, "too many vertices"))?;
                 let number = *known

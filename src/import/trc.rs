@@ -1,9 +1,9 @@
-//! The track row column format (TRC): marker positions as a table in text.
+//! Reader of the track row column format (TRC): marker positions as a table in text.
 //!
-//! Written by Motion Analysis' Cortex and read by `OpenSim`, whose guide ("Marker (.trc)
-//! Files") describes it. Cells are between tabs and may be blank; rows without tabs are taken
-//! apart at spaces and have no blanks. What the header counts is often wrong: the names decide how
-//! many cells a row has, and the time column decides the rate.
+//! Motion Analysis' Cortex writes it, and the guide of `OpenSim` describes it ("Marker (.trc)
+//! Files"). Cells are between tabs and may be blank; rows without tabs are split at spaces and have
+//! no blanks. The header's counts are often wrong, so the names decide how many cells a row has,
+//! and the time column decides the rate.
 
 use glam::DVec3;
 
@@ -11,16 +11,16 @@ use super::lines::{Lines, finite, shown};
 use super::{MAX_POSITIONS, Markers, MotionFormat, RATE_HZ, metres};
 use crate::error::{Error, Result};
 
-/// What some writers put for a coordinate that was not seen.
+/// The value that some writers put for a coordinate that was not seen.
 const NOT_SEEN: f64 = 9_999_999.0;
 
-/// How far the header's rate and the time column's may be apart, as a share. Ours.
+/// Largest relative difference between the header's rate and the time column's. Ours.
 const RATE_TOLERANCE: f64 = 0.005;
 
-/// How far the time between two rows may be off: times are rounded, often to a millisecond.
+/// Largest error of the time between two rows, seconds: times are rounded, often to a millisecond.
 const ROUNDING_S: f64 = 0.001;
 
-/// The header's values that matter, as text.
+/// The values of the header that are used, as text.
 struct TrcHeader {
     rate: String,
     frames: String,
@@ -31,8 +31,8 @@ struct TrcHeader {
 /// Reads a whole file.
 ///
 /// # Errors
-/// Rows that do not have three cells for each name, frames out of order, anything that is
-/// neither a finite number nor a missing one.
+/// For rows without three cells for each name, frames out of order, and cells that are neither a
+/// finite number nor missing.
 pub(super) fn read(mut lines: Lines) -> Result<Markers> {
     let header = read_header(&mut lines)?;
     let names = read_names(&mut lines)?;
@@ -157,7 +157,7 @@ fn read_names(lines: &mut Lines) -> Result<Vec<String>> {
     }
 }
 
-/// The cells of a row, trimmed.
+/// Splits a row into trimmed cells.
 fn cells(row: &str) -> Vec<&str> {
     if row.contains('\t') {
         row.split('\t').map(str::trim).collect()
@@ -184,7 +184,7 @@ fn read_row(lines: &Lines, cells: &[&str]) -> Result<Vec<Option<DVec3>>> {
         .collect()
 }
 
-/// A coordinate; none where it was not seen.
+/// Parses a coordinate; none if it was not seen.
 fn coordinate(cell: &str) -> std::result::Result<Option<f64>, String> {
     // NaN as several languages print it: nan, -NaN, 1.#QNAN, -1.#IND.
     let lower = cell.to_ascii_lowercase();
@@ -195,7 +195,7 @@ fn coordinate(cell: &str) -> std::result::Result<Option<f64>, String> {
     Ok((value.abs() < NOT_SEEN).then_some(value))
 }
 
-/// The header's rate, if the time column agrees, else that of the time column.
+/// Returns the header's rate if the time column agrees, else the time column's rate.
 fn rate_hz(
     lines: &Lines,
     header: &TrcHeader,
@@ -219,7 +219,7 @@ fn rate_hz(
         && step_s > 1.5 / measured + ROUNDING_S
     {
         warnings.push(format!(
-            "the time column is uneven: {step_s:.4} s between two rows, {:.4} s on the whole",
+            "the time column is uneven: {step_s:.4} s between two rows, {:.4} s on average",
             1.0 / measured
         ));
     }

@@ -1,4 +1,4 @@
-//! What a pack takes where it is drawn: `edgegait inspect`'s budget.
+//! The memory that drawing a pack takes: the budget of `edgegait inspect`.
 
 use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
@@ -10,34 +10,34 @@ use edgegait_core::silhouette::Size;
 use serde::Serialize;
 use std::fmt;
 
-/// What a GEI of any walk takes, by what draws it; sizes of types are those of this machine.
+/// The memory that a GEI of any walk takes, by rasteriser, with the type sizes of this machine.
 #[derive(Debug, Serialize)]
 pub(super) struct BudgetSummary {
     size: &'static str,
     flash_bytes: usize,
-    /// Of the avatars with the most of each.
+    /// The most hulls of any avatar; `points` and `facets` likewise.
     hulls: usize,
     points: usize,
     facets: usize,
     body_bytes: usize,
-    /// Of a loop that is unpacked, which is not needed.
+    /// The bytes of an unpacked loop, which is optional.
     expanded_bytes: usize,
     rows: MemoryTaken,
     skia: MemoryTaken,
-    /// With the core's types for hosts, and the rasteriser with the largest heap.
+    /// The memory with the core's types for hosts and the rasteriser with the largest heap.
     unpacked: MemoryTaken,
 }
 
 #[derive(Debug, Serialize)]
 struct MemoryTaken {
-    /// Types and buffers, static or on the stack.
+    /// The bytes of types and buffers, static or on the stack.
     ram_bytes: usize,
-    /// As asked of the allocator.
+    /// The bytes requested from the allocator.
     heap_bytes: usize,
 }
 
 impl BudgetSummary {
-    /// That of a pack.
+    /// Returns the memory budget of a pack.
     pub(super) fn of(pack: &Pack<'_>) -> Self {
         let (budget, size) = (Budget::of(pack), Size::S50x30);
         Self {
@@ -100,7 +100,7 @@ impl fmt::Display for BudgetSummary {
         )?;
         writeln!(
             f,
-            "bytes of types and buffers with {}-bit pointers; code and the stack of functions come on top",
+            "bytes of types and buffers with {}-bit pointers, without code and the stack of functions",
             usize::BITS
         )
     }

@@ -1,4 +1,4 @@
-//! What a pack holds and takes: people, walks, bytes, errors, memory.
+//! The summary of a pack: people, walks, bytes, errors and memory.
 
 mod budget;
 
@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::Path;
 
-/// Names of a pack's sections, in file order.
+/// The names of a pack's sections, in file order.
 const SECTIONS: [&str; 7] = [
     "names",
     "subjects",
@@ -26,7 +26,7 @@ const SECTIONS: [&str; 7] = [
     "clips",
 ];
 
-/// What a pack holds, as JSON, or as text.
+/// The summary of a pack, for JSON or text.
 #[derive(Debug, Serialize)]
 pub(crate) struct Summary {
     #[serde(flatten)]
@@ -35,17 +35,17 @@ pub(crate) struct Summary {
     budget: BudgetSummary,
     sections: BTreeMap<&'static str, usize>,
     subjects: Vec<SubjectSummary>,
-    /// Mean over the clips of their bits a joint and frame.
+    /// The mean over clips of their bits per joint and frame.
     bits_per_joint_frame: f64,
     joints: Vec<JointSummary>,
     clips: Vec<ClipSummary>,
-    /// What is measured of the people, where that was asked for.
+    /// The measurements of the people, if requested.
     #[cfg(feature = "import")]
     #[serde(skip_serializing_if = "Option::is_none")]
     audit: Option<crate::audit::Audit>,
 }
 
-/// Errors of one joint over all clips.
+/// The errors of one joint over all clips.
 #[derive(Debug, Serialize)]
 struct JointSummary {
     name: String,
@@ -58,18 +58,18 @@ struct SubjectSummary {
     name: String,
     sex: Option<&'static str>,
     age_years: Option<u8>,
-    /// Of one who is dressed, on the first walk.
+    /// The clothes on the first walk, if the person is dressed.
     clothes: Option<String>,
-    /// What the pack states, or else the height of the hulls, standing; `None` without both.
+    /// The stature in the pack, or else the height of the standing hulls; `None` without both.
     stature_m: Option<f64>,
     stature_from: Option<&'static str>,
-    /// `None` where the pack does not state it.
+    /// The mass, or `None` if the pack does not state it.
     mass_kg: Option<f64>,
     hulls: usize,
     points: usize,
     avatar_bytes: usize,
     avatar_max_error_mm: f64,
-    /// How well hulls match the mesh that they were fitted to.
+    /// The Jaccard index of the hulls and the mesh that they were fitted to.
     jaccard: Option<f64>,
     walks: usize,
     clip_bytes: usize,
@@ -79,18 +79,18 @@ struct SubjectSummary {
 struct ClipSummary {
     file: String,
     subject: String,
-    /// Of one who is dressed.
+    /// The clothes, if the person is dressed.
     clothes: Option<String>,
     walk: String,
     cycle: u16,
     gait: &'static str,
-    /// Of a cycle; a take has none.
+    /// The cadence of a cycle; none for an uncut motion.
     cadence_spm: Option<f64>,
     duration_s: f64,
     speed_mps: f64,
     template: Option<u8>,
     frames: u32,
-    /// How far closing moved a joint; a take is not closed.
+    /// The distance by which closing the cycle moved a joint; none for an uncut motion.
     closure_mm: Option<f64>,
     bytes: usize,
     bits_per_joint_frame: f64,
@@ -98,20 +98,21 @@ struct ClipSummary {
     mean_error_mm: f64,
 }
 
-/// Where a stature is from.
+/// The source of a stature: the pack.
 const FROM_PACK: &str = "pack";
+/// The source of a stature: the height of the hulls.
 const FROM_HULLS: &str = "hulls";
 
-/// A quantity of a pack in another unit; packs have 0 for what is unknown.
+/// Converts a quantity of a pack to another unit; packs store 0 for unknown ones.
 fn known(stored: u16, unit: f64) -> Option<f64> {
     (stored > 0).then(|| f64::from(stored) * unit)
 }
 
-/// From the lowest to the highest point of a body that stands at rest, metres; `None` without
-/// hulls.
+/// Returns the height from the lowest to the highest point of a body at rest, metres; `None`
+/// without hulls.
 fn height_m(avatar: &Avatar<'_>) -> Option<f64> {
     let offsets = avatar.skeleton().offsets;
-    // Nothing is turned at rest; parents are first.
+    // No joint is rotated at rest; parents come first.
     let mut heights = [0.0f32; JOINTS];
     for joint in Joint::ALL {
         if let Some(parent) = joint.parent() {
@@ -130,18 +131,18 @@ fn height_m(avatar: &Avatar<'_>) -> Option<f64> {
     (most > least).then_some(most - least)
 }
 
-/// A number as it is shown, with so many decimals.
+/// Rounds a number to this many decimals.
 fn rounded(value: f64, decimals: i32) -> f64 {
     let scale = 10f64.powi(decimals);
     (value * scale).round() / scale
 }
 
-/// A number with so many decimals, or a dash for none.
+/// Formats a number with this many decimals, or a dash for none.
 pub(crate) fn optional(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(|| "-".into(), |value| format!("{value:.decimals$}"))
 }
 
-/// Smallest, mean and largest.
+/// Returns the smallest value, the mean and the largest value.
 fn spread(values: impl Iterator<Item = f64> + Clone) -> (f64, f64, f64) {
     let (mut count, mut sum) = (0.0, 0.0);
     for value in values.clone() {
@@ -158,7 +159,7 @@ impl SubjectSummary {
         self.stature_from == Some(FROM_HULLS)
     }
 
-    /// The stature, with a mark if it was measured here.
+    /// Formats the stature, with a mark if it was measured from the hulls.
     fn stature(&self) -> String {
         let mark = if self.is_measured() { "~" } else { "" };
         format!("{mark}{}", optional(self.stature_m, 2))
@@ -166,7 +167,7 @@ impl SubjectSummary {
 }
 
 impl ClipSummary {
-    /// Which cycle of the take, or that it is the whole take.
+    /// Returns the number of the cycle in its take, or "take" for an uncut motion.
     fn cycle_or_take(&self) -> String {
         match self.cadence_spm {
             Some(_) => self.cycle.to_string(),
@@ -175,10 +176,10 @@ impl ClipSummary {
     }
 }
 
-/// Rows of a table before it is cut off.
+/// The most rows of a table that are shown.
 const SHOWN: usize = 30;
 
-/// A summary; its alternate form (`{:#}`) has the budget, people and joints as well.
+/// Writes the summary; the alternate form (`{:#}`) adds the budget, people and joints.
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} bytes:", self.bytes)?;
@@ -203,7 +204,7 @@ impl fmt::Display for Summary {
         let bits = self.bits_per_joint_frame;
         writeln!(
             f,
-            "bytes a clip: {least:.0} to {most:.0}, mean {mean:.0}, {bits:.2} bits a joint and frame"
+            "bytes per clip: {least:.0} to {most:.0}, mean {mean:.0}, {bits:.2} bits per joint and frame"
         )?;
         let (least, mean, most) = spread(self.clips.iter().map(|clip| clip.max_error_mm));
         writeln!(
@@ -225,15 +226,15 @@ impl fmt::Display for Summary {
 }
 
 impl Summary {
-    /// Sums up a pack that was read from or written to `path`.
+    /// Summarises a pack that was read from or written to `path`.
     ///
     /// # Errors
-    /// When the bytes are no pack.
+    /// If the bytes are not a pack.
     pub(crate) fn of(header: ResultHeader, path: &Path, bytes: &[u8]) -> Result<Self> {
         let pack = Pack::parse(bytes).map_err(|error| Error::input(path, error.to_string()))?;
         let clip_bytes =
             |walk: WalkEntry<'_>| pack.clip(walk.clip).map_or(0, |clip| clip.len_bytes());
-        // Of each person, how many walks there are and how many bytes they take.
+        // The number of walks of each person, and their bytes.
         let mut own = vec![(0, 0); pack.subjects().len()];
         for walk in pack.walks() {
             let (walks, bytes) = &mut own[walk.subject];
@@ -339,7 +340,7 @@ impl Summary {
         })
     }
 
-    /// The same with measures of the people beside what is published.
+    /// Adds measurements of the people, which are compared with published values.
     #[cfg(feature = "import")]
     pub(crate) fn with_audit(mut self, bytes: &[u8]) -> Self {
         self.audit = Pack::parse(bytes)
@@ -389,7 +390,7 @@ impl Summary {
         Ok(())
     }
 
-    /// What a person wears, or in how many ways the person is dressed.
+    /// Returns a person's clothes, or the number of different outfits.
     fn clothes_of(&self, subject: &SubjectSummary) -> String {
         let walks = self
             .clips
@@ -438,7 +439,7 @@ impl Summary {
     }
 }
 
-/// Says how many rows of a table are not shown.
+/// Adds a note of the number of rows that are not shown.
 fn note_rest(table: &mut Table<'_>, rows: usize) {
     if rows > SHOWN {
         table.note(format!(

@@ -1,4 +1,4 @@
-//! What recognizers are judged by: a contest for each class of confounder.
+//! The contests that judge recognizers under each class of confounder.
 
 use crate::confounders::{Condition, Conditions};
 use crate::dataset::kmh;
@@ -17,16 +17,16 @@ use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::ops::Range;
 
-/// Who takes part, and how much is drawn.
+/// The people and cycles of the contests.
 #[derive(Clone, Debug)]
 pub(crate) struct ContestPlan {
-    /// Numbers of the people whom recognizers learn from.
+    /// Numbers of the people that recognizers learn from.
     pub training: Range<usize>,
-    /// Numbers of those by whom they are judged.
+    /// Numbers of the people that recognizers are judged on.
     pub people: Range<usize>,
-    /// Cycles of each condition that are looked for.
+    /// Probe cycles under each condition.
     pub cycles: u32,
-    /// Of everything random.
+    /// The seed of all random numbers.
     pub seed: u64,
 }
 
@@ -34,24 +34,24 @@ pub(crate) struct ContestPlan {
 #[derive(Serialize)]
 pub(crate) struct ConfounderClass {
     pub name: &'static str,
-    /// What acts on probes, in words.
+    /// The changes of the probes, in words.
     pub what: &'static str,
     #[serde(skip)]
     of: Of,
 }
 
-/// What is probed.
+/// The probes of a class.
 enum Of {
-    /// Under confounders of these names, each by itself, from the gallery's viewpoint.
+    /// Probes under each of these confounders alone, from the gallery's viewpoint.
     Conditions(&'static [&'static str]),
-    /// From another viewpoint than the gallery's.
+    /// Probes from other viewpoints than the gallery's.
     Views,
-    /// At these speeds, km/h.
+    /// Probes at these speeds, km/h.
     Speeds(&'static [f64]),
 }
 
-/// Classes of confounders, in the order of a table. Confounders are those of the catalogue at
-/// strength 1; those of the camera and of the body itself are left out.
+/// Classes of confounders, in the order of a table. They use the catalogue's confounders at
+/// strength 1, without confounders of the camera and of the body itself.
 pub(crate) const COLUMNS: [ConfounderClass; 8] = [
     ConfounderClass {
         name: "normal",
@@ -60,7 +60,7 @@ pub(crate) const COLUMNS: [ConfounderClass; 8] = [
     },
     ConfounderClass {
         name: "view",
-        what: "seen from 13 azimuths, 0 to 180 degrees, each from each other one",
+        what: "seen from 13 azimuths, 0 to 180 degrees, each against each other one",
         of: Of::Views,
     },
     ConfounderClass {
@@ -85,7 +85,7 @@ pub(crate) const COLUMNS: [ConfounderClass; 8] = [
     },
     ConfounderClass {
         name: "occlusion",
-        what: "a pillar, somebody who crosses",
+        what: "a pillar, a person who crosses",
         of: Of::Conditions(&["static-occluder", "moving-occluder"]),
     },
     ConfounderClass {
@@ -110,7 +110,7 @@ pub(crate) struct ClassRank1 {
     pub class: String,
     /// Probes of all its confounders.
     pub probes: u64,
-    /// People who are looked for.
+    /// People who are probed.
     pub people: usize,
     /// Rank-1, 0..1.
     pub rank1: f64,
@@ -121,18 +121,18 @@ pub(crate) struct ClassRank1 {
 /// The protocol of each contest from one viewpoint, without the names of takes.
 const PROTOCOL: &str = r#"
 name = "literature"
-description = "People are known by one cycle of their walk, and are looked for by others."
+description = "People are enrolled by one cycle of their walk, and probed with others."
 decision = "nearest embedding"
 gallery_views = "same"
 made = [{ take = "enrolled", variation = 0 }, { take = "probe", variation = 1000 }]
 "#;
 
-/// People are known by one cycle each.
+/// The gallery and probes of a protocol that enrols people by one cycle each.
 const ONE_CYCLE: &str =
     "[gallery]\norder = \"first\"\n[[probes]]\nname = \"all\"\norder = \"others\"";
 
 impl ContestPlan {
-    /// People of these numbers at the ten built-in speeds, as a pack.
+    /// Encodes the people of these numbers, at the ten built-in speeds, as a pack.
     ///
     /// # Errors
     /// As [`encode_population`].
@@ -157,24 +157,24 @@ impl ContestPlan {
     }
 }
 
-/// The contests: of conditions, of configurations, of speeds, and of viewpoints.
+/// The number of contests: of conditions, of configurations, of speeds, and of viewpoints.
 pub(crate) const CONTESTS: usize = 4;
 
-/// What became of a recognizer.
+/// The results of a recognizer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct JudgedRecognizer {
     /// A cell for each class, in the order of [`COLUMNS`].
     pub cells: Vec<ClassRank1>,
-    /// One for each configuration of TUM-IITKGP; none of recorded people.
+    /// A cell for each configuration of TUM-IITKGP; empty for recorded people.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub configurations: Vec<ClassRank1>,
 }
 
-/// Judges recognizers by all contests about the people of a pack, at all speeds. `progress` is
-/// called once a contest.
+/// Judges recognizers in all contests on the people of a pack, at all speeds. Calls `progress` once
+/// for each contest.
 ///
 /// # Errors
-/// If something cannot be drawn, or a recognizer fails.
+/// If a probe cannot be rendered, or a recognizer fails.
 pub(crate) fn judge(
     pack: &Pack<'_>,
     entrants: &[Entrant],
@@ -257,13 +257,13 @@ pub(crate) fn judge(
     (0..entrants.len()).map(judged).collect()
 }
 
-/// Judges recognizers by the gait cycles of a tree, each of which is a take of its own
-/// ([`Recordings::by_cycle`]): each person is known by the first, and looked for by others from the same
-/// viewpoint (class "normal") and from each other one ("view"). Also what to know before trusting that,
-/// in words.
+/// Judges recognizers on the gait cycles of a tree, each of which is a take of its own
+/// ([`Recordings::by_cycle`]). Each person is enrolled by the first cycle, and probed with others
+/// from the same viewpoint (class "normal") and from each other one ("view"). Also returns
+/// warnings.
 ///
 /// # Errors
-/// If nobody has several cycles, something cannot be read, or a recognizer fails.
+/// If no person has several cycles, a frame cannot be read, or a recognizer fails.
 pub(crate) fn judge_recorded(
     cycles: Recordings,
     entrants: &[Entrant],
@@ -282,12 +282,12 @@ pub(crate) fn judge_recorded(
                 .iter()
                 .map(|warning| format!("{class}: {warning}")),
         );
-        // The same of all recognizers.
+        // The same for all recognizers.
         let sets = outcome.results.first().map(|first| &first.probe_sets);
         let without_mate: u64 = sets.into_iter().flatten().map(|set| set.without_mate).sum();
         if without_mate > 0 {
             warnings.push(format!(
-                "{class}: {without_mate} probes without anyone of theirs among the known count as misses"
+                "{class}: {without_mate} probes of people who are not in the gallery count as misses"
             ));
         }
         for (judged, result) in judged.iter_mut().zip(outcome.results) {
@@ -300,10 +300,10 @@ pub(crate) fn judge_recorded(
 }
 
 impl ClassRank1 {
-    /// The cell of what became of people, several entries of a person being added.
+    /// Makes the cell from results of people, and adds up several entries of a person.
     ///
     /// # Errors
-    /// If nobody was looked for.
+    /// If there are no probes.
     fn of(class: &str, found: &[PersonResult], seed: u64) -> Result<Self> {
         let mut people: Vec<(&str, Tally)> = Vec::new();
         for one in found {
@@ -329,13 +329,13 @@ impl ClassRank1 {
     }
 }
 
-/// What became of people in the sets of probes of some names.
+/// Returns the results of people in the probe sets of some names.
 fn people(sets: &[ProbeSetResult], is_of: impl Fn(&str) -> bool) -> Vec<PersonResult> {
     let of = sets.iter().filter(|set| is_of(&set.name));
     of.flat_map(|set| set.by_person.clone()).collect()
 }
 
-/// The viewpoints of the class "view".
+/// Returns the viewpoints of the class "view".
 ///
 /// # Errors
 /// Never.
@@ -347,7 +347,7 @@ pub(super) fn cross_views() -> Result<Views> {
     Views::grid("cross-view", grid.azimuth_deg, grid.elevation_deg)
 }
 
-/// The confounders of the classes of these names, each by itself.
+/// Returns the confounders of the classes of these names, each alone.
 ///
 /// # Errors
 /// Never.

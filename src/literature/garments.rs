@@ -1,18 +1,19 @@
-//! How row widths change with clothes, after Nandy et al.: the correlation of garments with each other, and
-//! variances within and between them.
+//! Measures how row widths change with clothes, after Nandy et al.: the correlation of garments
+//! with each other, and variances within and between them.
 
 use crate::train::Samples;
 use ndarray::{Array1, Array2, ArrayView1, Axis};
 use serde::Serialize;
 
-/// Row widths of people in several garments.
+/// Statistics of the row widths of people in several garments.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Garments {
     pub names: Vec<String>,
-    /// Pearson's correlation of the mean row widths of each two garments, -1..1, one row a garment.
+    /// Pearson's correlation of the mean row widths of each pair of garments, -1..1, one row for
+    /// each garment.
     pub correlations: Vec<Vec<f64>>,
-    /// Variance of a row's width among people and cycles in one garment, mean over the rows, of each
-    /// garment; widths in 0..1.
+    /// For each garment, the variance of a row's width among people and cycles, mean over the rows;
+    /// widths in 0..1.
     pub within: Vec<f64>,
     /// Variance of a row's mean width between garments, mean over the rows.
     pub between: f64,
@@ -21,7 +22,8 @@ pub(crate) struct Garments {
 }
 
 impl Garments {
-    /// That of samples whose garments are these, of which these rows were chosen.
+    /// Computes the statistics of samples in these garments; `chosen` are the rows that were
+    /// chosen.
     #[must_use]
     pub(super) fn of(
         samples: &Samples,
@@ -57,14 +59,14 @@ fn mean(rows: &Array2<f64>) -> Array1<f64> {
     rows.sum_axis(Axis(0)) / rows.nrows().max(1) as f64
 }
 
-/// The variance of each column, mean over the columns.
+/// Returns the variance of each column, mean over the columns.
 fn variance(rows: &Array2<f64>) -> f64 {
     let offsets = rows - &mean(rows);
     let squares: f64 = offsets.iter().map(|offset| offset * offset).sum();
     squares / (rows.nrows().saturating_sub(1).max(1) * rows.ncols().max(1)) as f64
 }
 
-/// Pearson's; 0 if one does not vary.
+/// Computes Pearson's correlation; 0 if one side does not vary.
 fn correlation(a: ArrayView1<'_, f64>, b: ArrayView1<'_, f64>) -> f64 {
     let offsets = |of: ArrayView1<'_, f64>| of.mapv(|one| one - of.mean().unwrap_or_default());
     let (a, b) = (offsets(a), offsets(b));
@@ -86,7 +88,7 @@ mod tests {
 
     #[test]
     fn correlations_and_variances_are_those_of_a_worked_example() {
-        // Of three rows (the others are empty): two samples of each of two garments.
+        // Three rows (the others are empty): two samples of each of two garments.
         let mut numbers = Array2::zeros((4, 50));
         let rows = array![
             [0.1, 0.2, 0.3],
@@ -108,7 +110,7 @@ mod tests {
         };
         let names = vec!["plain".to_owned(), "coat".to_owned()];
         let found = Garments::of(&samples, names, &[0, 0, 1, 1], vec![2]);
-        // Within: (0.02) and (0.02) of one row each, over 50 rows.
+        // Within: 0.02 and 0.02, of one row each, over 50 rows.
         for within in &found.within {
             assert!((within - 0.02 / 50.0).abs() < 1e-7, "{within}");
         }

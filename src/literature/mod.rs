@@ -1,6 +1,6 @@
-//! Recognizers of the literature beside each other: what each confounder leaves of them.
+//! Compares recognizers of the literature under each class of confounder.
 //!
-//! All are trained with some people, and judged on others under each class of confounder.
+//! All are trained on some people, and judged on others.
 
 mod contests;
 mod garments;

@@ -1,4 +1,4 @@
-//! The recognizers, each with who published it.
+//! The recognizers of the literature, with their publications.
 
 use super::contests::{JudgedRecognizer, conditions, cross_views};
 use super::garments::Garments;
@@ -21,20 +21,20 @@ use edgegait_core::raster::Rasterizer;
 use ndarray::Array2;
 use serde::Serialize;
 
-/// A recognizer, and where it comes from.
+/// A recognizer and its publication.
 pub(crate) struct PublishedRecognizer {
-    /// What takes part.
+    /// The entrant.
     pub entrant: Entrant,
-    /// Who published it.
+    /// The publication.
     pub publication: &'static str,
 }
 
-/// What became of a recognizer.
+/// The results of a recognizer of the literature.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct LiteratureRow {
-    /// What it is called.
+    /// The name of the recognizer.
     pub name: String,
-    /// Who published it.
+    /// The publication.
     pub publication: &'static str,
     /// Whether it has learnt nothing.
     pub baseline: bool,
@@ -43,7 +43,7 @@ pub(crate) struct LiteratureRow {
 }
 
 impl LiteratureRow {
-    /// What became of this one.
+    /// Makes the row of this entrant.
     #[must_use]
     pub(crate) fn of(
         entrant: &Entrant,
@@ -72,25 +72,26 @@ const NEAREST: [(Template, &str); 9] = [
     (Template::RowWidth, "after Nandy et al., -style"),
 ];
 
-/// Principal components that are kept: as `train` does.
+/// Principal components that are kept, as in `train`.
 const COMPONENTS: usize = 100;
 /// Numbers of the random projection: as many as LDA of 26 people has.
 const RANDOM_DIMS: usize = 25;
 /// Azimuths of training, degrees: from the front to the back.
 const TRAINED_DEG: std::ops::RangeInclusive<u16> = 0..=180;
 const TRAINED_STEP_DEG: usize = 9;
-/// Cycles of each garment from which rows are chosen.
+/// Cycles in each garment, from which rows are chosen.
 const CYCLES: u32 = 4;
-/// How many recognizers are fitted.
+/// The number of recognizers that are fitted.
 pub(crate) const FITTED: usize = 5;
 
 impl PublishedRecognizer {
-    /// All of them, trained on the walks of a pack, and how the row widths of its people change with
-    /// clothes; the view transformation learns the viewpoints of `seen_from`, or those of the class
-    /// "view". `progress` is called for each that is fitted.
+    /// Returns all recognizers, trained on the walks of a pack, and statistics of how the row
+    /// widths of its people change with clothes. The view transformation learns the viewpoints of
+    /// `seen_from`, or those of the class "view". Calls `progress` for each recognizer that is
+    /// fitted.
     ///
     /// # Errors
-    /// If there are too few people, or something cannot be drawn.
+    /// If there are too few people, or a walk cannot be rendered.
     pub(crate) fn all(
         training: &Pack<'_>,
         seen_from: Option<Views>,
@@ -208,9 +209,9 @@ impl PublishedRecognizer {
     }
 }
 
-/// A recognizer of a model file.
+/// Loads a recognizer from a model file.
 fn loaded(bytes: Vec<u8>, contract: Contract) -> Result<Box<dyn Recognizer>> {
-    // People are enrolled, and known by their embeddings.
+    // People are enrolled, and identified by their embeddings.
     let contract = Contract {
         classes: Vec::new(),
         ..contract
@@ -219,7 +220,7 @@ fn loaded(bytes: Vec<u8>, contract: Contract) -> Result<Box<dyn Recognizer>> {
     Runtime::rten().load(&model)
 }
 
-/// Templates of all walks of a pack, seen from these viewpoints.
+/// Renders templates of all walks of a pack, from these viewpoints.
 fn drawn(training: &Pack<'_>, settings: Settings, views: Views) -> Result<Samples> {
     let walks: Vec<usize> = (0..training.walks().len()).collect();
     let recipe = Recipe {
@@ -232,8 +233,8 @@ fn drawn(training: &Pack<'_>, settings: Settings, views: Views) -> Result<Sample
     Samples::drawn(training, &walks, "other people", recipe, &|| ())
 }
 
-/// Templates of people in all clothes of the catalogue, from the side; the garments, and the number of
-/// that in each sample.
+/// Renders templates of people in all clothes of the catalogue, from the side. Also returns the
+/// garments, and the number of the garment in each sample.
 fn dressed(training: &Pack<'_>, settings: Settings) -> Result<(Samples, Vec<String>, Vec<usize>)> {
     let walks: Vec<_> = training.walks().collect();
     let at_known = (0..walks.len()).filter(|&walk| walks[walk].name == BUILT_IN_WALK);
@@ -281,7 +282,7 @@ fn dressed(training: &Pack<'_>, settings: Settings) -> Result<(Samples, Vec<Stri
     Ok((samples, names, worn))
 }
 
-/// What a recognizer of a template expects that has learnt nothing.
+/// Returns the contract of a baseline for this template.
 fn contract(template: Template, name: &str) -> Contract {
     Contract {
         name: name.to_owned(),

@@ -124,7 +124,7 @@ pub struct Recording {
     pub subject: String,
     /// Name of the take: its clip's name, or else the file's name without its extension.
     pub name: String,
-    /// The motion.
+    /// The motion on the canonical skeleton.
     pub take: RetargetedMotion,
     /// Gait cycles of the take; `None` if it is kept uncut.
     pub cut: Option<CutTake>,

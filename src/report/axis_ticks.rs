@@ -1,18 +1,18 @@
-//! Where points of a chart lie on a logarithmic axis, and where their numbers stand.
+//! Logarithmic axes of a chart, and the positions of the points' numbers.
 
 use super::drawing::Tick;
 use super::standalone::LETTER;
 
 /// Width and height of a digit of a number.
 pub(crate) const NUMBER: (i32, i32) = (LETTER.0 as i32, LETTER.1 as i32);
-/// Radius of a ring about a point, which no number covers either.
+/// Radius of the ring around a point, which numbers must not cover.
 pub(crate) const RING: i32 = 9;
 
 /// A logarithmic axis from its least to its greatest value.
 pub(crate) struct LogAxis(f64, f64);
 
 impl LogAxis {
-    /// With room around the values.
+    /// Creates an axis with room around the values.
     pub(crate) fn around(values: impl Iterator<Item = f64>) -> Self {
         let (least, most) = values.fold((f64::INFINITY, 0.0), |(least, most), value| {
             (value.min(least), value.max(most))
@@ -20,12 +20,12 @@ impl LogAxis {
         Self(least / 1.3, most * 1.3)
     }
 
-    /// From 0 to 1.
+    /// Returns the place of a value on the axis, from 0 to 1.
     pub(crate) fn place(&self, value: f64) -> f64 {
         (value / self.0).ln() / (self.1 / self.0).ln()
     }
 
-    /// Where it is labelled: with one digit and zeros, of a long axis only powers of ten.
+    /// Returns the ticks: values with one digit and zeros, or only powers of ten on a long axis.
     pub(crate) fn ticks(&self) -> Vec<Tick> {
         let digits: &[f64] = if self.1 / self.0 > 2e3 {
             &[1.0]
@@ -42,8 +42,8 @@ impl LogAxis {
     }
 }
 
-/// Upper left corners of the points' numbers, each as near to its point as it can be without
-/// covering another number or point.
+/// Returns the upper left corners of the points' numbers, each as near to its point as possible
+/// without covering another number or point.
 pub(crate) fn labels(points: &[(i32, i32)]) -> Vec<(i32, i32)> {
     let boxed = |index: usize| (NUMBER.0 * if index < 9 { 1 } else { 2 }, NUMBER.1);
     let meets = |a: (i32, i32), a_size: (i32, i32), b: (i32, i32), b_size: (i32, i32)| {

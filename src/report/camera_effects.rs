@@ -1,12 +1,12 @@
-//! What befalls a camera's picture: the effects of the image stage, as people see them.
+//! Effects of the image stage on a camera's picture, for viewing.
 
 use image::{Rgb, RgbImage, imageops};
 
 /// Middle of the range of a pixel's bytes.
 const MIDDLE: f64 = 127.5;
 
-/// A picture of coarser pixels: each cell of `cell_px` by `cell_px`, counted from the upper left
-/// corner, has the mean of its pixels' colours. Cells of at most one pixel change nothing.
+/// Returns a picture with coarser pixels: each cell of `cell_px` by `cell_px`, from the upper left
+/// corner, has the mean colour of its pixels. Cells of at most one pixel change nothing.
 #[must_use]
 pub(super) fn pixelated(picture: &RgbImage, cell_px: f64) -> RgbImage {
     if cell_px <= 1.0 {
@@ -30,8 +30,8 @@ pub(super) fn pixelated(picture: &RgbImage, cell_px: f64) -> RgbImage {
     })
 }
 
-/// A picture with `contrast` times the distance from middle grey, and then `light` times as
-/// bright; 1 changes nothing.
+/// Returns a picture with `contrast` times the distance from middle grey, and then `light` times
+/// the brightness; 1 changes nothing.
 #[must_use]
 pub(super) fn faded(picture: &RgbImage, light: f64, contrast: f64) -> RgbImage {
     let mut faded = picture.clone();
@@ -41,7 +41,8 @@ pub(super) fn faded(picture: &RgbImage, light: f64, contrast: f64) -> RgbImage {
     faded
 }
 
-/// The mean of pictures of one size, as an exposure over all of them has it; none of none.
+/// Returns the mean of pictures of one size, like an exposure over all of them; none without
+/// pictures.
 ///
 /// # Panics
 /// If their sizes differ.
@@ -60,9 +61,9 @@ pub(super) fn mean(pictures: &[RgbImage]) -> Option<RgbImage> {
     RgbImage::from_raw(first.width(), first.height(), bytes)
 }
 
-/// A picture whose pixels are fetched from elsewhere: `source` maps a place of the new picture to
-/// one of the old, both `[x, y]` in pixels from the upper left corner, with middles of pixels at
-/// halves. Blends the four nearest pixels; outside, the edge goes on.
+/// Returns a warped picture: `source` maps a place of the new picture to one of the old, both
+/// `[x, y]` in pixels from the upper left corner, with pixel centres at halves. Interpolates
+/// bilinearly; outside, the edge continues.
 #[must_use]
 pub(super) fn warped(picture: &RgbImage, source: impl Fn([f64; 2]) -> [f64; 2]) -> RgbImage {
     let (width, height) = picture.dimensions();
@@ -70,7 +71,7 @@ pub(super) fn warped(picture: &RgbImage, source: impl Fn([f64; 2]) -> [f64; 2]) 
         let [from_x, from_y] = source([f64::from(x) + 0.5, f64::from(y) + 0.5]);
         let within = |place: f64, pixels: u32| {
             let last = f64::from(pixels.saturating_sub(1));
-            // NaN counts as the first.
+            // NaN becomes 0.
             (place - 0.5).max(0.0).min(last) as f32
         };
         let at = (within(from_x, width), within(from_y, height));
@@ -78,7 +79,7 @@ pub(super) fn warped(picture: &RgbImage, source: impl Fn([f64; 2]) -> [f64; 2]) 
     })
 }
 
-/// Rounded, and saturating.
+/// Rounds to a byte, saturating.
 fn byte(value: f64) -> u8 {
     (value + 0.5) as u8
 }
@@ -87,7 +88,7 @@ fn byte(value: f64) -> u8 {
 mod tests {
     use super::*;
 
-    /// A row of greys.
+    /// Returns a picture with one row of greys.
     fn row(greys: &[u8]) -> RgbImage {
         RgbImage::from_fn(greys.len() as u32, 1, |x, _| Rgb([greys[x as usize]; 3]))
     }
@@ -96,7 +97,7 @@ mod tests {
     fn cells_have_the_mean_of_their_pixels() {
         let coarse = pixelated(&row(&[10, 20, 30, 50, 7]), 2.0);
         assert_eq!(coarse, row(&[15, 15, 40, 40, 7]));
-        // One and a half pixels: middles at 0.5, 1.5, 2.5 fall into cells 0, 1, 1.
+        // Cells of one and a half pixels: centres at 0.5, 1.5, 2.5 fall into cells 0, 1, 1.
         assert_eq!(pixelated(&row(&[0, 10, 20]), 1.5), row(&[0, 15, 15]));
         assert_eq!(pixelated(&row(&[3, 4]), 1.0), row(&[3, 4]));
     }

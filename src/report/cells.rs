@@ -1,12 +1,12 @@
-//! Cells of tables: shortened text, and rates in their colour.
+//! Cells of tables: shortened text, and coloured rates.
 
 use super::heatmap::{colour, ink};
 use super::percent;
 use crate::evaluate::results::RecognizerResult;
 use maud::{Markup, html};
 
-/// Text of at most `width` characters, its end marked if it was cut. Characters that
-/// a terminal would obey become `?`.
+/// Shortens text to at most `width` characters, with a mark where it was cut. Control characters
+/// become `?`.
 pub(super) fn shortened(text: &str, width: usize) -> String {
     let mut clean: String = text
         .chars()
@@ -20,7 +20,7 @@ pub(super) fn shortened(text: &str, width: usize) -> String {
     clean
 }
 
-/// A table's cell in the colour of its rate.
+/// Returns a table cell in the colour of its rate.
 pub(super) fn rate_cell(rank1: Option<f64>) -> Markup {
     html! {
         @match rank1 {
@@ -32,7 +32,7 @@ pub(super) fn rate_cell(rank1: Option<f64>) -> Markup {
     }
 }
 
-/// The rate of guessing.
+/// Returns the chance level.
 pub(super) fn chance(result: &RecognizerResult) -> f64 {
     1.0 / result.classes.max(1) as f64
 }

@@ -1,4 +1,4 @@
-//! Small charts of the report (inline SVG): intervals, and Rank-1 by angle.
+//! Small charts of the report (inline SVG): intervals, and Rank-1 by angle from training.
 
 use maud::{Markup, html};
 
@@ -7,10 +7,10 @@ use super::{THIN, headline_scope, percent};
 use crate::evaluate::results::RecognizerResult;
 use crate::evaluate::view_angle::{AngleResult, BIN_DEG};
 
-/// Rates at which charts have a line across, percent.
+/// Rates at which charts have a horizontal line, percent.
 const RATES: [u32; 5] = [0, 25, 50, 75, 100];
 
-/// A rate with its interval and the chance level on a line from 0 to 100 %.
+/// Draws a rate with its interval and the chance level on a line from 0 to 100 %.
 pub(super) fn interval(result: &RecognizerResult) -> Markup {
     let x_of = |rate: f64| format!("{:.1}", 4.0 + rate.clamp(0.0, 1.0) * 92.0);
     let chance = 1.0 / result.classes.max(1) as f64;
@@ -24,8 +24,8 @@ pub(super) fn interval(result: &RecognizerResult) -> Markup {
     }
 }
 
-/// Rank-1 by the angle from the nearest viewpoint of training, a line for each of
-/// the first six recognizers that say where they were trained. None if none does.
+/// Draws Rank-1 by the angle from the nearest training viewpoint, with a line for each of the first
+/// six recognizers with known training viewpoints. None if there is no such recognizer.
 pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
     let known = results.iter().filter(|result| result.by_angle.len() > 1);
     let curves: Vec<_> = known.take(LINES.len()).collect();
@@ -43,7 +43,7 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
         width: 486.0,
         height: 200.0,
     };
-    // Where bins end, or every other one's. The last is a whole number of degrees, at most 180.
+    // Ends of bins, or every other end. The last is a whole number of degrees, at most 180.
     let step = if farthest > 90.0 { 20 } else { 10 };
     let ticks = (0..=farthest as u32).step_by(step);
     let ticks: Vec<Tick> = ticks
@@ -54,31 +54,31 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
             .iter()
             .all(|bin| bin.intervals.over_people().is_some())
     }) {
-        "95 % intervals that draw people"
+        "95 % intervals over people"
     } else {
         "95 % intervals"
     };
     Some(html! {
         figure {
         p {
-            "Rank-1, upwards, against the angle between a viewpoint and the nearest one that the "
-            "recognizer was trained at, to the right: at 0 what is there itself, then in steps of "
-            (BIN_DEG) " degrees, each with its upper end, drawn at their middle. Bars are " (bars) "."
+            "Rank-1 against the angle between a viewpoint and the recognizer's nearest training "
+            "viewpoint. At 0 are the training viewpoints themselves, then follow steps of "
+            (BIN_DEG) " degrees, each including its upper end, drawn at their middle. Bars are " (bars) "."
         }
         ul.quiet { @for result in &curves {
             li { (result.name) ": " (headline_scope::counts(result, THIN))
-                @if let Some(which) = headline_scope::probe_sets(result) { ", of " (which) } }
+                @if let Some(which) = headline_scope::probe_sets(result) { ", " (which) } }
         } }
         @if curves.len() < results.len() {
-            p.quiet { (curves.len()) " of " (results.len()) " recognizers: the first "
-                (LINES.len()) " at most, of those that say where they were trained" }
+            p.quiet { (curves.len()) " of " (results.len()) " recognizers: at most the first "
+                (LINES.len()) " with known training viewpoints" }
         }
         div.wide { svg.angles viewBox="0 0 560 258" role="img"
-            aria-label="Rank-1 by the angle from the nearest viewpoint of training" {
+            aria-label="Rank-1 by the angle from the nearest training viewpoint" {
             (axes.across(&percents(RATES)))
             (axes.below(&ticks))
             text.axis x="297" y="250" text-anchor="middle" {
-                "angle from the nearest viewpoint of training, degrees"
+                "angle from the nearest training viewpoint, degrees"
             }
             @for (result, (colour, dashes)) in curves.iter().zip(LINES) {
                 @let points = result.by_angle.iter().map(|bin| (bin.middle_deg() / farthest, bin.rank1));
@@ -104,11 +104,11 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
     })
 }
 
-/// A line of a [`curves`] chart: its name, and its points, both coordinates 0..1.
+/// A line of a [`curves`] chart: its name and its points, with both coordinates 0..1.
 pub(super) type ChartCurve = (String, Vec<(f64, f64)>);
 
-/// A chart of as many lines of rates (0..1, upwards) as [`LINES`] has, with ticks of the horizontal
-/// axis (place 0..1, text). None without lines.
+/// Draws a chart of at most as many lines of rates (0..1, upwards) as [`LINES`] has, with ticks of
+/// the horizontal axis (place 0..1, text). None without lines.
 pub(super) fn curves(
     what: &str,
     axis: &str,
@@ -139,7 +139,7 @@ pub(super) fn curves(
     })
 }
 
-/// Which line is whose, for charts of the same lines.
+/// Draws the key of the lines, for charts with the same lines.
 pub(super) fn legend(names: &[&str]) -> Markup {
     html! {
         div.legend {
@@ -157,7 +157,7 @@ pub(super) fn legend(names: &[&str]) -> Markup {
 
 fn where_is(bin: &AngleResult) -> String {
     if bin.to_deg == 0.0 {
-        "at training".into()
+        "at training viewpoints".into()
     } else {
         format!("{} to {}°", bin.from_deg, bin.to_deg)
     }

@@ -1,4 +1,4 @@
-//! Who is found among the first, and which claims are accepted: CMC and ROC on the page.
+//! The CMC and ROC charts of the page.
 
 use maud::{Markup, html};
 
@@ -7,22 +7,21 @@ use super::drawing::LINES;
 use super::{THIN, headline_scope};
 use crate::evaluate::results::{ProbeSetResult, RecognizerResult};
 
-/// Ranks that the chart of the CMC shows at most.
+/// The maximum number of ranks in the chart of the CMC.
 const RANKS: usize = 20;
 
-/// Lines of one pair of charts, each with its name, and what they are in words.
+/// The lines of one pair of charts, each with its name, and a description.
 struct ChartPair<'a> {
     lines: Vec<(String, &'a ProbeSetResult)>,
-    /// The recognizer, if they are of one.
+    /// The recognizer, if all lines are of one.
     name: Option<&'a str>,
     words: String,
-    /// People to choose from.
+    /// Number of people to choose from.
     classes: usize,
 }
 
-/// CMC and ROC of all recognizers: one pair of charts where their sets of probes are no more lines
-/// than can be told apart, else one for each recognizer, of the sets that [`scope::chosen`] says.
-/// None without any.
+/// Draws CMC and ROC of all recognizers: one pair of charts if there are few enough sets of probes,
+/// else one pair for each recognizer, with the sets of [`headline_scope::chosen`]. None without lines.
 pub(super) fn charts(results: &[RecognizerResult]) -> Option<Markup> {
     let drawn: Vec<Markup> = pairs(results).iter().filter_map(pair).collect();
     (!drawn.is_empty()).then(|| html! { @for one in drawn { (one) } })
@@ -68,14 +67,14 @@ fn of_one(result: &RecognizerResult) -> ChartPair<'_> {
     ChartPair {
         lines: sets.iter().map(|set| (set.name.clone(), *set)).collect(),
         name: Some(&result.name),
-        words: format!("Drawn are {which}; the table of {} has all", result.name),
+        words: format!("The charts show {which}; the table of {} has all", result.name),
         classes: result.classes,
     }
 }
 
 fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
     let sets = || pair.lines.iter().map(|(_, set)| *set);
-    // The last rank is among all people, where everybody is found.
+    // The last rank is the number of people, where the rate is 100 %.
     let last = pair.classes.clamp(1, RANKS);
     let place = |rank: usize| (rank - 1) as f64 / (last - 1).max(1) as f64;
     let cmc: Vec<ChartCurve> = pair
@@ -94,8 +93,8 @@ fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
         .map(|r| (place(r), r.to_string()))
         .collect();
     let cmc = curves(
-        "The right person is among the first (CMC)",
-        "rank",
+        "Right person within rank k (CMC)",
+        "rank k",
         &ranks,
         &cmc,
     );
@@ -115,7 +114,7 @@ fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
         .map(|(text, quarter)| (f64::from(quarter) / 4.0, text.to_owned()))
         .collect();
     let roc = curves(
-        "True claims that are accepted (ROC)",
+        "True claims accepted (ROC)",
         "false claims accepted, %",
         &fars,
         &roc,
@@ -127,12 +126,12 @@ fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
     Some(html! {
         @if let Some(name) = pair.name { h3 { (name) } }
         p {
-            (pair.words) ". " (counts(sets())) ", among " (pair.classes) ". Upwards: the share of probes "
-            "whose person is among so many nearest"
-            @if roc.is_some() { ", and the share of true claims accepted as more false ones are" } "."
+            (pair.words) ". " (counts(sets())) ", " (pair.classes) " to choose from. CMC: the share of probes "
+            "whose person is among the k nearest people"
+            @if roc.is_some() { ". ROC: the share of true claims accepted, against that of false claims" } "."
         }
         @if sets().any(|set| set.verification.is_none()) {
-            p.quiet { "There is no ROC of sets with more than ten million pairs." }
+            p.quiet { "There is no ROC for sets with more than ten million pairs." }
         }
         div.pair {
             @if let Some(cmc) = cmc { (cmc) }
@@ -142,17 +141,17 @@ fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
     })
 }
 
-/// How many probes the lines are of.
+/// Describes the numbers of probes and people of the lines.
 fn counts<'a>(sets: impl Iterator<Item = &'a ProbeSetResult> + Clone) -> String {
     let least = sets.clone().min_by_key(|set| set.probes);
     let most = sets.max_by_key(|set| set.probes);
     match (least, most) {
         (Some(least), Some(most)) if least.probes == most.probes => format!(
-            "Each line is of {}",
+            "Each line has {}",
             headline_scope::of_people(most.probes, most.people, THIN)
         ),
         (Some(least), Some(most)) => format!(
-            "The lines are of {} to {}",
+            "The lines have {} to {}",
             super::grouped(least.probes, THIN),
             headline_scope::of_people(most.probes, most.people, THIN)
         ),
@@ -204,12 +203,12 @@ mod tests {
             .into_string();
         // 50 % at rank 1, 60 % at rank 2 of 20.
         assert!(page.contains("M54.0 112.0L69.8 92.0"), "{page}");
-        // 0 stands at 1e-4; 1 % is half way to all.
+        // 0 is drawn at 1e-4; 1 % is halfway to 100 %.
         assert!(
             page.contains("M54.0 162.0L204.0 112.0L354.0 12.0"),
             "{page}"
         );
-        assert!(page.contains("Each line is of 26 probes of 26 people, among 26."));
+        assert!(page.contains("Each line has 26 probes of 26 people, 26 to choose from."));
         assert_texts_are_readable(&page);
     }
 
@@ -227,11 +226,11 @@ mod tests {
             .into_string();
         for name in ["pca-svm", "spread"] {
             let said = format!(
-                "<h3>{name}</h3><p>Drawn are 6 of 76 probe sets: the clean one (normal, 100.0 %) and the 5 with the lowest rank-1; the table of {name} has all."
+                "<h3>{name}</h3><p>The charts show 6 of 76 probe sets: the clean one (normal, 100.0 %) and the 5 with the lowest rank-1; the table of {name} has all."
             );
             assert!(page.contains(&said), "{page}");
         }
-        // A chart for each recognizer, with the worst in it, and not the first six.
+        // A chart for each recognizer, with the worst sets rather than the first six.
         assert_eq!(page.matches("<svg class=\"curves\"").count(), 2);
         assert_eq!(page.matches("> fog</span>").count(), 2);
         assert!(

@@ -1,4 +1,4 @@
-//! What confounders do to recognizers: a table on a terminal, and a chart.
+//! The effects of confounders on recognizers: a terminal table and a chart.
 
 use super::strengths::recognizers;
 use super::{percent, strengths};
@@ -10,10 +10,11 @@ use crate::text_table::Table;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// How many of the worst a table lists for each recognizer.
+/// The number of worst confounders that a table lists for each recognizer.
 const WORST: usize = 5;
 
-/// Draws rank-1 of each recognizer against each confounder's strength; `classes` people to choose from.
+/// Writes a chart of rank-1 of each recognizer against each confounder's strength; `classes` is the
+/// number of people to choose from.
 ///
 /// # Errors
 /// If the file cannot be written.
@@ -25,7 +26,8 @@ pub(crate) fn write_strengths(
     write_bytes(path, strengths::svg(results, classes).as_bytes())
 }
 
-/// All confounders, and for each recognizer the worst; `probes` at each strength.
+/// Returns a table of all confounders, and the worst ones for each recognizer; `probes` is the number
+/// of probes at each strength.
 #[must_use]
 pub(crate) fn strength_table(results: &[ConfounderResult], classes: usize, probes: u64) -> String {
     let recognizers = recognizers(results);
@@ -35,12 +37,12 @@ pub(crate) fn strength_table(results: &[ConfounderResult], classes: usize, probe
     };
     let _ = writeln!(
         out,
-        "rank-1 % of {probes} probes at each strength, {classes} people; GEI: difference to that without, of 255;\nextra time of a silhouette at strength 1, a walk seen from ten azimuths"
+        "rank-1 % of {probes} probes at each strength, {classes} people; GEI: difference from the one without, of 255;\nextra: additional time per silhouette at strength 1, one walk seen from ten azimuths"
     );
     let plain = first.by_strength.iter().find(|point| point.strength == 0.0);
     for (at, name) in recognizers.iter().enumerate() {
         if let Some(plain) = plain {
-            let _ = writeln!(out, "{name} without any: {}", rank1(plain, at));
+            let _ = writeln!(out, "{name} without confounders: {}", rank1(plain, at));
         }
     }
     let mut table = Table::new(&[Left(22), Right(8)]);
@@ -86,14 +88,14 @@ pub(crate) fn strength_table(results: &[ConfounderResult], classes: usize, probe
             .collect();
         let _ = writeln!(
             out,
-            "\n{name}: the worst, by mean rank-1 % over the strengths: {}",
+            "\n{name}: worst confounders by mean rank-1 % over the strengths: {}",
             worst.join(", ")
         );
     }
     out
 }
 
-/// A rate and its interval.
+/// Formats a rate and its interval.
 fn rank1(point: &StrengthResult, recognizer: usize) -> String {
     let of = &point.recognizers[recognizer];
     match of.intervals.over_people() {

@@ -1,10 +1,10 @@
-//! What drawn charts share (SVG): colours that everybody can tell apart, axes.
+//! Common parts of SVG charts: distinguishable colours, and axes.
 
 use maud::{Markup, html};
 use std::fmt::Write;
 
-/// A line's look: Okabe and Ito's colours (2008), safe for the colour-blind, on
-/// either ground; the dashes tell lines apart in grey.
+/// The colours and dashes of lines: Okabe and Ito's colours (2008), safe for the colour-blind, on a
+/// light or dark background. The dashes distinguish lines in grey.
 pub(crate) const LINES: [(&str, &str); 6] = [
     ("#0072b2", "none"),
     ("#d55e00", "7 3"),
@@ -14,24 +14,24 @@ pub(crate) const LINES: [(&str, &str); 6] = [
     ("#56b4e9", "1 2"),
 ];
 
-/// How every chart in a file of its own begins, by which one is known again.
+/// The beginning of every chart in its own file, by which the program recognizes its files.
 pub(crate) const SVG_START: &str =
     "<svg xmlns=\"http://www.w3.org/2000/svg\" data-made-by=\"EdgeGait\"";
 
-/// A coordinate to a tenth.
+/// Formats a coordinate to a tenth.
 pub(crate) fn to_tenth(coordinate: f64) -> String {
     format!("{coordinate:.1}")
 }
 
-/// A place on an axis, 0 at its start and 1 at its end, and what stands there.
+/// A place on an axis, 0 at its start and 1 at its end, and its text.
 pub(crate) type Tick = (f64, String);
 
-/// Ticks at rates.
+/// Returns ticks at rates in percent.
 pub(crate) fn percents<const N: usize>(rates: [u32; N]) -> [Tick; N] {
     rates.map(|rate| (f64::from(rate) / 100.0, format!("{rate}%")))
 }
 
-/// Where the curves of a chart lie in its picture.
+/// The area of a chart's curves in its picture.
 #[derive(Clone, Copy)]
 pub(crate) struct Axes {
     pub(crate) left: f64,
@@ -41,7 +41,7 @@ pub(crate) struct Axes {
 }
 
 impl Axes {
-    /// Where a point lies of which both coordinates are 0..=1, the second one upwards.
+    /// Returns the place of a point with both coordinates 0..=1, the second one upwards.
     pub(crate) fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
         (
             self.left + x.clamp(0.0, 1.0) * self.width,
@@ -49,7 +49,7 @@ impl Axes {
         )
     }
 
-    /// Lines across, each with its text on the left.
+    /// Draws horizontal lines, each with its text on the left.
     pub(crate) fn across(&self, ticks: &[Tick]) -> Markup {
         html! { @for (at, text) in ticks {
             @let (x, y) = self.place((0.0, *at));
@@ -60,7 +60,7 @@ impl Axes {
         } }
     }
 
-    /// Lines upwards.
+    /// Draws vertical lines.
     pub(crate) fn upwards(&self, ticks: &[Tick]) -> Markup {
         html! { @for (at, _) in ticks {
             @let (x, y) = self.place((*at, 0.0));
@@ -68,7 +68,7 @@ impl Axes {
         } }
     }
 
-    /// Texts below.
+    /// Draws texts below the chart.
     pub(crate) fn below(&self, ticks: &[Tick]) -> Markup {
         html! { @for (at, text) in ticks {
             @let (x, y) = self.place((*at, 0.0));
@@ -76,7 +76,7 @@ impl Axes {
         } }
     }
 
-    /// A line through points.
+    /// Draws a line through points.
     pub(crate) fn curve(
         &self,
         name: &str,

@@ -1,4 +1,4 @@
-//! Galleries of walks of a pack: what confounders do to one, and one in every template.
+//! Galleries of walks of a pack: a walk under confounders, and a walk in every template.
 
 use super::camera_effects::{faded, mean, pixelated, warped};
 use super::camera_view::{DrawnFloor, HullKind as Colour, SceneShot, ShownHull, frame};
@@ -15,21 +15,22 @@ use edgegait_core::pack::Pack;
 use glam::{DVec2, Vec3};
 use image::RgbImage;
 
-/// Width and height of what a camera sees, pixels.
+/// Width and height of the camera view, pixels.
 const FRAME_PX: (u32, u32) = (104, 100);
-/// Metres that this is high, in front of parallel rays.
+/// Height of the camera view in metres, with an orthographic camera.
 const FRAME_M: f32 = 2.3;
-/// Blocks side by side.
+/// Number of blocks side by side.
 const BLOCKS: usize = 4;
-/// Templates side by side.
+/// Number of templates side by side.
 const TEMPLATE_COLUMNS: usize = 5;
-/// The moment that is shown, as a share of the cycle: legs apart, and moving.
+/// The moment to show, as a share of the cycle: with legs apart and moving.
 const MOMENT: f64 = 0.1;
 
-/// A row for each job, which has its condition: what the camera sees, the silhouette, and the template of the cycle.
+/// Draws a row for each job and its condition: the camera view, the silhouette, and the template of
+/// the cycle.
 ///
 /// # Errors
-/// When a figure cannot be drawn.
+/// If a figure cannot be rendered.
 pub(crate) fn condition_gallery(
     pack: &Pack<'_>,
     jobs: &[Job<'_>],
@@ -67,10 +68,10 @@ pub(crate) fn condition_gallery(
     gallery(title, &rows, BLOCKS)
 }
 
-/// One walk in every one of these templates, each with its name.
+/// Draws one walk in each of these templates, with their names.
 ///
 /// # Errors
-/// If there is none.
+/// If there is no template.
 pub(crate) fn template_gallery(
     made: &[(Template, Vec<u8>)],
     settings: Settings,
@@ -93,7 +94,7 @@ pub(crate) fn template_gallery(
     template_sheet("one walk in each template", &cells, TEMPLATE_COLUMNS)
 }
 
-/// What acts, and on whom if there are several walks.
+/// Returns the condition's name, with person and walk if there are several walks.
 fn label(pack: &Pack<'_>, job: Job<'_>, has_several: bool) -> String {
     let condition = job.condition_name();
     let walk = pack.walk(job.walk);
@@ -105,13 +106,13 @@ fn label(pack: &Pack<'_>, job: Job<'_>, has_several: bool) -> String {
     }
 }
 
-/// The class of what acts; of several the first one's.
+/// Returns the class of the condition's first confounder.
 fn class(condition: Option<&Condition>) -> &'static str {
     let first = condition.and_then(|condition| condition.draws(0).first().copied());
     first.map_or("none", |draw| draw.kind.confounder().class.name())
 }
 
-/// The picture of a scene, as the lens and the sensor take it.
+/// Draws the picture of a scene, with the effects of lens and sensor.
 fn painted(scene: &Scene) -> RgbImage {
     let aim = Vec3::new(scene.pelvis.x, 0.92, scene.pelvis.z);
     let window = SceneShot {
@@ -130,7 +131,7 @@ fn painted(scene: &Scene) -> RgbImage {
         .map(|hulls| frame(&shown(hulls), &window))
         .collect();
     let mut picture = mean(&exposures).unwrap_or_else(|| frame(&shown(&scene.hulls), &window));
-    // Of the picture's rows, as many as a figure of 1.7 m has of its 150 fine samples.
+    // Pixels per fine sample: a figure of 1.7 m has 150 fine samples.
     let sample_px = f64::from(FRAME_PX.1) / f64::from(FRAME_M) * 1.7 / 150.0;
     for dose in scene.doses.list() {
         picture = match dose.kind {

@@ -1,13 +1,13 @@
-//! What the numbers that a report leads with are of, in words.
+//! Descriptions of the probes behind the leading numbers of a report.
 
 use super::{grouped, percent};
 use crate::evaluate::results::{ProbeSetResult, RecognizerResult};
 
-/// Sets of probes that are named before the rest is only counted.
+/// The number of probe sets that are named; further ones are only counted.
 const NAMED: usize = 4;
 
-/// Which sets of probes a result's own rates are of, such as `the clean probe set NM, 1 of 3`.
-/// None if there is but one set and that has no name of its own.
+/// Describes the probe sets that a result's leading rates pool, such as
+/// `the clean probe set NM, 1 of 3`. None if there is only one set without a name of its own.
 pub(super) fn probe_sets(result: &RecognizerResult) -> Option<String> {
     let (of, all) = (&result.of_probe_sets, &result.probe_sets);
     let is_clean = all.iter().any(|set| set.clean && of.contains(&set.name));
@@ -30,21 +30,21 @@ pub(super) fn probe_sets(result: &RecognizerResult) -> Option<String> {
     })
 }
 
-/// How much a result's own rates are of, such as `182 probes of 26 people`.
+/// Describes the numbers behind a result's leading rates, such as `182 probes of 26 people`.
 pub(super) fn counts(result: &RecognizerResult, gap: &str) -> String {
     let each = result.probe_sets.iter().any(|set| set.cross_view.is_some());
     format!(
         "{}{}",
         of_people(result.probes, result.people, gap),
         if each {
-            ", each other viewpoint of the gallery counted apart"
+            ", each other gallery viewpoint counted separately"
         } else {
             ""
         }
     )
 }
 
-/// `182 probes of 26 people`; without people if these are not known.
+/// Returns a text such as `182 probes of 26 people`, without people if their number is not known.
 pub(super) fn of_people(probes: u64, people: u64, gap: &str) -> String {
     let plural = |count: u64, one: &str, many: &str| {
         let noun = if count == 1 { one } else { many };
@@ -57,7 +57,8 @@ pub(super) fn of_people(probes: u64, people: u64, gap: &str) -> String {
     }
 }
 
-/// The set with the lowest rank-1 among those that a result's own rates leave out, and of how many.
+/// Returns the set with the lowest rank-1 among those that the leading rates leave out, and the number
+/// of these sets.
 pub(super) fn worst_other(result: &RecognizerResult) -> Option<(&ProbeSetResult, usize)> {
     let others = result.probe_sets.iter();
     let others: Vec<_> = others
@@ -70,8 +71,8 @@ pub(super) fn worst_other(result: &RecognizerResult) -> Option<(&ProbeSetResult,
     worst.map(|set| (set, others.len()))
 }
 
-/// At most `most` of the sets: the clean one (the best if none is), then those with the lowest
-/// rank-1, and in words which these are.
+/// Returns at most `most` of the sets, and a description: the clean one (the best if none is clean),
+/// then those with the lowest rank-1.
 pub(super) fn chosen(result: &RecognizerResult, most: usize) -> (Vec<&ProbeSetResult>, String) {
     let all = &result.probe_sets;
     if all.len() <= most {
@@ -103,7 +104,7 @@ pub(super) fn chosen(result: &RecognizerResult, most: usize) -> (Vec<&ProbeSetRe
     (std::iter::once(first).chain(others).collect(), words)
 }
 
-/// Names in a row, the rest counted. Names may have commas.
+/// Lists the first names and counts the rest. Names may contain commas.
 fn listed(names: &[String]) -> String {
     let first = &names[..names.len().min(NAMED)];
     let rest = names.len() - first.len();
@@ -120,7 +121,8 @@ pub(super) mod tests {
     use super::*;
     use crate::evaluate::results::tests::{result_of, set};
 
-    /// As the command has them: 26 of 26 right on clean probes, and others that are not pooled.
+    /// Returns a result like the command's: 26 of 26 right on clean probes, and other sets that are not
+    /// pooled.
     pub(crate) fn confounded(sets: Vec<ProbeSetResult>) -> RecognizerResult {
         let mut result = result_of(&[(90.0, 0.0, 26, 26)]);
         result.people = 26;

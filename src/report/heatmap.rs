@@ -1,12 +1,12 @@
-//! Rank-1 over azimuth and elevation as a picture (inline SVG).
+//! A heatmap of Rank-1 over azimuth and elevation (inline SVG).
 
 use maud::{Markup, html};
 
 use super::percent;
 use crate::evaluate::results::{RecognizerResult, ViewpointResult};
 
-/// Viridis in 16 equal steps (van der Walt and Smith, 2015; matplotlib 3): even in
-/// lightness, so that it reads in grey, and safe for the colour-blind.
+/// Viridis in 16 equal steps (van der Walt and Smith, 2015; matplotlib 3). Its lightness is even, so
+/// that it is readable in grey, and it is safe for the colour-blind.
 const VIRIDIS: [[u8; 3]; 17] = [
     [0x44, 0x01, 0x54],
     [0x48, 0x18, 0x6a],
@@ -27,25 +27,25 @@ const VIRIDIS: [[u8; 3]; 17] = [
     [0xfd, 0xe7, 0x25],
 ];
 
-/// What the longer side of a picture comes near to, where its cells are not at their largest.
+/// The approximate longer side of a picture, unless its cells have the maximum size.
 const SIDE: usize = 520;
-/// Width and height of the largest cells, which few viewpoints have.
+/// The maximum width and height of cells, for few viewpoints.
 const LARGEST: usize = 48;
-/// Cells as wide and high as this have their number in them.
+/// The width and height from which cells contain their number.
 const NUMBERED: usize = 44;
-/// A letter of a label at its widest: 16 units high on a phone.
+/// The maximum width of a letter of a label: 16 units high on a phone.
 const LETTER: usize = 10;
-/// From the top to the cells: the name of the upward axis.
+/// Space above the cells, for the name of the vertical axis.
 const TOP: usize = 28;
-/// From the cells to the bottom: labels, and the name of the other axis.
+/// Space below the cells, for labels and the name of the horizontal axis.
 const BOTTOM: usize = 46;
-/// Room for the names of the axes.
+/// The minimum width, for the names of the axes.
 const LEAST_WIDTH: usize = 130;
 
-/// The most rows or columns that are still a picture.
+/// The maximum number of rows or columns of a heatmap.
 const MAX_SIDE: usize = 120;
 
-/// A colour of the scale for a rate 0..1, as `#rrggbb`.
+/// Returns the colour of a rate 0..1, as `#rrggbb`.
 pub(super) fn colour(rate: f64) -> String {
     let place = rate.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
     // Truncation is the floor: the place is 0..16.
@@ -59,7 +59,7 @@ pub(super) fn colour(rate: f64) -> String {
     text
 }
 
-/// The ink that can be read on [`colour`].
+/// Returns a text colour that is readable on [`colour`].
 pub(super) fn ink(rate: f64) -> &'static str {
     if rate < 0.55 { "#fff" } else { "#111" }
 }
@@ -68,12 +68,12 @@ pub(super) fn ink(rate: f64) -> &'static str {
 pub(super) struct HeatmapGrid<'a> {
     azimuths: Vec<f64>,
     elevations: Vec<f64>,
-    /// `[elevation][azimuth]`.
+    /// Results `[elevation][azimuth]`.
     cells: Vec<Vec<Option<&'a ViewpointResult>>>,
 }
 
 impl<'a> HeatmapGrid<'a> {
-    /// The grid, or none if the viewpoints are not one: none at all, more than a third of the
+    /// Returns the grid; none if the viewpoints are not a grid: no viewpoint, more than a third of the
     /// cells empty, or two results in a cell.
     pub(super) fn of(viewpoints: &'a [ViewpointResult]) -> Option<Self> {
         let azimuths = distinct(viewpoints.iter().map(|v| v.azimuth_deg));
@@ -100,13 +100,13 @@ impl<'a> HeatmapGrid<'a> {
         })
     }
 
-    /// The picture: azimuth to the right, elevation upwards.
+    /// Draws the heatmap: azimuth to the right, elevation upwards.
     pub(super) fn svg(&self, result: &RecognizerResult) -> Markup {
         let (columns, rows) = (self.azimuths.len(), self.elevations.len());
         let (across, up) = cell(columns, rows);
         let left = 12 + LETTER * longest(&self.elevations);
         let (plot_width, plot_height) = (columns * across, rows * up);
-        // Half of the last label may stand over the last cell.
+        // Half of the last label may extend beyond the last cell.
         let right = 6 + (LETTER * longest(&self.azimuths)).saturating_sub(across) / 2;
         let width = (left + plot_width + right).max(LEAST_WIDTH);
         let height = TOP + plot_height + BOTTOM;
@@ -156,10 +156,10 @@ impl<'a> HeatmapGrid<'a> {
     }
 }
 
-/// Wider pictures than this are shrunk on a phone, and their letters are enlarged there.
+/// The width above which pictures are shrunk on a phone, with enlarged letters.
 const LARGE: usize = 400;
 
-/// The classes of a picture of viewpoints that is so wide.
+/// Returns the CSS classes of a picture of viewpoints of this width.
 pub(super) fn class_of(width: usize) -> &'static str {
     if width > LARGE {
         "heatmap large"
@@ -168,7 +168,7 @@ pub(super) fn class_of(width: usize) -> &'static str {
     }
 }
 
-/// How wide it is on the page: a small one no wider than its letters can be read.
+/// Returns the CSS width of a picture on the page; a small one is only as wide as legible letters need.
 pub(super) fn style_of(width: usize) -> String {
     if width > LARGE {
         format!("max-width: {}px", width * 7 / 5)
@@ -177,7 +177,7 @@ pub(super) fn style_of(width: usize) -> String {
     }
 }
 
-/// The names of both axes of a picture of viewpoints: of its plot from `left` on, and as a whole.
+/// Draws the names of both axes of a picture of viewpoints; its plot begins at `left`.
 pub(super) fn axes(left: usize, plot_width: usize, (width, height): (usize, usize)) -> Markup {
     // "azimuth, °" is 10 letters.
     let middle = (left + plot_width / 2).clamp(5 * LETTER, width - 5 * LETTER);
@@ -187,8 +187,8 @@ pub(super) fn axes(left: usize, plot_width: usize, (width, height): (usize, usiz
     }
 }
 
-/// Width and height of a cell: square, but where there are so many in a row or column that
-/// squares would be too small.
+/// Returns the width and height of a cell: square, except where there are so many in a row or column
+/// that squares would be too small.
 fn cell(columns: usize, rows: usize) -> (usize, usize) {
     let of = |count: usize| (SIDE / count).min(LARGEST);
     let square = of(columns.max(rows));
@@ -199,18 +199,18 @@ fn cell(columns: usize, rows: usize) -> (usize, usize) {
     }
 }
 
-/// An angle in words, to a hundredth: single precision has 77.31 as 77.30999755859375.
+/// Formats an angle, rounded to a hundredth: 77.31 in single precision is 77.30999755859375.
 pub(super) fn label(angle: f64) -> String {
     format!("{}", (angle * 100.0).round() / 100.0 + 0.0)
 }
 
-/// Letters of the longest label.
+/// Returns the number of characters of the longest label.
 fn longest(angles: &[f64]) -> usize {
     let letters = angles.iter().map(|&angle| label(angle).chars().count());
     letters.max().unwrap_or(0)
 }
 
-/// A rate in percent that fits into a cell.
+/// Formats a rate in percent so that it fits into a cell.
 fn short(rate: f64) -> String {
     let text = percent(rate);
     match text.strip_suffix(".0") {
@@ -219,7 +219,7 @@ fn short(rate: f64) -> String {
     }
 }
 
-/// The colour scale with the chance level of `classes` people.
+/// Draws the colour scale with the chance level of `classes` people.
 pub(super) fn legend(classes: usize, has_training: bool) -> Markup {
     let chance = if classes > 0 {
         1.0 / classes as f64
@@ -247,7 +247,7 @@ pub(super) fn legend(classes: usize, has_training: bool) -> Markup {
     }
 }
 
-/// A viewpoint's result in words.
+/// Describes a viewpoint's result in words.
 pub(super) fn exact(viewpoint: &ViewpointResult) -> String {
     let tally = viewpoint.tally();
     let interval = tally.interval();
@@ -263,7 +263,7 @@ pub(super) fn exact(viewpoint: &ViewpointResult) -> String {
     )
 }
 
-/// The distinct angles in order; -0 is 0.
+/// Returns the distinct angles in order, with -0 as 0.
 fn distinct(angles: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut angles: Vec<f64> = angles.map(|angle| angle + 0.0).collect();
     angles.sort_unstable_by(f64::total_cmp);
@@ -277,8 +277,8 @@ fn place(angles: &[f64], angle: f64) -> Option<usize> {
         .ok()
 }
 
-/// The places to label, so that labels are at least `room` apart: all of them if they fit, else
-/// multiples of 15, 30, 45 or 90 degrees if they are enough, every n-th otherwise.
+/// Returns the places to label, at least `room` apart: all if they fit, else multiples of 15, 30, 45
+/// or 90 degrees if there are enough of them, else every n-th.
 fn ticks(angles: &[f64], cell: usize, room: usize) -> Vec<usize> {
     if cell >= room {
         return (0..angles.len()).collect();
@@ -354,7 +354,7 @@ mod tests {
         );
     }
 
-    /// All of these azimuths with all of these elevations.
+    /// Draws a heatmap of all these azimuths with all these elevations.
     fn drawn(azimuths: &[f64], elevations: &[f64]) -> String {
         let all = azimuths.iter().flat_map(|&a| {
             let each = elevations.iter();

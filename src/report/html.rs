@@ -1,7 +1,7 @@
 //! The report: one self-contained HTML page.
 //!
-//! No script, no font, no link to anything: it opens in ten years, from an e-mail,
-//! on a phone and on paper. Everything that comes from outside is escaped.
+//! It has no scripts, fonts or links, so that it can be archived, sent by e-mail, read on a phone and
+//! printed. All external text is escaped.
 
 use std::fs;
 use std::io::Write;
@@ -24,14 +24,14 @@ use crate::template::Template;
 
 const CSS: &str = concat!(include_str!("style.css"), include_str!("chart.css"));
 
-/// A template to show, and what it is.
+/// A template to show, and its description.
 #[derive(Clone, Debug)]
 pub(crate) struct TemplateSample {
     /// A few words, such as `s03, 90° / 0°`.
     pub caption: String,
-    /// Which template it is.
+    /// Kind of template.
     pub template: Template,
-    /// Rows of the image, or of several below each other together.
+    /// Rows of the image, or total rows of several images below each other.
     pub rows: usize,
     /// Columns of the image.
     pub columns: usize,
@@ -39,11 +39,11 @@ pub(crate) struct TemplateSample {
     pub pixels: Vec<u8>,
 }
 
-/// Writes the page of [`page`], whole or not at all, and makes its folder if need be.
+/// Writes the page of [`page`] atomically, and creates its folder if necessary.
 ///
 /// # Errors
 ///
-/// The system's, if it cannot be written.
+/// If the file cannot be written.
 pub(crate) fn write_page(
     path: impl AsRef<Path>,
     results: &ScoreResults,
@@ -63,11 +63,11 @@ pub(crate) fn write_page(
     })
 }
 
-/// The results as an HTML document that needs nothing else.
+/// Returns the results as a self-contained HTML document.
 ///
 /// # Errors
 ///
-/// If a picture cannot be encoded, which only a lack of memory does.
+/// If a picture cannot be encoded, which only happens without memory.
 pub(crate) fn page(results: &ScoreResults, samples: &[TemplateSample]) -> Result<String> {
     let viewpoints = results
         .recognizers
@@ -97,11 +97,11 @@ pub(crate) fn page(results: &ScoreResults, samples: &[TemplateSample]) -> Result
                     (paired::section(results))
                     (people::section(results))
                     @if let Some(chart) = chart::angles(&results.recognizers) {
-                        h2 { "How far from training" }
+                        h2 { "Rank-1 by angle from the training viewpoints" }
                         (chart)
                     }
                     @if let Some(charts) = cmc_roc::charts(&results.recognizers) {
-                        h2 { "Who is found, and who is accepted" }
+                        h2 { "Identification and verification" }
                         (charts)
                     }
                     @for result in &results.recognizers { (recognizer(result)) }
@@ -122,7 +122,7 @@ pub(crate) fn page(results: &ScoreResults, samples: &[TemplateSample]) -> Result
     Ok(document(&title, &body))
 }
 
-/// A page of this title that needs nothing else.
+/// Returns a self-contained HTML document with this title.
 pub(super) fn document(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
@@ -162,8 +162,8 @@ fn lead() -> Markup {
     html! {
         p.lead {
             "Silhouettes of walking people, one by one or averaged into Gait Energy Images (GEI), "
-            "were shown to recognizers, and each was asked who walks. This page says how "
-            "often it was right, from where, and how long an answer took."
+            "were shown to recognizers, which had to identify the walker. This page shows how often "
+            "each was right, from which viewpoints, and how long an answer took."
         }
     }
 }
@@ -190,7 +190,7 @@ fn warnings(results: &ScoreResults) -> Markup {
     }
 }
 
-/// What a template is called.
+/// Returns the name of a template.
 fn name(template: Template) -> String {
     match template {
         Template::Gei => "Gait Energy Image".to_owned(),
@@ -215,19 +215,19 @@ fn sample(sample: &TemplateSample) -> Result<Markup> {
 fn reading() -> Markup {
     html! {
         h2 { "How to read this" }
-        p { strong { "Rank-1" } " is the share of probes whose best match is the right person. A tie "
-            "goes to the first; an output that is not a finite number is a miss." }
-        p { strong { "The interval" } " \"over people\" is at 95 % and draws people (cluster bootstrap), "
-            "as views of one walk are not independent. Where it is not known who was hit, or one "
-            "person was looked for, Wilson's stands there, which takes probes as independent." }
+        p { strong { "Rank-1" } " is the share of probes whose best match is the right person. Ties go "
+            "to the person listed first; an output that is not finite is a miss." }
+        p { strong { "The interval" } " \"over people\" is a 95 % interval that resamples people (cluster "
+            "bootstrap), because views of one walk are not independent. Where hits are not known by "
+            "person, or all probes are of one person, it is Wilson's, which takes probes as independent." }
         p { strong { "mAP and mINP" } " leave out probes whose person is not in the gallery, as OpenGait "
-            "does; " strong { "EER, AUC and TAR" } " take every distance as a claim to be somebody. A "
-            "question mark stands where fewer than 30 errors were to be seen, or none." }
+            "does; " strong { "EER, AUC and TAR" } " take every distance as a claim of identity. A "
+            "question mark marks rates based on fewer than 30 false accepts." }
         p { strong { "Viewpoints" } ": azimuth 0 is a camera in front of the walker, 90 on the walker's "
             "left, 180 behind; elevation 0 is level, 90 straight above, where all azimuths are one "
             "direction and differ by roll." }
-        p { strong { "Times" } " are of one machine and change from run to run; all other numbers do "
-            "not, given the inputs, settings and seed below." }
+        p { strong { "Times" } " are from one machine and vary between runs; all other numbers follow "
+            "from the inputs, settings and seed below." }
     }
 }
 

@@ -1,28 +1,28 @@
-//! Labelled sheets: what each confounder does to one walk, and one walk in every template.
+//! Labelled sheets of pictures: one walk under each confounder, and one walk in every template.
 
 use super::drawing::LINES;
 use crate::error::{ReportError, Result};
 use ab_glyph::{Font, FontRef, ScaleFont};
 use image::{GrayImage, Luma, RgbImage, imageops};
 
-/// Space around everything and between blocks, and between the pictures of a row, pixels.
+/// Space around the sheet and between blocks, and between the pictures of a row, pixels.
 const MARGIN: u32 = 12;
 const GAP: u32 = 4;
-/// Height of a line of text, of its letters, and the width of one, pixels.
+/// Height of a line of text, height of its letters, and width of a letter, pixels.
 const LINE: u32 = 18;
 const TEXT: f32 = 12.0;
 const LETTER: f64 = 7.2;
-/// Side of the coloured square that tells a class.
+/// Side of the coloured square that marks a class.
 const SQUARE: u32 = 8;
-/// The most rows of pixels of an enlarged template, and the width of the longest bar.
+/// The maximum height of an enlarged template, and the width of the longest bar, pixels.
 const ENLARGED: usize = 150;
 const BAR: u32 = 90;
 const PAPER: Rgb = image::Rgb([255; 3]);
 const INK: [u8; 3] = [32, 36, 40];
 
-/// Classes that have the same colour in every gallery.
+/// Classes with the same colour in every gallery.
 const CLASSES: [&str; 3] = ["appearance", "environment", "imaging"];
-/// Room for the title's line, pixels.
+/// The minimum width, for the line of the title, pixels.
 const LEAST_WIDTH: u32 = 800;
 
 type Rgb = image::Rgb<u8>;
@@ -30,22 +30,22 @@ type Rgb = image::Rgb<u8>;
 /// A silhouette or a plane of a template: rows of bytes, the upper one first.
 #[derive(Clone, Debug)]
 pub(super) struct GalleryImage {
-    /// 0..=255.
+    /// The pixels, 0..=255.
     pub bytes: Vec<u8>,
-    /// Bytes of each row.
+    /// Bytes per row.
     pub columns: usize,
 }
 
-/// What one confounder does, for [`gallery`].
+/// The pictures of one confounder, for [`gallery`].
 #[derive(Clone, Debug)]
 pub(super) struct GalleryRow {
-    /// Its name, and its strength if it matters.
+    /// The confounder's name, and its strength if it matters.
     pub label: String,
-    /// Its class.
+    /// The confounder's class.
     pub class: String,
-    /// What the camera sees.
+    /// The camera view.
     pub frame: RgbImage,
-    /// What is left of that.
+    /// The silhouette in that view.
     pub silhouette: GalleryImage,
     /// The template of the whole cycle.
     pub template: GalleryImage,
@@ -54,14 +54,14 @@ pub(super) struct GalleryRow {
 /// One template, for [`template_sheet`].
 #[derive(Clone, Debug)]
 pub(super) struct TemplateCell {
-    /// Its name.
+    /// The template's name.
     pub label: String,
-    /// Its planes; one of a single column is a vector, and drawn as bars.
+    /// The template's planes. A plane with a single column is a vector, drawn as bars.
     pub planes: Vec<GalleryImage>,
 }
 
 impl GalleryImage {
-    /// The whole rows of it, each byte as a square of `scale` pixels.
+    /// Enlarges the complete rows, each byte to a square of `scale` pixels.
     fn enlarged(&self, scale: usize) -> RgbImage {
         let (columns, scale) = (self.columns.max(1), scale.max(1) as u32);
         let rows = self.bytes.len() / columns;
@@ -71,12 +71,12 @@ impl GalleryImage {
         image::DynamicImage::ImageLuma8(grey).into_rgb8()
     }
 
-    /// How many times as large it has at most `height` rows of pixels.
+    /// Returns the greatest whole scale with at most `height` rows of pixels.
     fn scale_within(&self, height: usize) -> usize {
         height / (self.bytes.len() / self.columns.max(1)).max(1)
     }
 
-    /// A bar for each byte, the first one on top.
+    /// Draws a bar for each byte, the first one on top.
     fn bars(&self) -> RgbImage {
         let thickness = (ENLARGED / self.bytes.len().max(1)).max(1) as u32;
         let height = thickness * self.bytes.len() as u32;
@@ -88,9 +88,9 @@ impl GalleryImage {
     }
 }
 
-/// One subject, a row per confounder: its label, the frame, the silhouette, and the template,
-/// in so many blocks side by side, each filled from the top. Silhouettes and templates are
-/// enlarged by whole numbers, up to the height of the frame beside them.
+/// Draws a gallery of one subject with a row per confounder: its label, the frame, the silhouette,
+/// and the template. The rows fill `blocks` blocks side by side, each from the top. Silhouettes and
+/// templates are enlarged by whole numbers, up to the height of the frame beside them.
 ///
 /// With frames of 104x100 pixels and 50x30 silhouettes a block is 232 pixels wide.
 ///
@@ -127,7 +127,7 @@ pub(super) fn gallery(title: &str, rows: &[GalleryRow], blocks: usize) -> Result
         });
         texts.push(((x, y), &row.label, Some(class)));
     }
-    // The classes' names at the right end of the title's line, the last one outermost.
+    // The names of the classes at the right end of the title's line, the last one outermost.
     let mut right = sheet.width() - MARGIN;
     for (index, class) in classes.iter().enumerate().rev() {
         right = right.saturating_sub((LETTER * class.len() as f64) as u32 + 2 * SQUARE);
@@ -137,7 +137,7 @@ pub(super) fn gallery(title: &str, rows: &[GalleryRow], blocks: usize) -> Result
     Ok(sheet)
 }
 
-/// A row's pictures side by side.
+/// Draws a row's pictures side by side.
 fn strip(row: &GalleryRow) -> RgbImage {
     let height = row.frame.height();
     let enlarged = |raster: &GalleryImage| raster.enlarged(raster.scale_within(height as usize));
@@ -148,7 +148,7 @@ fn strip(row: &GalleryRow) -> RgbImage {
     ])
 }
 
-/// One walk in every template, each with its label, in rows of at most so many.
+/// Draws one walk in every template, with labels, in rows of at most `columns` templates.
 ///
 /// # Errors
 /// If there is no template or no column.
@@ -196,7 +196,7 @@ pub(super) fn template_sheet(
     Ok(sheet)
 }
 
-/// A template's planes side by side.
+/// Draws a template's planes side by side.
 fn planes(cell: &TemplateCell) -> RgbImage {
     let planes = cell.planes.iter().map(|plane| match plane.columns {
         1 => plane.bars(),
@@ -220,7 +220,8 @@ fn side_by_side(pictures: &[RgbImage]) -> RgbImage {
     strip
 }
 
-/// Writes texts at their upper left corners, behind a square in a class's colour if they have one.
+/// Writes texts at their upper left corners, after a square in the colour of their class if they have
+/// one.
 fn write(sheet: &mut RgbImage, texts: &[((u32, u32), &str, Option<usize>)]) -> Result<()> {
     let font = FontRef::try_from_slice(epaint_default_fonts::HACK_REGULAR)
         .map_err(|error| ReportError::Font(error.into()))?;
@@ -251,7 +252,7 @@ fn ink(sheet: &mut RgbImage, (x, y): (u32, u32), covered: f32) {
     let Some(pixel) = sheet.get_pixel_mut_checked(x, y) else {
         return;
     };
-    // A pixel that is all but covered is all ink.
+    // An almost fully covered pixel is full ink.
     let share = match (covered * 256.0) as u32 {
         255.. => 256,
         share => share,
@@ -262,7 +263,7 @@ fn ink(sheet: &mut RgbImage, (x, y): (u32, u32), covered: f32) {
     }
 }
 
-/// The colour of a class: that of a chart's line.
+/// Returns the colour of a class, the same as that of a chart's line.
 fn colour(class: usize) -> Rgb {
     let (text, _) = LINES[class % LINES.len()];
     let [_, rgb @ ..] = u32::from_str_radix(&text[1..], 16).map_or([0; 4], u32::to_be_bytes);
@@ -294,18 +295,18 @@ mod tests {
     fn blocks_are_filled_from_the_top_and_pictures_keep_their_pixels() {
         let rows = [row("imaging"), row("imaging"), row("appearance")];
         let sheet = gallery("all", &rows, 2).unwrap();
-        // As wide as the title's line asks for.
+        // The minimum width, for the title.
         assert_eq!(sheet.dimensions(), (800, 12 + 18 + 4 + 2 * 122));
         let at = |x, y| sheet.get_pixel(x, y).0;
-        // The frame, twice as large a silhouette behind a gap, and the template.
+        // The frame, a gap, the silhouette enlarged twice, and the template.
         assert_eq!(at(12, 48), [1, 2, 3]);
         assert_eq!([at(115, 147), at(116, 147)], [[1, 2, 3], [255; 3]]);
         assert_eq!([at(120, 48), at(179, 147)], [[10; 3]; 2]);
         assert_eq!([at(184, 48), at(243, 147)], [[20; 3]; 2]);
-        // The second row is below, the third in the other block, and there is no fourth.
+        // The second row is below, the third in the other block; there is no fourth.
         assert_eq!([at(12, 170), at(256, 48)], [[1, 2, 3]; 2]);
         assert_eq!(at(256, 170), [255; 3]);
-        // Squares of two classes, each of its own colour in every gallery.
+        // Squares of two classes, whose colours are the same in every gallery.
         assert_eq!([at(14, 40), at(258, 40)], [[0, 158, 115], [0, 114, 178]]);
     }
 
@@ -330,7 +331,7 @@ mod tests {
             [at(12, 48), at(106, 48), at(200, 197)],
             [[5; 3], [6; 3], [7; 3]]
         );
-        // The bars begin behind 3 * 90 + 2 * 4 pixels and a margin.
+        // The bars begin after 3 * 90 + 2 * 4 pixels and a margin.
         assert_eq!(
             [at(302, 48), at(302, 122), at(302, 123)],
             [[0; 3], [0; 3], [255; 3]]

@@ -1,11 +1,12 @@
-//! Recognizers of the literature by class of confounder, as a table.
+//! Tables of published recognizers by class of confounder.
 
 use super::percent;
 use crate::literature::{ClassRank1, Garments, LiteratureRow};
 use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
 
-/// Rank-1 of each recognizer under each class, with its 95 % interval over people, percent.
+/// Returns a table of Rank-1 of each recognizer under each class, with its 95 % interval over people,
+/// percent.
 pub(crate) fn literature_table(
     rows: &[LiteratureRow],
     people: usize,
@@ -33,7 +34,7 @@ pub(crate) fn literature_table(
     table
 }
 
-/// How the row widths of each two garments go with each other, and how they vary within each.
+/// Returns a table of the correlations of row widths between garments, and their variance within each.
 pub(crate) fn garments_table(garments: &Garments) -> Table<'static> {
     let mut table = Table::new(&[Left(0), Right(0)]).with_gap(2);
     let names = garments.names.iter().map(String::as_str);

@@ -1,6 +1,6 @@
-//! Results as people read them: a page, a table on the terminal, pictures.
+//! Reports for people: an HTML page, terminal tables, and pictures.
 //!
-//! A report never computes a result: it shows what [`crate::evaluate`] found.
+//! A report computes no results: it shows those of [`crate::evaluate`].
 
 pub(crate) mod axis_ticks;
 #[cfg(feature = "plots")]
@@ -51,14 +51,14 @@ pub(crate) use picture::{cells, contact_sheet, is_own_png, png, write_png};
 pub(crate) use study::{study_tables, write_study};
 pub(crate) use table::table;
 
-/// How the title of every page ends, by which one is known again.
+/// The end of the title of every page, by which the program recognizes its files.
 pub(crate) const TITLE_END: &str = " · EdgeGait</title>";
 
-/// U+202F, a narrow space that does not break a line.
+/// U+202F, a narrow no-break space.
 const THIN: &str = "\u{202f}";
 
-/// A rate in percent with one decimal, such as `41.2`. Only a true 100 % is `100.0`
-/// and only a true 0 % is `0.0`: a single miss in a million must show.
+/// Formats a rate in percent with one decimal, such as `41.2`. Only a true 100 % is `100.0` and only
+/// a true 0 % is `0.0`, so that a single miss in a million is visible.
 pub(crate) fn percent(rate: f64) -> String {
     let rounded = (rate * 1000.0).round() / 10.0;
     let honest = if rate < 1.0 && rounded >= 100.0 {
@@ -71,7 +71,7 @@ pub(crate) fn percent(rate: f64) -> String {
     format!("{honest:.1}")
 }
 
-/// A count with thin groups of three, such as `182 780`, separated by `gap`.
+/// Formats a count in groups of three digits, such as `182 780`, separated by `gap`.
 pub(crate) fn grouped(count: u64, gap: &str) -> String {
     let digits = count.to_string();
     let mut out = String::new();
@@ -84,7 +84,7 @@ pub(crate) fn grouped(count: u64, gap: &str) -> String {
     out
 }
 
-/// Microseconds with three significant digits, such as `5.31` or `1 240`.
+/// Formats microseconds with three significant digits, such as `5.31` or `1 240`.
 pub(crate) fn microseconds(us: f64, gap: &str) -> String {
     if !us.is_finite() || us < 0.0 {
         "?".into()

@@ -1,4 +1,4 @@
-//! Whether the best recognizer differs from the others, on the same probes.
+//! Differences between the best recognizer and the others, on the same probes.
 
 use super::cells::shortened;
 use crate::evaluate::paired_results::PairedResult;
@@ -7,20 +7,20 @@ use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
 use maud::{Markup, html};
 
-/// What is said of a difference.
+/// Returns the verdict on a difference in words.
 fn verdict(one: &PairedResult) -> &'static str {
     match one.differs() {
         _ if one.low == Some(0.0) && one.high == Some(0.0) => "no difference",
         Some(true) => "differs",
-        Some(false) => "cannot tell",
+        Some(false) => "undecided",
         None => "one person only",
     }
 }
 
-/// A difference of rates in points of percent, its sign before it.
+/// Formats a difference of rates in percentage points, with its sign.
 fn points(rate: f64) -> String {
     let text = format!("{:+.1}", 100.0 * rate);
-    // What rounds to nothing has no sign.
+    // A value that rounds to 0 has no sign.
     if text.trim_start_matches(['+', '-']) == "0.0" {
         "0.0".into()
     } else {
@@ -35,14 +35,14 @@ fn interval(one: &PairedResult) -> String {
     })
 }
 
-/// The best recognizer's differences from the others.
+/// Returns the best recognizer's differences from the others.
 fn of_the_best(results: &ScoreResults) -> impl Iterator<Item = &PairedResult> {
     let best = results.paired.first().map(|first| &first.recognizer);
     let differences = results.paired.iter();
     differences.filter(move |one| Some(&one.recognizer) == best)
 }
 
-/// At how many viewpoints the best one is beyond and behind; empty where that is not known.
+/// Returns at how many viewpoints the best recognizer is better and worse; empty if that is unknown.
 fn of_viewpoints(one: &PairedResult) -> String {
     if one.by_viewpoint.is_empty() {
         return String::new();
@@ -51,7 +51,8 @@ fn of_viewpoints(one: &PairedResult) -> String {
     format!("{beyond}, {behind} of {}", one.by_viewpoint.len())
 }
 
-/// The best one's differences of what leads, at most 80 columns; empty where there are none.
+/// Returns the best recognizer's differences on the leading probe sets as text of at most 80 columns;
+/// empty if there are none.
 #[must_use]
 pub(super) fn text(results: &ScoreResults) -> String {
     let leading = || of_the_best(results).filter(|one| one.probe_set.is_none());
@@ -76,21 +77,21 @@ pub(super) fn text(results: &ScoreResults) -> String {
             },
         ]);
     }
-    format!("\n{best}: rank-1 beyond the others' on the same probes, paired over people\n{table}")
+    format!("\n{best}: lead in rank-1 on the same probes, paired by person\n{table}")
 }
 
-/// All of the best one's differences, as a table; empty where there are none.
+/// Returns all of the best recognizer's differences as an HTML table; empty if there are none.
 pub(super) fn section(results: &ScoreResults) -> Markup {
     let Some(first) = results.paired.first() else {
         return html! {};
     };
     html! {
-        h2 { "Do they differ?" }
+        h2 { "Differences between the recognizers" }
         p.quiet {
-            "Rank-1 of " (first.recognizer) ", the best here, less that of each other one on the same probes: "
-            "points of percent, and the 95 % interval of the difference that draws people, who answer to both. "
-            "Where 0 is within the interval, these people cannot tell the two apart. Of the viewpoints, each compared "
-            "for itself, about five in a hundred are beyond or behind by chance alone."
+            "Rank-1 of " (first.recognizer) ", the best here, minus that of each other recognizer on the same probes, "
+            "in percentage points, with the 95 % interval of the difference over people (paired bootstrap). "
+            "If the interval contains 0, these people do not show a difference. Viewpoints are compared one by one; "
+            "about five in a hundred are better or worse by chance alone."
         }
         div.scroll { table.summary {
             thead { tr {
@@ -100,17 +101,17 @@ pub(super) fn section(results: &ScoreResults) -> Markup {
                 th scope="col" { "points" }
                 th scope="col" { "95 % interval" }
                 th.text scope="col" { "verdict" }
-                th scope="col" { "viewpoints beyond, behind" }
+                th scope="col" { "viewpoints better, worse" }
             } }
             tbody { @for one in of_the_best(results) {
                 tr {
                     th scope="row" { (one.other) }
-                    td.text data-label="probes" { (one.probe_set.as_deref().unwrap_or("those that lead")) }
+                    td.text data-label="probes" { (one.probe_set.as_deref().unwrap_or("leading sets")) }
                     td data-label="people" { (one.people) }
                     td data-label="points" { b { (points(one.difference)) } }
                     td data-label="95 % interval" { (interval(one)) }
                     td.text data-label="verdict" { (verdict(one)) }
-                    td data-label="viewpoints beyond, behind" { (of_viewpoints(one)) }
+                    td data-label="viewpoints better, worse" { (of_viewpoints(one)) }
                 }
             } }
         } }
@@ -159,10 +160,10 @@ mod tests {
     #[test]
     fn the_text_says_who_differs() {
         let expected = "
-geinet: rank-1 beyond the others' on the same probes, paired over people
+geinet: lead in rank-1 on the same probes, paired by person
 against              points    95 % interval                \n\
 pixels                +25.0   +12.5 to +37.5 differs        \n\
-a-recognizer-of-a~      0.0     -1.0 to +1.1 cannot tell    \n\
+a-recognizer-of-a~      0.0     -1.0 to +1.1 undecided      \n\
 random               +100.0                - one person only\n";
         let trimmed = |text: &str| {
             let lines = text.lines().map(str::trim_end);

@@ -1,15 +1,15 @@
-//! How well each person is recognized, and whom they are taken for.
+//! Rank-1 by person, and with whom each person is confused.
 
 use super::percent;
 use crate::evaluate::paired_results::{Confusion, PersonResult};
 use crate::evaluate::results::{RecognizerResult, ScoreResults};
 use maud::{Markup, html};
 
-/// People that the page lists of a recognizer, those who are recognized worst.
+/// The number of people with the lowest rank-1 that the page lists for a recognizer.
 const SHOWN: usize = 12;
 
-/// The people of each recognizer that is no baseline who are recognized worst; empty where nobody is looked
-/// for by name.
+/// Returns for each recognizer except baselines the people with the lowest rank-1; empty if hits are
+/// not known by person.
 pub(super) fn section(results: &ScoreResults) -> Markup {
     let named = |one: &&RecognizerResult| !one.baseline && !one.by_person.is_empty();
     let recognizers: Vec<&RecognizerResult> = results.recognizers.iter().filter(named).collect();
@@ -17,10 +17,10 @@ pub(super) fn section(results: &ScoreResults) -> Markup {
         return html! {};
     }
     html! {
-        h2 { "Who is taken for whom?" }
+        h2 { "Confusions by person" }
         p.quiet {
-            "Rank-1 by person, the worst first, and whom each is taken for most often, with in how many of the probes. "
-            "The results in JSON have everybody."
+            "Rank-1 by person, the worst first, and the people with whom each is confused most often, with the number "
+            "of probes. The JSON results list everybody."
         }
         @for recognizer in recognizers {
             details {
@@ -30,14 +30,14 @@ pub(super) fn section(results: &ScoreResults) -> Markup {
                         th.text scope="col" { "person" }
                         th scope="col" { "probes" }
                         th scope="col" { "rank-1 %" }
-                        th.text scope="col" { "taken for" }
+                        th.text scope="col" { "confused with" }
                     } }
                     tbody { @for person in worst(recognizer) {
                         tr {
                             th.text scope="row" { (person.person) }
                             td data-label="probes" { (person.probes) }
                             td data-label="rank-1 %" { (percent(rank1(person))) }
-                            td.text data-label="taken for" { (taken_for(&person.taken_for)) }
+                            td.text data-label="confused with" { (taken_for(&person.taken_for)) }
                         }
                     } }
                 } }
@@ -50,7 +50,7 @@ fn rank1(person: &PersonResult) -> f64 {
     person.hits as f64 / person.probes.max(1) as f64
 }
 
-/// The people who are recognized worst, of equals those listed first.
+/// Returns the people with the lowest rank-1; ties go to those listed first.
 fn worst(recognizer: &RecognizerResult) -> Vec<&PersonResult> {
     let mut people: Vec<&PersonResult> = recognizer.by_person.iter().collect();
     people.sort_by(|a, b| rank1(a).total_cmp(&rank1(b)));
@@ -58,7 +58,7 @@ fn worst(recognizer: &RecognizerResult) -> Vec<&PersonResult> {
     people
 }
 
-/// From the worst to the best.
+/// Describes the number of people and the range of their rank-1.
 fn spread(recognizer: &RecognizerResult) -> String {
     let rates = || recognizer.by_person.iter().map(rank1);
     let (least, most) = (rates().fold(1.0, f64::min), rates().fold(0.0, f64::max));

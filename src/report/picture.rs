@@ -11,13 +11,13 @@ use crate::template::TemplateShape;
 use edgegait_core::format::crc32;
 use edgegait_core::silhouette::Size;
 
-/// Grey of the lines between cells: neither a figure's 255 nor the ground's 0.
+/// Grey of the lines between cells: neither a figure's 255 nor the background's 0.
 const LINE: u8 = 96;
-/// The most pixels of a sheet, 64 Mi: more is a mistake in the arguments.
+/// The maximum number of pixels of a sheet, 64 Mi: more is a mistake in the arguments.
 const MAX_PIXELS: u64 = 1 << 26;
 
-/// Rows of images of one size as one picture: each image enlarged `scale` times without
-/// smoothing, one line of `scale` pixels around each. Short rows and images end in black.
+/// Draws rows of images of one size as one picture: each image enlarged `scale` times without
+/// smoothing, with a line of `scale` pixels around it. Short rows and images are filled with black.
 ///
 /// # Errors
 ///
@@ -54,9 +54,9 @@ pub(crate) fn contact_sheet<P: AsRef<[u8]>>(
     Ok(sheet)
 }
 
-/// A template of silhouettes of this size as images of that size: of several images each of them, of
-/// a vector bars from below, a column for each number (as many images as that takes); if it has a
-/// number for each row, bars about the middle.
+/// Returns a template of silhouettes of this size as images of the same size. Each image of a template
+/// is one image. A vector is drawn as vertical bars, a column for each number, in as many images as
+/// needed; with a number for each row, it is drawn as horizontal bars around the middle.
 #[must_use]
 pub(crate) fn cells(bytes: &[u8], shape: TemplateShape, size: Size) -> Vec<Vec<u8>> {
     let (rows, columns) = (size.rows(), size.columns());
@@ -96,11 +96,11 @@ pub(crate) fn cells(bytes: &[u8], shape: TemplateShape, size: Size) -> Vec<Vec<u
     bytes.chunks(columns).map(of_numbers).collect()
 }
 
-/// A picture as the bytes of a PNG file.
+/// Encodes a picture as the bytes of a PNG file.
 ///
 /// # Errors
 ///
-/// If the encoder fails, which only a lack of memory makes it do.
+/// If the encoder fails, which only happens without memory.
 pub(crate) fn png<P>(picture: &ImageBuffer<P, Vec<u8>>) -> Result<Vec<u8>>
 where
     P: PixelWithColorType<Subpixel = u8>,
@@ -112,13 +112,13 @@ where
     Ok(signed(&bytes.into_inner()))
 }
 
-/// Bytes of the chunk that says who made a picture: its length, and its type with the registered
-/// keyword `Software` (PNG, third edition, 11.3.3.2).
+/// The chunk that names the program: its length, and its type with the registered keyword `Software`
+/// (PNG, third edition, 11.3.3.2).
 const SIGNATURE: (u32, &[u8]) = (17, b"tEXtSoftware\0EdgeGait");
-/// Where the first chunk of a PNG file ends, the header.
+/// The end of the first chunk of a PNG file, the header.
 const HEADER_END: usize = 33;
 
-/// The bytes of a PNG file with a word about what made it, by which it is known again.
+/// Returns the bytes of a PNG file with the program's name, by which it recognizes its files.
 fn signed(png: &[u8]) -> Vec<u8> {
     let (header, rest) = png.split_at(HEADER_END.min(png.len()));
     let (length, text) = SIGNATURE;
@@ -126,18 +126,18 @@ fn signed(png: &[u8]) -> Vec<u8> {
     [header, &length.to_be_bytes(), text, &check, rest].concat()
 }
 
-/// Whether a PNG file that begins so was made by this program.
+/// Returns whether a PNG file with this beginning was written by this program.
 #[must_use]
 pub(crate) fn is_own_png(start: &[u8]) -> bool {
     let text = start.get(HEADER_END + 4..);
     start.starts_with(b"\x89PNG") && text.is_some_and(|text| text.starts_with(SIGNATURE.1))
 }
 
-/// Writes a picture as a PNG file, whole or not at all.
+/// Writes a picture as a PNG file atomically.
 ///
 /// # Errors
 ///
-/// The system's, if the file cannot be written.
+/// If the file cannot be written.
 pub(crate) fn write_png<P>(path: impl AsRef<Path>, picture: &ImageBuffer<P, Vec<u8>>) -> Result<()>
 where
     P: PixelWithColorType<Subpixel = u8>,
@@ -145,7 +145,7 @@ where
     write_bytes(path, &png(picture)?)
 }
 
-/// Pixels of `cells` cells and the lines around them; none if that is 0 or too many.
+/// Returns the pixels of `cells` cells and the lines around them; none if they are 0 or too many.
 fn sheet_side(cells: usize, pixels: usize, scale: u32) -> Option<u32> {
     let units = cells.checked_mul(pixels + 1)?.checked_add(1)?;
     u32::try_from(units)
@@ -211,7 +211,7 @@ mod tests {
     #[test]
     fn vectors_are_shown_as_bars() {
         let size = Size::S50x30;
-        // 60 numbers in two images: the first 10 rows high, the last one 50.
+        // 60 numbers in two images: the first bar is 10 rows high, the last one 50.
         let mut numbers = vec![0; 60];
         (numbers[0], numbers[59]) = (51, 255);
         let found = cells(&numbers, TemplateShape::Vector(60), size);
@@ -245,7 +245,7 @@ mod tests {
         let path = folder.path().join("sheet.png");
         write_png(&path, &sheet).unwrap();
         assert_eq!(image::open(&path).unwrap().into_luma8(), sheet);
-        // The chunk that follows the header, its CRC-32 as Python's zlib has it.
+        // The chunk after the header, with the CRC-32 that Python's zlib computes.
         let bytes = std::fs::read(&path).unwrap();
         assert_eq!(
             &bytes[33..62],

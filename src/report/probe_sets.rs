@@ -1,4 +1,4 @@
-//! What a protocol's sets of probes came to: on a terminal, and on the page.
+//! The results of a protocol's sets of probes: on a terminal, and on the page.
 
 use super::cells::shortened;
 use super::{THIN, grouped, headline_scope, percent};
@@ -8,14 +8,14 @@ use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
 use maud::{Markup, html};
 
-/// Bins of angle in a row of a terminal.
+/// The number of angle bins in a row on a terminal.
 const ANGLES_IN_A_ROW: usize = 11;
-/// Sets of probes whose matrices a page shows.
+/// The maximum number of sets of probes whose matrices a page shows.
 const MAX_MATRICES: usize = 6;
-/// Viewpoints of a cross-view matrix that a page shows cell by cell.
+/// The maximum number of viewpoints of a cross-view matrix that a page shows cell by cell.
 const MAX_CELLS: usize = 16;
 
-/// The sets and the angles as text, at most 80 columns.
+/// Returns the sets and the angles as text of at most 80 columns.
 pub(super) fn text(result: &RecognizerResult) -> String {
     let mut sets = Table::new(&[
         Left(16),
@@ -29,7 +29,7 @@ pub(super) fn text(result: &RecognizerResult) -> String {
         Right(5),
     ]);
     if !result.probe_sets.is_empty() {
-        sets.row("  probe set|asked|rank-1|over people|rank-5|mAP|mINP|EER|AUC".split('|'));
+        sets.row("  probe set|probes|rank-1|over people|rank-5|mAP|mINP|EER|AUC".split('|'));
     }
     for set in &result.probe_sets {
         let verification = set.verification.as_ref();
@@ -46,7 +46,7 @@ pub(super) fn text(result: &RecognizerResult) -> String {
             auc.map_or("-".into(), |auc| format!("{auc:.3}")),
         ]);
         sets.note(format!(
-            "    {}{} people, each looked for among {}; chance {} %",
+            "    {}{} people, {} to choose from; chance {} %",
             if set.clean { "clean; " } else { "" },
             grouped(set.people, ","),
             result.classes,
@@ -64,7 +64,7 @@ pub(super) fn text(result: &RecognizerResult) -> String {
         headline_scope::probe_sets(result),
         result.by_angle.is_empty(),
     ) {
-        let title = format!("  by angle from training, of {which}:");
+        let title = format!("  by angle from the training viewpoints, {which}:");
         sets.note(shortened(&title, 80));
     }
     let angles = result.by_angle.chunks(ANGLES_IN_A_ROW).map(angles);
@@ -76,14 +76,14 @@ fn angles(bins: &[AngleResult]) -> Table<'static> {
     let mut row = |head: &str, of: fn(&AngleResult) -> String| {
         table.row([head.to_owned()].into_iter().chain(bins.iter().map(of)));
     };
-    row("  degrees, to", |bin| bin.to_deg.to_string());
+    row("  degrees up to", |bin| bin.to_deg.to_string());
     row("  rank-1 %", |bin| percent(bin.rank1));
     row("    from", |bin| percent(bin.intervals.shown().0));
     row("    to", |bin| percent(bin.intervals.shown().1));
     table
 }
 
-/// Accepted claims at fixed false accept rates.
+/// Formats the true accept rates at fixed false accept rates.
 fn accepted(set: &ProbeSetResult) -> Option<String> {
     let verification = set.verification.as_ref()?;
     let rates = verification.tar_at_far.iter();
@@ -99,7 +99,7 @@ fn accepted(set: &ProbeSetResult) -> Option<String> {
         .collect();
     (!known.is_empty()).then(|| {
         format!(
-            "accepted % at false accepts %: {} ({} impostor pairs)",
+            "TAR % at FAR %: {} ({} impostor pairs)",
             known.join(", "),
             grouped(verification.impostors, ",")
         )
@@ -108,7 +108,7 @@ fn accepted(set: &ProbeSetResult) -> Option<String> {
 
 fn mean(cross_view: &CrossViewResult) -> String {
     match (cross_view.mean_percent, &cross_view.note) {
-        (Some(mean), _) => format!("mean over different viewpoints, each alike: {mean:.2} %"),
+        (Some(mean), _) => format!("mean over pairs of different viewpoints: {mean:.2} %"),
         (None, Some(note)) => note.clone(),
         (None, None) => "no mean over viewpoints".into(),
     }
@@ -116,7 +116,7 @@ fn mean(cross_view: &CrossViewResult) -> String {
 
 fn left_out(set: &ProbeSetResult) -> Option<String> {
     let counts = [
-        (set.without_mate, "without anyone of theirs in the gallery"),
+        (set.without_mate, "whose person is not in the gallery"),
         (set.non_finite, "with answers that are not finite"),
     ];
     let found = counts.iter().filter(|(count, _)| *count > 0);
@@ -136,7 +136,7 @@ fn range(interval: Option<(f64, f64)>, dash: &str) -> String {
     })
 }
 
-/// Lines of at most 80 columns of a text under a set of probes.
+/// Wraps a text under a set of probes to lines of at most 80 columns.
 fn wrapped(text: &str) -> String {
     let mut out = String::from("   ");
     let mut width = out.len();
@@ -153,14 +153,14 @@ fn wrapped(text: &str) -> String {
     out
 }
 
-/// The sets as a table, and matrices of those that have one.
+/// Returns the sets as an HTML table, and the matrices of sets that have one.
 pub(super) fn page(result: &RecognizerResult) -> Markup {
     html! {
         @if !result.probe_sets.is_empty() {
             div.scroll { table.summary {
                 caption { "Protocol " (result.protocol) ", "
                     @match result.probe_sets.len() { 1 => "its probe set", many => { "all " (many) " probe sets" } }
-                    ", each looked for among " (result.classes) " people; chance is "
+                    ", " (result.classes) " people to choose from; chance is "
                     (percent(crate::report::cells::chance(result))) " %" }
                 thead { tr {
                     th scope="col" { "probes" }
@@ -185,7 +185,7 @@ pub(super) fn page(result: &RecognizerResult) -> Markup {
     }
 }
 
-/// The false accept rates of the first set that has any, percent.
+/// Returns the false accept rates of the first set that has any, percent.
 fn fars(sets: &[ProbeSetResult]) -> String {
     let rates = sets.iter().find_map(|set| set.verification.as_ref());
     let rates = rates.iter().flat_map(|found| &found.tar_at_far);
@@ -223,7 +223,7 @@ fn matrix(set: &str, cross_view: &CrossViewResult) -> Markup {
         p { (set) ": " (mean(cross_view)) }
         @if cross_view.views.len() <= MAX_CELLS {
             div.scroll { table.bands {
-                caption { "Rank-1 in percent, " (set) ": probes' viewpoint (rows), gallery's (columns)" }
+                caption { "Rank-1 in percent, " (set) ": probe viewpoint (rows), gallery viewpoint (columns)" }
                 thead { tr { th scope="col" { } @for view in &cross_view.views { th scope="col" { (view.to_string()) } } } }
                 tbody { @for (view, cells) in cross_view.views.iter().zip(&cross_view.rank1) { tr {
                     th scope="row" { (view.to_string()) }
@@ -304,12 +304,12 @@ mod tests {
         result.protocol = "casia-b".into();
         result.probe_sets = vec![set()];
         let expected =
-            "  probe set         asked rank-1   over people rank-5    mAP   mINP    EER   AUC
+            "  probe set        probes rank-1   over people rank-5    mAP   mINP    EER   AUC
   NM               12,345   50.0   25.0 - 75.0   87.5   62.5      -   12.5 0.938
-    clean; 7 people, each looked for among 26; chance 3.8 %
-    accepted % at false accepts %: 75.0 at 10 (200 impostor pairs)
+    clean; 7 people, 26 to choose from; chance 3.8 %
+    TAR % at FAR %: 75.0 at 10 (200 impostor pairs)
     a cell is empty
-    misses: 2 without anyone of theirs in the gallery
+    misses: 2 whose person is not in the gallery
 ";
         assert_eq!(text(&result), expected);
         result.probe_sets[0].people = 1_000_000;

@@ -1,4 +1,4 @@
-//! Rank-1 of viewpoints that are no grid, as a picture (inline SVG): a dot where each is.
+//! A scatter plot of Rank-1 at viewpoints that are not a grid (inline SVG): a dot for each viewpoint.
 
 use maud::{Markup, html};
 
@@ -6,7 +6,7 @@ use super::drawing::to_tenth;
 use super::heatmap::{axes, class_of, colour, exact, label, style_of};
 use crate::evaluate::results::RecognizerResult;
 
-/// From the left to the plot: the longest label, such as `-22.25`.
+/// Space to the left of the plot, for the longest label, such as `-22.25`.
 const LEFT: usize = 80;
 const TOP: usize = 36;
 const WIDTH: usize = 480;
@@ -14,7 +14,7 @@ const HEIGHT: usize = 280;
 const RIGHT: usize = 36;
 const BOTTOM: usize = 54;
 
-/// Where the values of an axis lie: the least at 0, the greatest at `length`.
+/// The values of an axis, with the least at 0 and the greatest at `length`.
 struct ChartAxis {
     values: Vec<f64>,
     length: f64,
@@ -40,7 +40,7 @@ impl ChartAxis {
         }
     }
 
-    /// Values that have a label, `room` apart, with the greatest one.
+    /// Returns the values to label, at least `room` apart, including the greatest.
     fn ticks(&self, room: f64) -> Vec<f64> {
         let Some(&greatest) = self.values.last() else {
             return Vec::new();
@@ -57,7 +57,7 @@ impl ChartAxis {
     }
 }
 
-/// The picture: azimuth to the right, elevation upwards, both to scale.
+/// Draws the scatter plot: azimuth to the right, elevation upwards, both to scale.
 pub(super) fn svg(result: &RecognizerResult) -> Markup {
     let all = &result.by_viewpoint;
     let across = ChartAxis::new(all.iter().map(|v| v.azimuth_deg), WIDTH);
@@ -65,7 +65,7 @@ pub(super) fn svg(result: &RecognizerResult) -> Markup {
     let (width, height) = (LEFT + WIDTH + RIGHT, TOP + HEIGHT + BOTTOM);
     let x_of = |azimuth: f64| LEFT as f64 + across.place(azimuth);
     let y_of = |elevation: f64| (TOP + HEIGHT) as f64 - up.place(elevation);
-    // Dots of many viewpoints cover two fifths of the plot at most.
+    // Dots of many viewpoints cover at most two fifths of the plot.
     let area = (WIDTH * HEIGHT) as f64 / all.len().max(1) as f64;
     let radius = (area * 0.4 / std::f64::consts::PI).sqrt().clamp(2.5, 10.0);
     let text = format!(
@@ -128,7 +128,7 @@ mod tests {
                 .collect();
             assert_texts_are_readable(&svg(&result_of(&list)).into_string());
         }
-        // One place, twice.
+        // The same viewpoint twice.
         let twice = result_of(&[(90.0, 0.0, 1, 2), (90.0, 0.0, 2, 2)]);
         assert_texts_are_readable(&svg(&twice).into_string());
     }

@@ -1,18 +1,18 @@
-//! Charts in files of their own (SVG).
+//! Charts in their own files (SVG).
 
 use maud::{Markup, html};
 
-/// What the page's colours are on white paper: viewers that are no browser know no variables.
+/// The page's colours on white paper, because viewers other than browsers do not support CSS variables.
 const PAPER: [(&str, &str); 3] = [
     ("var(--ink)", "#16191d"),
     ("var(--quiet)", "#5b6470"),
     ("var(--line)", "#d9dde2"),
 ];
 
-/// The most that a letter takes of a line, and how high it is, in a [`standalone`] chart.
+/// The maximum width of a letter, and its height, in a [`standalone`] chart.
 pub(crate) const LETTER: (f64, f64) = (8.0, 13.0);
 
-/// A chart of so many pixels as a file: on white, and with letters of [`LETTER`].
+/// Returns a chart of this size in pixels as a file: on white, with letters of [`LETTER`].
 pub(crate) fn standalone((width, height): (f64, f64), title: &str, chart: &Markup) -> String {
     let page = include_str!("chart.css").to_owned();
     let css = PAPER

@@ -1,4 +1,4 @@
-//! Rank-1 against the strength of each confounder: many small charts in one picture (SVG).
+//! Charts of Rank-1 against the strength of each confounder, as one picture (SVG).
 
 use super::drawing::{Axes, LINES, Tick, percents, to_tenth};
 use super::percent;
@@ -6,27 +6,27 @@ use super::standalone::{LETTER, standalone};
 use crate::evaluate::strengths::ConfounderResult;
 use maud::{Markup, html};
 
-/// Width of the picture, and how many charts stand side by side.
+/// Width of the picture, and the number of charts side by side.
 const WIDTH: f64 = 1000.0;
 const COLUMNS: usize = 6;
-/// Room for the percentages on the left, around everything, and between two charts, pixels.
+/// Space for the percentages on the left, around the picture, and between two charts, pixels.
 const LEFT: f64 = 50.0;
 const MARGIN: f64 = 8.0;
 const GAP: f64 = 16.0;
-/// From one chart to the next.
+/// Distance from one chart to the next, pixels.
 const PITCH: f64 = (WIDTH - LEFT - MARGIN + GAP) / COLUMNS as f64;
-/// A chart's own height, that of its name above and its strengths below, pixels.
+/// Heights of a chart, of its name above and of its strengths below, pixels.
 const CHART: f64 = 84.0;
 const NAME: f64 = 22.0;
 const TICKS: f64 = 26.0;
-/// A line of text.
+/// Height of a line of text, pixels.
 const LINE: f64 = 24.0;
-/// The key of a line, and the line at chance.
+/// Width of the key of a line, and the look of the line at chance.
 const KEY: f64 = 28.0;
 const CHANCE: (&str, &str) = ("#9aa4b0", "4 4");
 
-/// The charts of all confounders, by class, with lines of each recognizer and a dashed one at
-/// chance; `classes` people to choose from.
+/// Draws the charts of all confounders by class, with a line for each recognizer and a dashed line at
+/// chance; `classes` is the number of people to choose from.
 pub(super) fn svg(results: &[ConfounderResult], classes: usize) -> String {
     let chance = 1.0 / classes.max(1) as f64;
     let mut parts = vec![legend(&recognizers(results))];
@@ -50,7 +50,7 @@ pub(super) fn svg(results: &[ConfounderResult], classes: usize) -> String {
     standalone((WIDTH, y + MARGIN), title, &all)
 }
 
-/// Which line is whose.
+/// Draws the key of the lines.
 fn legend(recognizers: &[String]) -> Markup {
     let title = "rank-1 against strength:";
     let looks = LINES.into_iter().cycle();
@@ -76,7 +76,7 @@ fn legend(recognizers: &[String]) -> Markup {
     }
 }
 
-/// One chart, whose upper edge is at `y`.
+/// Draws one chart with its upper edge at `y`.
 fn chart(result: &ConfounderResult, column: usize, y: f64, chance: f64) -> Markup {
     let axes = Axes {
         left: LEFT + column as f64 * PITCH,
@@ -112,7 +112,7 @@ fn chart(result: &ConfounderResult, column: usize, y: f64, chance: f64) -> Marku
     }
 }
 
-/// The recognizers' names.
+/// Returns the recognizers' names.
 pub(super) fn recognizers(results: &[ConfounderResult]) -> Vec<String> {
     let first = results
         .first()
@@ -160,7 +160,7 @@ mod tests {
         // The chart begins at (50, 78), is 84 high and 143.7 wide.
         assert!(svg.contains("d=\"M50.0 78.0L193.7 120.0\""), "{svg}");
         assert!(svg.contains("<title>side, 1: 50.0 %</title>"), "{svg}");
-        // Chance is 4 %, of 84 pixels above 162.
+        // Chance is 4 % of 84 pixels, above 162.
         assert!(svg.contains("d=\"M50.0 158.6L193.7 158.6\""), "{svg}");
     }
 

@@ -1,4 +1,4 @@
-//! The page's first words: the best recognizer, and all of them in a table.
+//! The beginning of the page: the best recognizer, and a table of all recognizers.
 
 use super::cells::chance;
 use super::heatmap::label;
@@ -9,16 +9,16 @@ use crate::evaluate::rank1::Tally;
 use crate::evaluate::results::{RecognizerResult, ScoreResults};
 use maud::{Markup, html};
 
-/// The best recognizer in a few sentences.
+/// Describes the best recognizer in a few sentences.
 pub(super) fn finding(results: &ScoreResults) -> Markup {
     let learnt = results.learnt().count();
     let scored = results.learnt().filter(|result| result.probes > 0);
-    // Of equals the first, as listed: max_by keeps the last.
+    // Ties go to the first listed: `max_by` keeps the last.
     let Some(best) = scored.rev().max_by(|a, b| a.rank1.total_cmp(&b.rank1)) else {
         return html! { p.finding { "Nothing was scored." } };
     };
     let trained = best.at_training();
-    // Where all viewpoints are those of training, it would be the same number again.
+    // If all viewpoints are training viewpoints, it would be the same number again.
     let trained = trained.rank1().filter(|_| trained.probes < best.probes);
     html! {
         div.finding {
@@ -41,7 +41,7 @@ pub(super) fn finding(results: &ScoreResults) -> Markup {
             }
             @if let Some(which) = headline_scope::probe_sets(best) {
                 p {
-                    "That is of " strong { (which) } ": " (headline_scope::counts(best, THIN)) "."
+                    "This is on " strong { (which) } ": " (headline_scope::counts(best, THIN)) "."
                     @if let Some((worst, others)) = headline_scope::worst_other(best) {
                         @match others {
                             1 => " The other one",
@@ -56,7 +56,7 @@ pub(super) fn finding(results: &ScoreResults) -> Markup {
     }
 }
 
-/// All recognizers, a row for each.
+/// Returns the table of all recognizers, a row for each.
 pub(super) fn summary(results: &ScoreResults) -> Markup {
     html! {
         h2 { "Summary" }
@@ -121,7 +121,7 @@ fn rate_and_interval(tally: Tally) -> Markup {
     }
 }
 
-/// The elevations at which a recognizer does worst, by name, if it was seen from several.
+/// Returns the elevation band with a recognizer's lowest rank-1, by name, if there are several bands.
 fn worst_elevation(result: &RecognizerResult) -> Option<(String, Tally)> {
     let bands = Bands::of(&result.by_viewpoint);
     let seen = (0..ELEVATIONS.len()).filter(|&band| bands.elevation(band).probes > 0);
@@ -136,7 +136,7 @@ pub(super) mod tests {
     use crate::evaluate::results::tests::{result_of, results_of};
     use crate::report::headline_scope::tests::confounded;
 
-    /// Four viewpoints, the side view of them that of training.
+    /// Returns a result for four viewpoints, of which the side view is the training viewpoint.
     pub(crate) fn grid() -> RecognizerResult {
         let mut result = result_of(&[
             (0.0, 0.0, 1, 4),
@@ -174,12 +174,12 @@ pub(super) mod tests {
              azimuth 90°, elevation 0°; chance is 3.8 %."
         ), "{said}");
         assert!(said.contains(
-            "That is of <strong>the clean probe set normal, 1 of 3</strong>: 26 probes of 26 people. \
+            "This is on <strong>the clean probe set normal, 1 of 3</strong>: 26 probes of 26 people. \
              Of the other 2 it does worst on fog: <strong>3.8 %</strong>."
         ), "{said}");
         let row = summary(&results).into_string();
         assert!(row.contains("the clean probe set normal, 1 of 3"), "{row}");
-        // Seen from one elevation, none is the worst.
+        // With one elevation, there is no worst one.
         assert!(row.contains("data-label=\"worst elevations\">–<"), "{row}");
     }
 
@@ -188,7 +188,7 @@ pub(super) mod tests {
         let sets = vec![set("5", false, 26), set("6", false, 26)];
         let said = finding(&results_of(vec![confounded(sets)])).into_string();
         assert!(said.contains(
-            "That is of <strong>all 2 probe sets, pooled (5; 6): none is known to be clean</strong>"
+            "This is on <strong>all 2 probe sets, pooled (5; 6): none is known to be clean</strong>"
         ), "{said}");
     }
 }

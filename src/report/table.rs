@@ -1,4 +1,4 @@
-//! Results on a terminal: plain text, at most 80 columns.
+//! Results as plain text for a terminal, at most 80 columns.
 
 use super::cells::shortened;
 use super::{grouped, headline_scope, microseconds, paired, percent, probe_sets};
@@ -9,7 +9,7 @@ use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
 use std::fmt::Write;
 
-/// The results as text: a line for each recognizer, then where each of them works.
+/// Returns the results as text: a line for each recognizer, then its rank-1 by viewpoint.
 #[must_use]
 pub(crate) fn table(results: &ScoreResults) -> String {
     let mut table = Table::new(&[Left(18), Left(18), Right(10), Right(8), Right(13), Right(8)]);
@@ -39,7 +39,7 @@ pub(crate) fn table(results: &ScoreResults) -> String {
             &format!("protocol: {}", shortened(&first.protocol, 60)),
         );
         if let Some(which) = headline_scope::probe_sets(first) {
-            line(&mut out, &shortened(&format!("rank-1 is of {which}"), 80));
+            line(&mut out, &shortened(&format!("rank-1 is on {which}"), 80));
         }
         if let Some((worst, others)) = headline_scope::worst_other(first) {
             let name = shortened(&worst.name, 30);
@@ -54,7 +54,7 @@ pub(crate) fn table(results: &ScoreResults) -> String {
         }
     }
     out.push_str(&paired::text(results));
-    // Of baselines beside others the page has more.
+    // The page has more about baselines.
     for recognizer in results.learnt() {
         places(&mut out, recognizer);
         out.push_str(&probe_sets::text(recognizer));
@@ -62,7 +62,7 @@ pub(crate) fn table(results: &ScoreResults) -> String {
     out
 }
 
-/// The interval that draws people, if there is one: probes of one person go together.
+/// Formats the interval over people or, if there is none, Wilson's.
 fn interval(recognizer: &RecognizerResult) -> String {
     let (low, high) = recognizer.intervals.shown();
     format!("{} - {}", percent(low), percent(high))
@@ -72,7 +72,7 @@ fn places(out: &mut String, recognizer: &RecognizerResult) {
     let bands = Bands::of(&recognizer.by_viewpoint);
     let name = shortened(&recognizer.name, 34);
     let seen = (0..ELEVATIONS.len()).filter(|&band| bands.elevation(band).probes > 0);
-    // One row is no table.
+    // A single row needs no table.
     let is_grid = seen.count() > 1;
     if is_grid {
         line(
@@ -80,7 +80,7 @@ fn places(out: &mut String, recognizer: &RecognizerResult) {
             &format!("\n{name}: rank-1 % by elevation and azimuth, degrees"),
         );
         if let Some(which) = headline_scope::probe_sets(recognizer) {
-            line(out, &shortened(&format!("  of {which}"), 80));
+            line(out, &shortened(&format!("  on {which}"), 80));
         }
         out.push_str(&grid(&bands).to_string());
     } else {
@@ -95,7 +95,7 @@ fn places(out: &mut String, recognizer: &RecognizerResult) {
         line(
             out,
             &format!(
-                "  {} of {} viewpoints are no multiples of 5: they stand where they are nearest",
+                "  {} of {} viewpoints are not multiples of 5 and count as the nearest one",
                 grouped(bands.between as u64, ","),
                 grouped(recognizer.by_viewpoint.len() as u64, ",")
             ),
@@ -126,7 +126,7 @@ fn grid(bands: &Bands) -> Table<'static> {
         let rates = cells.into_iter().chain([all]).map(rate);
         table.row([name.to_owned()].into_iter().chain(rates));
     };
-    // As in a picture, what is above is above.
+    // As in a picture, high elevations are at the top.
     for (band, elevation) in ELEVATIONS.iter().enumerate().rev() {
         row(elevation, bands.cells[band], bands.elevation(band));
     }

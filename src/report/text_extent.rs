@@ -1,16 +1,17 @@
-//! Where the texts of a chart lie, for tests: estimated, and rather too wide than too narrow.
+//! Checks for tests of the positions of texts in a chart, with widths that are rather over- than
+//! underestimated.
 
-/// Asserts that no text of any of the `<svg>` reaches over its `viewBox`, and that no two texts that
-/// begin on one line overlap.
+/// Asserts that no text of any `<svg>` extends beyond its `viewBox`, and that no two texts on one line
+/// overlap.
 ///
-/// Texts are as large as on a phone (16 units, see `style.css`), and a letter is as wide as the
-/// widest digits of common fonts: 0.6 of that.
+/// Texts have the size on a phone (16 units, see `style.css`), and a letter has the width of the widest
+/// digits of common fonts: 0.6 of that.
 #[track_caller]
 pub(super) fn assert_texts_are_readable(html: &str) {
     assert_texts_of_size_are_readable(html, 16.0);
 }
 
-/// The same of letters that are so high.
+/// Asserts as [`assert_texts_are_readable`], for letters of this height.
 #[track_caller]
 pub(super) fn assert_texts_of_size_are_readable(html: &str, letter: f64) {
     for svg in html.split("<svg").skip(1) {
@@ -54,7 +55,7 @@ pub(super) fn assert_texts_of_size_are_readable(html: &str, letter: f64) {
     }
 }
 
-/// The value of an attribute.
+/// Returns the value of an attribute.
 fn value<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
     let (_, rest) = tag.split_once(&format!(" {name}=\""))?;
     rest.split('"').next()

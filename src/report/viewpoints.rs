@@ -1,4 +1,4 @@
-//! One recognizer in the report: where it works.
+//! The section of one recognizer in the report: its results by viewpoint.
 
 use super::cells::{chance, rate_cell};
 use super::heatmap::{HeatmapGrid, label, legend};
@@ -8,11 +8,11 @@ use crate::evaluate::rank1::Tally;
 use crate::evaluate::results::RecognizerResult;
 use maud::{Markup, html};
 
-/// Viewpoints that are listed one by one rather than in bands.
+/// The maximum number of viewpoints that are listed one by one rather than in bands.
 const LISTED: usize = 25;
 
-/// A recognizer's section: its sets of probes, a picture of its viewpoints, and a list of them or,
-/// of many, the bands.
+/// Returns a recognizer's section: its sets of probes, a picture of its viewpoints, and a list of them
+/// or, if there are many, the bands.
 pub(super) fn recognizer(result: &RecognizerResult) -> Markup {
     let bands = Bands::of(&result.by_viewpoint);
     let grid = HeatmapGrid::of(&result.by_viewpoint);
@@ -57,7 +57,7 @@ fn band_table(bands: &Bands) -> Markup {
                     "; " (grouped(bands.outside as u64, THIN)) " viewpoints are in no band"
                 }
                 @if bands.between > 0 {
-                    "; " (grouped(bands.between as u64, THIN)) " are no multiples of 5 and count as the nearest"
+                    "; " (grouped(bands.between as u64, THIN)) " are not multiples of 5 and count as the nearest one"
                 }
             }
             thead { tr {
@@ -87,7 +87,7 @@ fn cell(tally: Tally) -> Markup {
     rate_cell(tally.rank1())
 }
 
-/// Viewpoints one by one.
+/// Returns a table of the viewpoints.
 fn viewpoints(result: &RecognizerResult) -> Markup {
     html! {
         div.scroll { table {
@@ -116,7 +116,7 @@ fn viewpoints(result: &RecognizerResult) -> Markup {
     }
 }
 
-/// A rate in percent, or a dash without probes.
+/// Formats a rate in percent, or a dash without probes.
 pub(super) fn rate(tally: Tally) -> String {
     tally.rank1().map_or("–".into(), percent)
 }

@@ -60,8 +60,8 @@ pub struct AffineScores {
 }
 
 impl AffineScores {
-    /// Runs a recognizer of templates on the black image, on each image with one white pixel, and on
-    /// random images.
+    /// Runs a recognizer of templates on the black image, on each image with one white pixel, and
+    /// on random images.
     ///
     /// # Errors
     /// If it takes viewpoints, has no scores or more than [`MAX_CLASSES`], if scores are not finite

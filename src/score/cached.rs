@@ -2,8 +2,9 @@
 //!
 //! Each model, contract and runtime has a file, to which answers are appended as they come. So an
 //! interrupted run leaves its answers to the next run, whatever that run's protocol, conditions or
-//! source. Answers are found by the hash of the input's bytes. The last bits of an answer can depend
-//! on the rest of its batch, as far as the runtime allows; the first computed answer is kept.
+//! source. Answers are found by the hash of the input's bytes. The last bits of an answer can
+//! depend on the rest of its batch, as far as the runtime allows; the first computed answer is
+//! kept.
 
 use super::provider::RuntimeName;
 use super::{Contract, Model, Outputs, Recognizer, join};
@@ -16,8 +17,8 @@ use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-/// The fewest multiply-accumulates of an input that are worth caching. Our choice: 100 us, ten times
-/// as long as a lookup takes.
+/// The fewest multiply-accumulates of an input that are worth caching. Our choice: 100 us, ten
+/// times as long as a lookup takes.
 const LEAST_MACS: u64 = 1_000_000;
 /// The most bytes of a file: further answers are not kept.
 const MOST_BYTES: u64 = 1 << 29;
@@ -300,8 +301,8 @@ mod tests {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// A recognizer whose embedding is the sum of an input and its first number, and which counts the
-    /// inputs it was given.
+    /// A recognizer whose embedding is the sum of an input and its first number, and which counts
+    /// the inputs it was given.
     struct Counting {
         asked: Arc<AtomicUsize>,
         contract: Contract,

@@ -2,8 +2,8 @@
 //! beside `<model>.onnx`.
 //!
 //! An ONNX file states that its input is `[N, 1, 50, 30]` floats, but not whether white is 1 or
-//! 255, nor how the figure was framed. With wrong inputs, a model gives plausible numbers and a poor
-//! rank-1.
+//! 255, nor how the figure was framed. With wrong inputs, a model gives plausible numbers and a
+//! poor rank-1.
 
 use std::path::{Path, PathBuf};
 
@@ -54,11 +54,11 @@ pub struct Contract {
     /// How figures were framed in training: `"height"` (default), `"box"`, `"cycle"` or
     /// `"camera"`.
     pub framing: FramingMode,
-    /// The template that the recognizer takes: `"gei"` (default), `"silhouettes"`, `"mei"`, `"mhi"`,
-    /// `"msi"`, `"ghi"`, `"geni"`, `"frequency"`, `"kfd"` or `"row-width"`.
+    /// The template that the recognizer takes: `"gei"` (default), `"silhouettes"`, `"mei"`,
+    /// `"mhi"`, `"msi"`, `"ghi"`, `"geni"`, `"frequency"`, `"kfd"` or `"row-width"`.
     pub template: Template,
-    /// Frames of one input of silhouettes. By default, the number in the model's file, or any number
-    /// if that leaves it free.
+    /// Frames of one input of silhouettes. By default, the number in the model's file, or any
+    /// number if that leaves it free.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<usize>,
     /// The name of a second input, f32 `[N, 2]`: azimuth and elevation of each input's viewpoint,
@@ -149,8 +149,8 @@ impl Contract {
         Ok(contract)
     }
 
-    /// Reads the contract beside a model: `pca.toml` for `pca.onnx`. Returns the default contract if
-    /// there is none.
+    /// Reads the contract beside a model: `pca.toml` for `pca.onnx`. Returns the default contract
+    /// if there is none.
     ///
     /// # Errors
     /// If the file is there but cannot be read or used.

@@ -1,7 +1,7 @@
-//! Reads what an ONNX file says about itself, without running or unpacking it.
+//! Reads the description of a model in an ONNX file, without running or unpacking it.
 //!
-//! Neither runtime tells which operators a model uses, and one of them computes
-//! some wrongly without an error, so the file is walked before it is loaded.
+//! Neither runtime lists a model's operators, and one of them silently computes some wrongly, so
+//! the file is read before it is loaded.
 
 mod kernels;
 mod macs;
@@ -21,17 +21,17 @@ use walk::GraphWalk;
 
 pub(super) use windows::SlidingWindow;
 
-/// What an ONNX file says about itself.
+/// The description of a model in an ONNX file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Graph {
     /// Version of the file format.
     pub ir_version: u64,
     /// Version of the default operator set.
     pub opset: u64,
-    /// Which program wrote the file, empty if it does not say.
+    /// The program that wrote the file; empty if the file does not state it.
     pub producer: String,
     /// How often each operator occurs, subgraphs and functions included. Operators outside the
-    /// default domain have theirs in front: `ai.onnx.ml.Scaler`.
+    /// default domain begin with their domain: `ai.onnx.ml.Scaler`.
     pub operators: BTreeMap<String, usize>,
     /// Weights: numbers in floating-point, 8-bit and 32-bit integer tensors that the file holds,
     /// as initialisers or as constants, scales and zero points of quantisation included.
@@ -41,25 +41,25 @@ pub struct Graph {
     pub inputs: Vec<Port>,
     /// Outputs, in order.
     pub outputs: Vec<Port>,
-    /// What a classifier of `ai.onnx.ml` calls its classes, in the order of its scores; empty if there is
-    /// none, or it numbers them.
+    /// Class names of a classifier of `ai.onnx.ml`, in the order of its scores; empty if there is
+    /// no classifier, or it numbers its classes.
     pub labels: Vec<String>,
     /// The operations of the outermost graph, in order.
     nodes: Vec<Node>,
-    /// Those of graphs inside of it, and of functions.
+    /// The operations of inner graphs and of functions.
     inner: Vec<Node>,
-    /// Its initialisers by name.
+    /// The initialisers of the outermost graph, by name.
     initializers: BTreeMap<String, StoredTensor>,
-    /// Shapes that the file states for what operations give.
+    /// Shapes that the file states for the outputs of operations.
     stated: BTreeMap<String, Vec<Dimension>>,
 }
 
-/// One operation.
+/// An operation of a graph.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Node {
-    /// With its domain, as in [`Graph::operators`].
+    /// The operator with its domain, as in [`Graph::operators`].
     operator: String,
-    /// Names; empty for optional ones that are left out.
+    /// Names of the inputs; empty for optional ones that are left out.
     inputs: Vec<String>,
     outputs: Vec<String>,
     attributes: BTreeMap<String, AttributeValue>,
@@ -72,7 +72,7 @@ enum AttributeValue {
     Integers(Vec<i64>),
     Text(String),
     Tensor(StoredTensor),
-    /// A number with a fraction, a graph or a list of these.
+    /// A floating-point number, a graph, or a list of these.
     Other,
 }
 
@@ -80,18 +80,18 @@ enum AttributeValue {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct StoredTensor {
     shape: Vec<u64>,
-    /// Its numbers, if they are few 64-bit integers: a shape, axes or indices.
+    /// Its numbers, if it has few 64-bit integers: a shape, axes or indices.
     integers: Option<Vec<i64>>,
 }
 
-/// An input or output.
+/// An input or output of a model.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Port {
     /// Its name.
     pub name: String,
     /// `TensorProto.DataType`: 1 is f32, 0 unknown.
     pub element: u64,
-    /// Its shape, if the file says so.
+    /// Its shape, if the file states it.
     pub shape: Option<Vec<Dimension>>,
 }
 
@@ -109,7 +109,7 @@ pub enum Dimension {
 impl Graph {
     /// Reads a file's content; `path` is only for messages.
     ///
-    /// Time and memory grow with the file's size, whatever it claims.
+    /// Time and memory are bounded by the file's size, whatever lengths it claims.
     ///
     /// # Errors
     /// If the content is not an ONNX model, is cut short, or keeps weights in another file.
@@ -145,13 +145,13 @@ impl Graph {
 }
 
 impl Graph {
-    /// Whether any of its operators computes in 8-bit integers or turns numbers into such.
+    /// Returns whether any operator computes in 8-bit integers or converts numbers to them.
     #[must_use]
     pub fn is_quantized(&self) -> bool {
         self.operators.keys().any(|name| is_of_8_bits(name))
     }
 
-    /// Whether an operation is told to work as in training, as dropout and normalisation over the batch can
+    /// Returns whether an operation is set to training mode, as dropout and batch normalisation can
     /// be.
     #[must_use]
     pub fn is_in_training_mode(&self) -> bool {
@@ -161,14 +161,14 @@ impl Graph {
 }
 
 impl Port {
-    /// Whether it is of two numbers for each input, as viewpoints are.
+    /// Returns whether it has two numbers for each input, like viewpoints.
     pub(super) fn is_pair(&self) -> bool {
         matches!(self.shape.as_deref(), Some([_, Dimension::Fixed(2)]))
     }
 }
 
 impl std::fmt::Display for Port {
-    /// `gei f32 [N, 1, 50, 30]`.
+    /// Writes name, type and shape: `"gei" f32 [N, 1, 50, 30]`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{:?} {} ", self.name, element_name(self.element))?;
         let Some(shape) = &self.shape else {
@@ -189,7 +189,7 @@ impl std::fmt::Display for Dimension {
     }
 }
 
-/// Names of `TensorProto.DataType`.
+/// Returns the name of a `TensorProto.DataType`.
 fn element_name(element: u64) -> &'static str {
     const NAMES: &str = "unknown f32 u8 i8 u16 i16 i32 i64 string bool f16 f64 u32 u64 complex64 \
                          complex128 bf16";
@@ -297,7 +297,7 @@ mod tests {
             &[14][..],            // metadata
             &[7, 5, 13],          // where an initialiser's numbers are
             &[7, 1, 5, 5, 13],    // the same of an attribute
-            &[7, 1, 5, 6, 11],    // an input of a graph inside of an operation
+            &[7, 1, 5, 6, 11],    // an input of an inner graph
             &[7, 11, 2, 4],       // a sequence as input
             &[7, 13, 2, 4, 1, 4], // a sequence of sequences
         ] {

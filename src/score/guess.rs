@@ -14,8 +14,8 @@ const COLOURS: usize = 3;
 /// that can be drawn; `None` if its shape leaves that open.
 ///
 /// An input with the name of a template takes that template. GEIs come before silhouettes: the 1 of
-/// `[N, 1, 50, 30]` and the 3 of `[N, 3, 50, 30]` are channels. What a shape does not show (framing,
-/// range and distance) is as in [`Contract::default`], except that bytes are 0 to 255. A
+/// `[N, 1, 50, 30]` and the 3 of `[N, 3, 50, 30]` are channels. What a shape does not show
+/// (framing, range and distance) is as in [`Contract::default`], except that bytes are 0 to 255. A
 /// scikit-learn classifier names the classes. A second input, f32 `[N, 2]`, takes viewpoints.
 pub(super) fn contract(graph: &Graph) -> Option<Contract> {
     let (input, view) = match graph.inputs.as_slice() {

@@ -156,8 +156,8 @@ pub enum Distance {
     Euclidean,
     /// One minus the cosine of the angle between them.
     Cosine,
-    /// The share of parts that vote for another person. Each part votes for the person who is nearest
-    /// by Euclidean distance.
+    /// The share of parts that vote for another person. Each part votes for the person who is
+    /// nearest by Euclidean distance.
     Votes,
     /// The Euclidean distance in the part of the probe's viewpoint.
     View,

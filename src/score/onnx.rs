@@ -1,7 +1,7 @@
 //! ONNX Runtime, loaded from a shared library: the only file that names `ort`.
 //!
-//! `ort` panics if it has to find the library by itself, so nothing of it may be
-//! called before [`Ort::load`] has succeeded, not even to make an error.
+//! `ort` panics if it has to find the library by itself, so none of its functions may be called
+//! before [`Ort::load`] has succeeded, not even to construct an error.
 
 use super::library::Library;
 use super::model::Model;
@@ -33,7 +33,8 @@ pub(super) struct Ort {
     version: String,
 }
 
-/// A process has one ONNX Runtime, and `ort` one environment, which cannot be made again.
+/// The loaded library. A process has one ONNX Runtime, and `ort` one environment, which cannot be
+/// created again.
 static LOADED: Mutex<Option<Ort>> = Mutex::new(None);
 
 impl Ort {
@@ -47,7 +48,7 @@ impl Ort {
             return Err(Error::input(
                 path,
                 format!(
-                    "a process loads one ONNX Runtime, and has {}",
+                    "a process can load only one ONNX Runtime, and has loaded {}",
                     ort.library.display()
                 ),
             ));
@@ -60,7 +61,7 @@ impl Ort {
             .build()
             .map_err(|error| Error::input(path, format!("ONNX Runtime does not start: {error}")))?;
         if std::env::var_os("ORT_LOG").is_none() {
-            // Whatever goes wrong comes back as an error: standard error stays clean.
+            // Failures come back as errors, so standard error stays clean.
             environment.set_log_level(ort::logging::LogLevel::Fatal);
         }
         let version = library.version.unwrap_or_else(version_of_build);
@@ -81,7 +82,7 @@ impl Ort {
         }
     }
 
-    /// Refuses a provider that the library was not built with.
+    /// Checks that the library was built with this provider.
     pub(super) fn require(&self, provider: Provider) -> Result<()> {
         if is_built_with(provider) {
             return Ok(());
@@ -97,7 +98,7 @@ impl Ort {
     }
 }
 
-/// A provider as `ort` has it, and how to ask the library for it.
+/// `ort`'s form of a provider, and the function that checks whether the library has it.
 struct Registered {
     dispatch: ExecutionProviderDispatch,
     is_available: fn() -> ort::Result<bool>,
@@ -113,7 +114,7 @@ where
     }
 }
 
-/// `threads` are for providers that have threads of their own.
+/// Returns `ort`'s form of a provider. `threads` are for providers that have threads of their own.
 fn execution_provider(provider: Provider, threads: usize) -> Registered {
     match provider {
         Provider::Cpu => registered(ep::CPU::default()),
@@ -141,7 +142,7 @@ fn is_built_with(provider: Provider) -> bool {
     (execution_provider(provider, 1).is_available)().unwrap_or(false)
 }
 
-/// The loader's own words, which `ort` leaves out.
+/// Returns the reason with the loader's own message, which `ort` leaves out.
 fn reason(error: &ort::LoadDynamicError) -> String {
     let source = match error {
         ort::LoadDynamicError::Dlopen { error, .. } => std::error::Error::source(error),
@@ -153,7 +154,7 @@ fn reason(error: &ort::LoadDynamicError) -> String {
     }
 }
 
-/// What ONNX Runtime says about its build, where the file does not state a version.
+/// Returns the version in ONNX Runtime's build information, for a file that does not state one.
 fn version_of_build() -> String {
     let branch = ort::info()
         .split([' ', ','])
@@ -161,8 +162,8 @@ fn version_of_build() -> String {
     branch.unwrap_or("unknown").to_owned()
 }
 
-/// Most numbers of an input that is copied into a tensor that is there: copying 6 kB takes less
-/// than making a tensor and releasing it, copying 100 kB does not.
+/// The most numbers of an input that is copied into an existing tensor: copying 6 kB takes less
+/// than creating and releasing a tensor, copying 100 kB does not.
 const SMALL: usize = 4096;
 
 /// A model loaded by ONNX Runtime.
@@ -181,16 +182,16 @@ struct LoadedSession {
     ready: Option<Ready>,
 }
 
-/// The tensors of the last small input: the next one of the same shape uses them again, which a
-/// model of 5 us gains a tenth from.
+/// The tensors of the last small input. The next input of the same shape reuses them, which saves a
+/// model of 5 us a tenth.
 struct Ready {
     shape: Vec<usize>,
     input: OrtTensor<f32>,
-    /// With the outputs' tensors.
+    /// Options that hold the outputs' tensors.
     options: RunOptions<HasSelectedOutputs>,
 }
 
-/// A model's inputs by name, in the numbers that it takes.
+/// Returns a model's inputs by name, in the element type that it takes.
 fn inputs<'a>(
     ports: &'a Ports,
     given: GivenInputs<'a>,
@@ -215,7 +216,7 @@ fn inputs<'a>(
     Ok(all)
 }
 
-/// What a model gives: embedding and scores.
+/// The outputs of a model: embedding and scores.
 type ModelOutputs = (OutputTensor, Option<OutputTensor>);
 
 impl OrtRecognizer {
@@ -246,7 +247,7 @@ impl OrtRecognizer {
         })
     }
 
-    /// A loop body with this session and nothing around it.
+    /// Returns a loop body with this session and nothing around it.
     pub(super) fn into_bare(self, input: &[f32], outputs: BareOutputs) -> Result<BareLoop> {
         let shape = self
             .contract
@@ -311,7 +312,7 @@ impl OrtRecognizer {
                 return self.found(&outputs);
             }
         }
-        // Outputs whose shape depends on the numbers do not fit the tensors of the last ones.
+        // Outputs whose shape depends on the input's numbers may not fit the last tensors.
         *ready = None;
         let inputs = inputs(&self.ports, given).map_err(failed)?;
         let outputs = session.run_with_options(inputs, options).map_err(failed)?;
@@ -322,7 +323,7 @@ impl OrtRecognizer {
         Ok(found)
     }
 
-    /// Tensors for inputs and outputs of these shapes.
+    /// Creates tensors for inputs and outputs of these shapes.
     fn ready(&self, shape: &[usize], found: &ModelOutputs) -> ort::Result<Ready> {
         let allocator = Allocator::default();
         let mut outputs = selected(&self.ports);
@@ -338,7 +339,7 @@ impl OrtRecognizer {
         })
     }
 
-    /// Whether all that is given and found is f32, as the tensors are that are used again.
+    /// Returns whether all inputs and outputs are f32, as reused tensors are.
     fn is_plain(&self, outputs: &SessionOutputs<'_>) -> bool {
         let is_f32 = |name: &String| {
             let output = outputs.get(name);
@@ -392,7 +393,7 @@ impl OrtRecognizer {
     }
 }
 
-/// What ran each operation of a model, of one input, by a session of its own that writes it down.
+/// Profiles what ran each operation of a model on one input, in a session of its own.
 pub(super) fn profile(
     ort: &Ort,
     model: &Model,
@@ -403,7 +404,8 @@ pub(super) fn profile(
     Ok(times.into_iter().map(|one| one.ran).collect())
 }
 
-/// The same with what operations take, by so many inferences.
+/// Profiles the operations of a model and their times in `runs` inferences, in a session of its
+/// own.
 pub(super) fn operator_times(
     ort: &Ort,
     model: &Model,
@@ -439,7 +441,7 @@ pub(super) fn operator_times(
     times.map_err(|error| failed(format!("its profile cannot be read: {error}").into()).into())
 }
 
-/// The outputs that are used, each once.
+/// Selects the outputs that are used, each once.
 fn selected(ports: &Ports) -> OutputSelector {
     let embedding = OutputSelector::no_default().with(&ports.embedding);
     match &ports.scores {
@@ -452,7 +454,7 @@ fn builder(ort: &Ort, (provider, threads): (Provider, usize)) -> ort::Result<Ses
     let builder = Session::builder(&ort.environment)?.with_inter_threads(1)?;
     Ok(match provider {
         Provider::Cpu => builder.with_intra_threads(threads)?,
-        // It has a pool of its own, which the session's would compete with.
+        // It has its own thread pool, with which the session's would compete.
         Provider::Xnnpack => builder
             .with_intra_threads(1)?
             .with_execution_providers([execution_provider(provider, threads).dispatch])?,

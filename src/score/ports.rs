@@ -300,8 +300,8 @@ fn remedy(input: &Port, contract: &Contract) -> String {
         return "export it with an input of f32; f64 and u8 work too".into();
     }
     let shape = input.shape.as_deref().unwrap_or_default();
-    // A free number of frames can also be one channel: the contract's template comes first, then one
-    // template of each shape.
+    // A free number of frames can also be one channel: the contract's template comes first, then
+    // one template of each shape.
     let templates = [
         contract.template,
         Template::Gei,

@@ -1,18 +1,17 @@
 //! A bounded reader of protobuf messages over borrowed bytes.
 //!
-//! See protobuf.dev/programming-guides/encoding. Nothing is allocated but
-//! strings that a caller asks for, and nothing recurses.
+//! See protobuf.dev/programming-guides/encoding. It allocates only strings that a caller asks for,
+//! and never recurses.
 //!
-//! Ours, since rten-onnx 0.27 bounds nothing: it allocates whatever a length
-//! claims (2^38 bytes for a file of 7) and follows graphs in graphs until the
-//! stack ends, both of which kill the process. It also takes a graph that is cut
-//! between two fields for whole, and refuses packed integers, which ONNX Runtime
-//! reads. rten reads with it, so that it must see nothing that was not read here.
+//! rten-onnx 0.27 has no bounds: it allocates whatever a length claims (2^38 bytes for a file of 7)
+//! and follows nested graphs until the stack overflows, both of which kill the process. It also
+//! accepts a graph that is cut between two fields, and rejects packed integers, which ONNX Runtime
+//! reads. rten uses it, so every file is read here first.
 
 /// Where and why bytes are not a message.
 #[derive(Debug)]
 pub(super) struct Malformed {
-    /// Counted from the start of the file.
+    /// The offset from the start of the file.
     pub byte: usize,
     pub problem: String,
 }
@@ -23,7 +22,7 @@ pub(super) enum ProtobufField<'a> {
     Number(u64),
     /// Text, raw bytes, packed numbers or a message.
     Bytes(ProtobufReader<'a>),
-    /// Four or eight fixed bytes, which nothing here needs.
+    /// Four or eight fixed bytes, which no caller needs.
     Fixed,
 }
 
@@ -54,7 +53,7 @@ impl<'a> ProtobufReader<'a> {
         }
     }
 
-    /// The next field's number and value; `None` at the end.
+    /// Returns the next field's number and value; `None` at the end.
     pub(super) fn next(&mut self) -> Result<Option<(u64, ProtobufField<'a>)>, Malformed> {
         if self.rest.is_empty() {
             return Ok(None);
@@ -78,13 +77,13 @@ impl<'a> ProtobufReader<'a> {
         Ok(Some((number, field)))
     }
 
-    /// Reads to the end, so that each field is known to hold what it claims.
+    /// Reads to the end, to check that each field is as long as it claims.
     pub(super) fn skim(mut self) -> Result<(), Malformed> {
         while self.next()?.is_some() {}
         Ok(())
     }
 
-    /// The next of packed integers; `None` at the end.
+    /// Returns the next packed integer; `None` at the end.
     pub(super) fn packed_number(&mut self) -> Result<Option<u64>, Malformed> {
         if self.rest.is_empty() {
             return Ok(None);
@@ -92,12 +91,12 @@ impl<'a> ProtobufReader<'a> {
         self.varint().map(Some)
     }
 
-    /// All that is left, as it is.
+    /// Returns the remaining bytes.
     pub(super) fn bytes(&self) -> &'a [u8] {
         self.rest
     }
 
-    /// All that is left, as text.
+    /// Returns the remaining bytes as text.
     pub(super) fn text(&self) -> Result<String, Malformed> {
         match std::str::from_utf8(self.rest) {
             Ok(text) => Ok(text.to_owned()),

@@ -1,8 +1,8 @@
 //! Writes affine class scores in 8-bit weights, the files `NAME.egr` that firmware reads.
 //!
-//! The largest weight of a class becomes 127 (symmetric, a scale for each class:
-//! Krishnamoorthi 2018, "Quantizing deep convolutional networks for efficient inference",
-//! arXiv:1806.08342, section 2.2). Biases and scales are f32. `no_std_core/FORMAT.md` has the layout.
+//! The largest weight of a class becomes 127 (symmetric, a scale for each class: Krishnamoorthi
+//! 2018, "Quantizing deep convolutional networks for efficient inference", arXiv:1806.08342,
+//! section 2.2). Biases and scales are f32. `no_std_core/FORMAT.md` has the layout.
 //!
 //! Subtracting the mean weights of all classes from each, which changes no answer, does not help:
 //! for LDA the means are 0 already, and for an SVM the mean error of scores rose.
@@ -57,8 +57,8 @@ impl GeiForm {
         Ok(Self { size, framing })
     }
 
-    /// Returns the file of a recognizer with the scores of `map`. Its classes have these `names`, or
-    /// their numbers if there are none.
+    /// Returns the file of a recognizer with the scores of `map`. Its classes have these `names`,
+    /// or their numbers if there are none.
     ///
     /// # Errors
     /// For a name that is longer than 255 bytes.
@@ -98,8 +98,8 @@ impl GeiForm {
     }
 }
 
-/// Quantises the weights of one class, which are for pixels of 0 to 1, in rows of `columns`. Returns
-/// the scale for pixels of 0 to 255, and the 8-bit weights.
+/// Quantises the weights of one class, which are for pixels of 0 to 1, in rows of `columns`.
+/// Returns the scale for pixels of 0 to 255, and the 8-bit weights.
 ///
 /// Rounding errors are diffused to the neighbours right and below (Floyd & Steinberg 1976, "An
 /// adaptive algorithm for spatial greyscale"): neighbouring pixels of a GEI are similar, so errors

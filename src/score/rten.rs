@@ -1,8 +1,8 @@
 //! The embedded runtime: rten, pure Rust.
 //!
-//! It needs no library, so a fresh machine can score at once. It computes
-//! `ConvInteger` wrongly on some processors without an error, has no LRN and no `ai.onnx.ml`,
-//! and no windows over more than two axes: such models are refused before they are loaded.
+//! It needs no library. It silently computes `ConvInteger` wrongly on some processors, and has no
+//! LRN, no `ai.onnx.ml` and no windows over more than two axes: models with these are rejected
+//! before they are loaded.
 
 use super::graph::SlidingWindow;
 use super::model::Model;
@@ -13,7 +13,7 @@ use crate::error::{Cause, Error, Remedy, Result, ScoreError};
 use rten::{ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueOrView, ValueView};
 use std::sync::{Arc, OnceLock};
 
-/// The version in `Cargo.lock`, which a test compares.
+/// rten's version; a test compares it with `Cargo.lock`.
 const VERSION: &str = "0.27.0";
 
 /// A model loaded by rten.
@@ -37,7 +37,7 @@ pub(super) fn runtime_name() -> RuntimeName {
     }
 }
 
-/// Why an operator must not run here, if so.
+/// Returns why rten must not run an operator, if it must not.
 fn objection(operator: &str) -> Option<&'static str> {
     match operator {
         "ConvInteger" => Some("computes ConvInteger wrongly on some processors"),
@@ -47,26 +47,27 @@ fn objection(operator: &str) -> Option<&'static str> {
     }
 }
 
-/// Why a window cannot slide here, if so: rten 0.27 says it only when it comes to it, in
-/// `ops::conv`, `ops::conv_transpose` and `ops::pooling`. (Its global pooling takes any.)
+/// Returns why rten cannot slide a window, if it cannot. rten 0.27 itself reports it only at run
+/// time, in `ops::conv`, `ops::conv_transpose` and `ops::pooling`. (Its global pooling has no
+/// limits.)
 fn window_objection(window: &SlidingWindow<'_>) -> Option<String> {
     match window.axes {
         Some(axes) if axes > 2 => Some(format!(
-            "slides over {axes} axes, and the embedded runtime has it over 1 or 2"
+            "slides over {axes} axes, and the embedded runtime supports 1 or 2"
         )),
         _ if !window.has_strides => Some(
-            "leaves strides or the kernel's shape out, and the embedded runtime needs them stated"
+            "leaves out strides or the kernel's shape, and the embedded runtime needs them stated"
                 .into(),
         ),
         _ => None,
     }
 }
 
-/// The process in which the runtime was started: it keeps threads, with which it folds constants.
+/// The process that started the runtime, which keeps threads for folding constants.
 static PROCESS: OnceLock<u32> = OnceLock::new();
 
-/// Refuses a process that forked off the one in which the runtime was started: threads stay behind,
-/// and who waits for them waits for ever.
+/// Checks that the process has not forked since the runtime was started: the threads stay behind in
+/// the parent, and waiting for them would never end.
 fn check_process(now: u32) -> Result<()> {
     if *PROCESS.get_or_init(|| now) == now {
         Ok(())
@@ -89,7 +90,7 @@ impl RtenRecognizer {
         }
         if model.ports().element == Element::F64 {
             return Err(refuse(
-                "the model takes f64, and the embedded runtime has no such numbers".into(),
+                "the model takes f64, and the embedded runtime does not support it".into(),
             ));
         }
         for window in model.graph().windows() {
@@ -292,7 +293,7 @@ mod tests {
                     text,
                     format!(
                         "m.onnx: the model's {operator} (\"c\") slides over 3 axes, and the \
-                         embedded runtime has it over 1 or 2"
+                         embedded runtime supports 1 or 2"
                     )
                 );
             }
@@ -304,12 +305,12 @@ mod tests {
         let pool = written::node("MaxPool", "x", "c", &["kernel_shape=[2,2]"]);
         assert_eq!(
             refusal(&[pool]),
-            "m.onnx: the model's MaxPool (\"c\") leaves strides or the kernel's shape out, and the \
+            "m.onnx: the model's MaxPool (\"c\") leaves out strides or the kernel's shape, and the \
              embedded runtime needs them stated"
         );
     }
 
-    /// What is said of a model of these parts, from `x` to `c`, when it is loaded.
+    /// Returns the error from loading a model of these parts, from `x` to `c`.
     fn refusal(parts: &[Vec<u8>]) -> String {
         let output = written::stated(12, "out", &[0, 8]);
         let flat = written::node("Flatten", "c", "out", &[]);

@@ -1,13 +1,13 @@
-//! The models that come with EdgeGait, in the program itself.
+//! The models that the program contains.
 
 use super::{Contract, Model};
 use crate::error::{Error, Result};
 use std::path::Path;
 
-/// Name, graph and contract of a model.
+/// The name, graph and contract of a model.
 type Shipped = (&'static str, &'static [u8], &'static str);
 
-/// What is shipped; `models/README.md` has a card a model.
+/// The shipped models; `models/README.md` has a card for each.
 const SHIPPED: [Shipped; 6] = [
     (
         "side",
@@ -40,16 +40,16 @@ const SHIPPED: [Shipped; 6] = [
         include_str!("../../models/gaitset-small.toml"),
     ),
 ];
-/// How many of them, the first, are linear: results list these where no model is named.
+/// The number of linear models, which come first: results list these if no model is named.
 const LINEAR: usize = 2;
 
-/// Names of all of them.
+/// Returns the names of all shipped models.
 #[must_use]
 pub fn names() -> [&'static str; 6] {
     SHIPPED.map(|(name, _, _)| name)
 }
 
-/// The linear ones, in the order in which results list them.
+/// Returns the linear models, in the order in which results list them.
 ///
 /// # Errors
 /// Never, for the models shipped.
@@ -57,16 +57,16 @@ pub fn linear() -> Result<Vec<Model>> {
     SHIPPED.iter().take(LINEAR).map(model).collect()
 }
 
-/// Whether a path is the name of one, and no file is called so.
+/// Returns whether a path is the name of a shipped model, and no file has this name.
 #[must_use]
 pub fn is_name(path: &Path) -> bool {
     names().iter().any(|name| path == Path::new(name)) && !path.exists()
 }
 
-/// Refuses a path that looks like the name of one, and is neither that nor there.
+/// Checks that a path that looks like a shipped model's name is one, or exists.
 ///
 /// # Errors
-/// With the names that there are.
+/// If it is neither; the error lists the names.
 pub fn require_name(path: &Path) -> Result<()> {
     let is_bare = path.components().count() == 1 && path.extension().is_none();
     if !is_bare || path.exists() || is_name(path) {
@@ -81,7 +81,7 @@ pub fn require_name(path: &Path) -> Result<()> {
     ))
 }
 
-/// The model at `path`, or the shipped one of this name if no file is called so.
+/// Opens the model at `path`, or the shipped model of this name if no file has it.
 ///
 /// # Errors
 /// If the file or its contract cannot be used.
@@ -108,7 +108,7 @@ mod tests {
     use crate::sweep::{Job, Settings, Views, sweep};
     use edgegait_core::pack::Pack;
 
-    /// GEIs of four people from the side, as the models take them.
+    /// Renders GEIs of four people from the side, in the range that the models take.
     fn geis() -> Vec<f32> {
         let options = CohortOptions {
             people: 4,
@@ -168,7 +168,7 @@ mod tests {
                 let best = (0..26).max_by(|&a, &b| scores[a].total_cmp(&scores[b]));
                 best == Some(*person)
             });
-            // All by the model for this view; one in ten is a miss for the other.
+            // `side` is for this view and misses none; `spread` misses one in ten.
             let (name, hits) = (&model.contract().name, hits.count());
             assert!(
                 hits == 4 || (name == "spread" && hits == 3),

@@ -1,4 +1,4 @@
-//! What tests of this module share: small models, and the real ONNX Runtime if there is one.
+//! Shared parts of this module's tests: small models, and the real ONNX Runtime if there is one.
 
 use super::provider::RuntimeName;
 use super::{Contract, InputLayout, Model, Outputs, Recognizer};
@@ -8,7 +8,7 @@ use crate::train::onnx;
 use crate::train::testing::small_recognizer;
 use std::path::PathBuf;
 
-/// The library that `EDGEGAIT_ORT_LIB` names, for tests that are ignored without it.
+/// Returns the library that `EDGEGAIT_ORT_LIB` names, for tests that are ignored without it.
 pub(crate) fn ort_library() -> PathBuf {
     let path = std::env::var_os("EDGEGAIT_ORT_LIB");
     path.expect(
@@ -17,14 +17,14 @@ pub(crate) fn ort_library() -> PathBuf {
     .into()
 }
 
-/// Two people, default contract.
+/// Returns a model of two people, with the default contract.
 pub(crate) fn small_model() -> Model {
     let bytes = onnx::write(&small_recognizer(), "small", &[]);
     Model::from_bytes("small.onnx", bytes, Contract::default()).expect("our own model")
 }
 
-/// A recognizer whose class scores, or whose embedding, are a function of its input; without scores if that
-/// gives none.
+/// A recognizer whose class scores or embedding are a function of its input. It has no scores if
+/// the function returns none.
 pub(crate) struct MadeUp {
     contract: Contract,
     runtime: RuntimeName,
@@ -130,7 +130,7 @@ fn node(operator: &str, inputs: &[&str], outputs: &[&str]) -> Vec<u8> {
     [names(1, inputs), names(2, outputs), operator].concat()
 }
 
-/// A model without operators whose input has this type and shape; its output `out` has
+/// Returns a model without operators whose input has this type and shape; its output `out` has
 /// `[N, 4, ...]` of this element and rank.
 pub(crate) fn bytes_with(
     element: u8,
@@ -147,7 +147,7 @@ pub(crate) fn bytes_with(
     )
 }
 
-/// A model of one operator from `gei` to `out`.
+/// Returns a model of one operator from `gei` to `out`.
 pub(crate) fn bytes_with_operator(operator: &str, domain: &str) -> Vec<u8> {
     let mut node = node(operator, &["gei"], &["out"]);
     node.extend(delimited(7, domain.as_bytes()));
@@ -159,8 +159,8 @@ pub(crate) fn bytes_with_operator(operator: &str, domain: &str) -> Vec<u8> {
     )
 }
 
-/// A sequence `[N, T, 64, 44]`, averaged over its frames: rows are channels and columns parts of
-/// the embedding `out`, `[N, 64, 44]`.
+/// Returns a model that averages sequences `[N, T, 64, 44]` over their frames: rows are channels
+/// and columns are parts of the embedding `out`, `[N, 64, 44]`.
 pub(crate) fn bytes_of_a_mean_over_frames(batch: Option<u16>, frames: Option<u16>) -> Vec<u8> {
     // AttributeProto: name, ints or i, type INTS or INT.
     let axes = [delimited(1, b"axes"), vec![0x40, 1, 0xA0, 1, 7]].concat();
@@ -174,7 +174,7 @@ pub(crate) fn bytes_of_a_mean_over_frames(batch: Option<u16>, frames: Option<u16
     )
 }
 
-/// What [`bytes_of_a_mean_over_frames`] expects.
+/// Returns the contract of [`bytes_of_a_mean_over_frames`].
 pub(crate) fn contract_of_sequences() -> Contract {
     Contract {
         rows: 64,
@@ -185,7 +185,8 @@ pub(crate) fn contract_of_sequences() -> Contract {
     }
 }
 
-/// `gei` flattened, then the logarithm: NaN and infinities for numbers that are not positive.
+/// Returns a model that flattens `gei` and takes the logarithm: NaN and infinities for numbers that
+/// are not positive.
 pub(crate) fn bytes_of_a_logarithm(batch: Option<u16>) -> Vec<u8> {
     let nodes = [
         node("Flatten", &["gei"], &["flat"]),
@@ -199,7 +200,8 @@ pub(crate) fn bytes_of_a_logarithm(batch: Option<u16>) -> Vec<u8> {
     )
 }
 
-/// `gei` in 256 steps from the least to the largest number of the whole batch, flattened.
+/// Returns a model that rounds `gei` to 256 steps from the least to the largest number of the whole
+/// batch, and flattens it.
 pub(crate) fn bytes_of_a_dynamic_quantization() -> Vec<u8> {
     let quantized = ["steps", "scale", "zero"];
     let nodes = [

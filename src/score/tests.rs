@@ -1,4 +1,4 @@
-//! Both runtimes against Rust arithmetic, and against files that are broken.
+//! Compares both runtimes with Rust arithmetic, and gives them broken files.
 
 use super::testing::{
     bytes_of_a_dynamic_quantization, bytes_of_a_logarithm, bytes_of_a_mean_over_frames,
@@ -8,7 +8,7 @@ use super::*;
 use crate::train::{self, LinearModel, TrainOptions, testing::people};
 use std::path::Path;
 
-/// Twelve people, and GEIs that the fit has not seen, one after another.
+/// Returns a model of twelve people, and GEIs that the fit has not seen, one after another.
 fn twelve_people() -> (LinearModel, Vec<f32>) {
     let (geis, labels) = people(360, 12, 21);
     let recognizer =
@@ -22,7 +22,7 @@ fn model_of(recognizer: &LinearModel) -> Model {
     Model::from_bytes("twelve.onnx", bytes, Contract::default()).expect("our own model")
 }
 
-/// Largest difference over the largest magnitude.
+/// Returns the largest difference over the largest magnitude.
 fn relative(found: &[f32], expected: &[f64]) -> f64 {
     assert_eq!(found.len(), expected.len());
     let scale = expected.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
@@ -69,7 +69,8 @@ fn the_embedded_runtime_computes_what_rust_computes() {
     assert_eq!(Runtime::rten().name().name, "rten");
 }
 
-/// Rows of a batch of seven, and the same GEIs alone: equal within 1e-6 of the largest number.
+/// Compares the rows of a batch of seven with the same GEIs alone: equal within 1e-6 of the largest
+/// number.
 fn a_gei_scores_the_same_alone_and_among_seven(runtime: &Runtime) {
     let (recognizer, probes) = twelve_people();
     let loaded = runtime.load(&model_of(&recognizer)).expect("our own model");
@@ -94,7 +95,7 @@ fn a_gei_scores_the_same_alone_and_among_seven(runtime: &Runtime) {
     assert!(worst <= 1e-6);
 }
 
-/// The real library.
+/// Loads the real library.
 fn ort() -> Runtime {
     Runtime::ort(ort_library()).expect("the real library")
 }
@@ -133,8 +134,8 @@ fn a_model_that_takes_one_gei_is_run_one_by_one(runtime: &Runtime) {
     assert!((outputs.embedding[4499] - 4500_f32.ln()).abs() < 1e-5);
 }
 
-/// Steps of 1 / 255 hold these numbers exactly; were they scaled with their mates of up to 100,
-/// most would be 0.
+/// Steps of 1 / 255 represent these numbers exactly. If they were scaled together with the other
+/// input's numbers of up to 100, most would be 0.
 fn batch_mates_do_not_change_what_a_dynamically_quantized_model_says(runtime: &Runtime) {
     let bytes = bytes_of_a_dynamic_quantization();
     let model = Model::from_bytes("steps.onnx", bytes, Contract::default()).expect("usable");
@@ -151,7 +152,7 @@ fn batch_mates_do_not_change_what_a_dynamically_quantized_model_says(runtime: &R
     }
 }
 
-/// Two sequences of three frames whose mean is told by arithmetic.
+/// Runs two sequences of three frames with known means.
 fn sequences_are_averaged_over_their_frames_into_parts(runtime: &Runtime) {
     let pixels = 64 * 44;
     let frame = |value: f32| (0..pixels).map(move |pixel| value + pixel as f32);
@@ -370,7 +371,7 @@ mod with_ort {
         std::fs::copy(&path, &copy).expect("copied");
         let error = Runtime::ort(&copy).expect_err("a second one").to_string();
         assert!(
-            error.contains("a process loads one ONNX Runtime"),
+            error.contains("a process can load only one ONNX Runtime"),
             "{error}"
         );
     }
@@ -380,7 +381,7 @@ mod with_ort {
     fn operators_that_the_embedded_runtime_lacks_reach_it() {
         let bytes = bytes_with_operator("LRN", "");
         let model = Model::from_bytes("lrn.onnx", bytes, Contract::default()).expect("a graph");
-        // Without its attribute `size` it is refused there too, but for that reason.
+        // Without its attribute `size`, ONNX Runtime rejects it too, but for that reason.
         let error = ort()
             .load(&model)
             .map(|_| ())

@@ -1,4 +1,4 @@
-//! The empty scene, where nobody took a picture of it: the median of frames, and whether to trust it.
+//! The median of frames as a picture of the empty scene, and a check whether it is valid.
 
 use super::{SegmentSettings, Segmenter};
 use crate::error::{Error, Remedy, Result};
@@ -6,30 +6,31 @@ use image::RgbImage;
 use rayon::prelude::*;
 use std::path::Path;
 
-/// Fewest frames of a median of a video. Ours: of fewer a walker leaves no pixel for more than half.
+/// Fewest frames of a median of a video. Ours: in fewer, a walker leaves no pixel free in most.
 pub(super) const MIN_FRAMES: usize = 10;
-/// Most frames of a median. Ours: noise is a fifth of a frame's then.
+/// Most frames of a median. Ours: the noise of their median is a fifth of a frame's.
 const MOST_FRAMES: usize = 32;
-/// Most bytes that they take.
+/// Most bytes of the frames of a median.
 const MOST_BYTES: usize = 1 << 28;
 
-/// A pixel that differs from the median in more than this share of the frames is doubtful, and a
-/// background of which more than [`MOST_DOUBTFUL`] of all differences are doubtful is none. Ours,
-/// by cuts of 15 to 140 frames of the six videos of people for choices: share of differences, mean
-/// Jaccard to the true masks (2026-11-24): below 0.1 all reach 0.90 and more, above it none 0.83.
+/// Share of the frames above which a pixel that differs from the median is doubtful. A background
+/// is rejected if more than [`MOST_DOUBTFUL`] of all differences are at doubtful pixels. Ours, from
+/// cuts of 15 to 140 frames of the six videos on which constants are chosen: with at most 0.1
+/// doubtful, all cuts reach a mean Jaccard index of 0.90 to the true masks; above it, none reaches
+/// 0.83 (2026-11-24).
 const DOUBTFUL: f64 = 0.45;
 const MOST_DOUBTFUL: f64 = 0.1;
 
-/// How many frames of this size a median takes at most: 32, fewer where they would take more than
-/// 256 MiB.
+/// Returns the most frames of this size for a median: 32, or fewer if they would take more than
+/// 256 MiB, but at least 10.
 pub(super) fn sample((columns, rows): (u32, u32)) -> usize {
     let bytes = 3 * columns as usize * rows as usize;
-    // Even, as evenly spaced frames of a stream are kept.
+    // An even number, as `EvenlySpaced` requires.
     (MOST_BYTES / bytes.max(1)).clamp(MIN_FRAMES, MOST_FRAMES) / 2 * 2
 }
 
-/// The median of each byte of frames of one size: of an even number, the mean of the middle two,
-/// rounded up. None of none.
+/// Returns the median of each byte of frames of one size; for an even number, the mean of the
+/// middle two, rounded up. None without frames.
 ///
 /// # Panics
 /// If their sizes differ, or there are more than 255.
@@ -61,15 +62,15 @@ pub fn median(frames: &[RgbImage]) -> Option<RgbImage> {
     RgbImage::from_raw(columns, rows, bytes)
 }
 
-/// Refuses a median of frames in which the figure is part of it: somebody who walks towards the
-/// camera, or stands.
+/// Rejects a median of frames that contains the figure: a person who walks towards the camera, or
+/// stands.
 ///
-/// Where the figure covers a pixel in most frames, its colour is the median, and the other frames
-/// differ there; where a background is right, each of its pixels differs in few frames, since the
-/// figure moves on.
+/// If the figure covers a pixel in most frames, its colour is the median, and the other frames
+/// differ there. In a correct background each pixel differs in few frames, since the figure moves
+/// on.
 ///
 /// # Errors
-/// With how much of the differences does not move.
+/// States the share of the differences that does not move.
 pub(super) fn check_background(
     segmenter: &Segmenter,
     frames: &[RgbImage],
@@ -96,7 +97,7 @@ pub(super) fn check_background(
     if all == 0 {
         return Err(Error::input(
             path,
-            "expected somebody who moves before a scene that does not, found nothing that differs from the median of the frames",
+            "expected a person who moves before a static scene, found nothing that differs from the median of the frames",
         )
         .with_remedy(Remedy::GiveBackground));
     }
@@ -109,7 +110,7 @@ pub(super) fn check_background(
     Err(Error::input(
         path,
         format!(
-            "expected a figure that moves over the image, so that the median of the frames is the background, found {:.0} % of what differs at pixels that do so in nearly half of the frames: the figure stays there (somebody who walks towards the camera, or a short video)",
+            "expected a figure that moves over the image, so that the median of the frames is the background, found {:.0} % of the differences at pixels that differ in nearly half of the frames: the figure stays there (a person who walks towards the camera, or a short video)",
             100.0 * share
         ),
     )
@@ -146,7 +147,7 @@ mod tests {
         assert_eq!(sample((4096, 4096)), MIN_FRAMES);
     }
 
-    /// A wall, and a box that is `width` wide at this column.
+    /// Returns a picture of a wall and a box of this width at a column.
     fn scene(at: u32, width: u32) -> RgbImage {
         RgbImage::from_fn(120, 60, |x, y| {
             if (at..at + width).contains(&x) && (10..50).contains(&y) {

@@ -1,35 +1,37 @@
-//! CIE LAB colours, by tables.
+//! CIE LAB colours from tables.
 //!
-//! Bytes are sRGB (IEC 61966-2-1) and the white is D65, for 2 degrees (CIE 15:2004, 8.2.1). Lightness
-//! is kept as `L* + 16`, 0 to 116: so all three are, but for the darkest colours, in proportion to
-//! the cube root of the light. A gain of the light, and a shadow, multiply them by one number.
+//! Bytes are sRGB (IEC 61966-2-1), and white is D65 for 2 degrees (CIE 15:2004, 8.2.1). Lightness
+//! is stored as `L* + 16`, 16 to 116. Except for the darkest colours, all three components are then
+//! proportional to the cube root of the light, so a gain of the light or a shadow multiplies them
+//! by one number.
 
 use image::RgbImage;
 use libm::{cbrt, pow};
 
-/// sRGB to XYZ, of linear light 0 to 1 (IEC 61966-2-1, inverse of the matrix in its annex).
+/// Matrix from sRGB to XYZ, for linear light 0 to 1 (IEC 61966-2-1, inverse of the matrix in its
+/// annex).
 const XYZ: [[f32; 3]; 3] = [
     [0.412_456_4, 0.357_576_1, 0.180_437_5],
     [0.212_672_9, 0.715_152_2, 0.072_175],
     [0.019_333_9, 0.119_192, 0.950_304_1],
 ];
-/// Steps of the cube root's table for each unit. Ours: errors below 0.003 of LAB.
+/// Steps of the cube root's table for each unit. Ours: errors are below 0.003 in LAB.
 const STEPS: usize = 4096;
-/// Most light that the table holds, of white's: frames are divided by a gain, which may be below 1.
+/// Most light in the table over white's: frames are divided by a gain, which may be below 1.
 const MOST: usize = 2;
 
-/// What `L* + 16`, `a*` and `b*` are of.
+/// A colour: `L* + 16`, `a*` and `b*`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lab(pub [f32; 3]);
 
-/// The tables.
+/// The tables for the conversion of colours.
 #[derive(Clone, Debug)]
 pub(super) struct Tables {
-    /// Light of a byte, 0 to 1.
+    /// Light of each byte, 0 to 1.
     linear: [f32; 256],
-    /// CIE 15's f of each step.
+    /// CIE 15's f at each step.
     root: Vec<f32>,
-    /// [`XYZ`] of which white is 1, 1, 1.
+    /// [`XYZ`], scaled so that white is 1, 1, 1.
     xyz: [[f32; 3]; 3],
 }
 
@@ -57,22 +59,22 @@ impl Tables {
         Self {
             linear,
             root: (0..=MOST * STEPS + 1).map(f).collect(),
-            // White is what red, green and blue of 1 are.
+            // White has red, green and blue of 1.
             xyz: XYZ.map(|row| row.map(|of| of / (row[0] + row[1] + row[2]))),
         }
     }
 
-    /// Light of a byte, 0 to 1.
+    /// Returns the light of a byte, 0 to 1.
     pub(super) fn linear(&self, byte: u8) -> f32 {
         self.linear[usize::from(byte)]
     }
 
-    /// A colour, with red, green and blue light multiplied by these factors.
+    /// Returns a colour with its red, green and blue light multiplied by these factors.
     pub(super) fn lab(&self, rgb: [u8; 3], by: [f32; 3]) -> Lab {
         self.lab_of_light(std::array::from_fn(|of| self.linear(rgb[of]) * by[of]))
     }
 
-    /// The colour of red, green and blue light, 0 to 1.
+    /// Returns the colour of red, green and blue light, 0 to 1.
     pub(super) fn lab_of_light(&self, light: [f32; 3]) -> Lab {
         let [x, y, z] = self
             .xyz
@@ -80,13 +82,13 @@ impl Tables {
         Lab([116.0 * y, 500.0 * (x - y), 200.0 * (y - z)])
     }
 
-    /// All colours of a picture.
+    /// Returns all colours of a picture.
     pub(super) fn picture(&self, picture: &RgbImage) -> Vec<Lab> {
         let pixels = picture.pixels();
         pixels.map(|pixel| self.lab(pixel.0, [1.0; 3])).collect()
     }
 
-    /// CIE 15's f, between steps on a straight line.
+    /// Returns CIE 15's f, interpolated linearly between steps.
     fn root(&self, share: f32) -> f32 {
         let place = (share * STEPS as f32).clamp(0.0, (MOST * STEPS) as f32);
         let step = place as usize;
@@ -95,7 +97,7 @@ impl Tables {
     }
 }
 
-/// To the nearest `f32`.
+/// Rounds to the nearest `f32`.
 fn narrow(value: f64) -> f32 {
     value as f32
 }
@@ -104,7 +106,7 @@ fn narrow(value: f64) -> f32 {
 mod tests {
     use super::*;
 
-    /// The same from the definitions, in f64 and without tables.
+    /// Returns `L*`, `a*` and `b*` from the definitions, in f64 and without tables.
     fn slow(rgb: [u8; 3]) -> [f64; 3] {
         let linear = rgb.map(|byte| {
             let value = f64::from(byte) / 255.0;
@@ -135,8 +137,8 @@ mod tests {
 
     #[test]
     fn colours_have_their_published_values() {
-        // Of sRGB's corners and middle grey, D65 and 2 degrees, as Bruce Lindbloom's calculator
-        // (brucelindbloom.com) and the CSS Color 4 drafts round them.
+        // sRGB's corners and middle grey, D65 and 2 degrees, as rounded by Bruce Lindbloom's
+        // calculator (brucelindbloom.com) and the CSS Color 4 drafts.
         let tables = Tables::new();
         for (rgb, expected) in [
             ([255, 255, 255], [100.0, 0.0, 0.0]),

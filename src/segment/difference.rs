@@ -1,30 +1,31 @@
-//! How a frame differs from the empty scene: light taken out, noise measured, shadows forgiven.
+//! The difference between a frame and the empty scene, without changes of light and shadows, in
+//! units of the noise.
 
 use super::cie_lab::{Lab, Tables};
 use image::RgbImage;
 use libm::logf;
 
-/// Medians are taken of every pixel of this number, in the order of rows: a prime, so that they are
-/// of all columns. Ours.
+/// Stride of the pixels, row by row, of which medians are taken: a prime, so that they come from
+/// all columns. Ours.
 const STRIDE: usize = 7;
-/// Bytes of the background that tell of the light: below, noise is most of it; above, a byte may
-/// have been cut off. Ours.
+/// Bytes of the background from which the light is estimated: lower ones are mostly noise, and
+/// higher ones may be clipped. Ours.
 const TELLING: std::ops::RangeInclusive<u8> = 10..=245;
-/// What the light may have changed by. Ours: beyond, it is another scene.
+/// Limits of the change of light. Ours: beyond them, it is another scene.
 const GAIN: (f32, f32) = (0.25, 4.0);
-/// Least noise, of LAB. Ours: a third of a byte at middle grey, as rounding leaves it.
+/// Least noise, in LAB. Ours: a third of a byte at middle grey, the noise of rounding.
 const LEAST_NOISE: f32 = 0.2;
-/// The median of the length of a vector of three parts of deviation 1: the root of the median of
-/// chi-squared with three degrees of freedom, 2.366.
+/// Median length of a vector with three components of standard deviation 1: the root of the median
+/// of chi-squared with three degrees of freedom, 2.366.
 const MEDIAN_LENGTH: f32 = 1.538;
-/// By which share of `L* + 16`, and of its chroma with it, a shadow darkens at most. Ours, between
-/// what shadows on the floors of rendered videos have (up to 0.25, rarely above 0.17) and what would
-/// forgive clothes too; it is the cube root of 0.51 of the light.
+/// Largest share by which a shadow reduces `L* + 16` and the chroma. Ours, between shadows on the
+/// floors of rendered videos (up to 0.25, rarely above 0.17) and a share at which clothes would be
+/// ignored too. The remaining 0.8 is the cube root of 0.51 of the light.
 const SHADOW: f32 = 0.2;
-/// Grey levels for each factor of e of a difference. Ours: 255 levels reach to 587 times the noise.
+/// Grey levels for each factor of e of a difference. Ours: 255 levels reach 587 times the noise.
 const LEVELS: f32 = 40.0;
 
-/// The scene without anybody.
+/// The scene without people.
 #[derive(Clone, Debug)]
 pub(super) struct EmptyScene {
     tables: Tables,
@@ -34,16 +35,16 @@ pub(super) struct EmptyScene {
     lab: Vec<Lab>,
 }
 
-/// How a frame differs from a scene, row by row.
+/// The difference between a frame and the scene, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct SceneDifference {
-    /// By how much, in LAB, over the noise.
+    /// Length of the difference in LAB, over the noise.
     pub raw: Vec<f32>,
-    /// The same without what a shadow would explain, as grey levels: [`level`].
+    /// Difference without the part that a shadow explains, as grey levels: [`level`].
     pub levels: Vec<u8>,
-    /// The noise, in LAB: deviation of each of the three parts after smoothing.
+    /// Noise in LAB: standard deviation of each of the three components after smoothing.
     pub noise: f32,
-    /// How much stronger the light is in red, green and blue.
+    /// The frame's light over the scene's, in red, green and blue.
     pub gain: [f32; 3],
 }
 
@@ -59,20 +60,20 @@ impl EmptyScene {
         }
     }
 
-    /// What it was made of.
+    /// Returns the picture of the scene.
     pub(super) const fn picture(&self) -> &RgbImage {
         &self.picture
     }
 
-    /// Columns and rows.
+    /// Returns the columns and rows.
     pub(super) const fn size(&self) -> (u32, u32) {
         (self.columns, self.rows)
     }
 
-    /// How a frame differs.
+    /// Compares a frame with the scene.
     ///
     /// # Panics
-    /// If its size is another.
+    /// If the frame has another size.
     pub(super) fn difference(&self, frame: &RgbImage) -> SceneDifference {
         assert_eq!(frame.dimensions(), self.size(), "the scene's size");
         let gain = self.gain(frame);
@@ -99,8 +100,8 @@ impl EmptyScene {
         }
     }
 
-    /// The colours that the scene has, with light multiplied by `without`, where a sensor shows it
-    /// under a light that makes this necessary: what is brighter than white is white there.
+    /// Returns the colours of the scene as the sensor sees them under the frame's light, of which
+    /// `without` is the inverse: brighter than white is clipped to white.
     fn seen(&self, without: [f32; 3]) -> Vec<Lab> {
         let pixels = self.picture.pixels().zip(&self.lab);
         let seen = pixels.map(|(pixel, lab)| {
@@ -118,8 +119,8 @@ impl EmptyScene {
         seen.collect()
     }
 
-    /// How much stronger the light is in red, green and blue: the medians over the picture, of which
-    /// the figure covers less than half.
+    /// Returns the frame's light over the scene's in red, green and blue: the medians over the
+    /// picture, of which the figure covers less than half.
     fn gain(&self, frame: &RgbImage) -> [f32; 3] {
         std::array::from_fn(|channel| {
             let pairs = frame.pixels().zip(self.picture.pixels()).step_by(STRIDE);
@@ -134,32 +135,33 @@ impl EmptyScene {
     }
 }
 
-/// The length of a difference without what a shadow on the empty scene's colour would explain.
+/// Returns the length of a difference without the part that a shadow on the scene's colour
+/// explains.
 ///
 /// A shadow multiplies `L* + 16`, `a*` and `b*` by one number below 1 (the chromaticity line of
 /// Horprasert, Harwood & Davis, ICCV FRAME-RATE 1999, in LAB).
 fn lit(away: [f32; 3], empty: [f32; 3]) -> f32 {
     let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    // 16 and more where it is not the black of a broken camera: f is at least 16 / 116.
+    // Lightness + 16 is at least 16, as f is at least 16 / 116, so this divides by no zero.
     let share = dot(away, empty) / dot(empty, empty);
     let forgiven = share.clamp(-SHADOW, 0.0);
     let left: [f32; 3] = std::array::from_fn(|part| away[part] - forgiven * empty[part]);
     dot(left, left).sqrt()
 }
 
-/// The grey level of a difference over the noise: 40 for each factor of e, of one more than it, so
+/// Returns the grey level of a difference over the noise: 40 for each factor of e of 1 plus it, so
 /// that clothes of high and low contrast fall into one cluster.
 pub(super) fn level(over_noise: f32) -> u8 {
     // Saturating.
     (LEVELS * logf(1.0 + over_noise) + 0.5) as u8
 }
 
-/// The difference over the noise that a level stands for.
+/// Returns the difference over the noise of a level.
 pub(super) fn over_noise(level: f64) -> f64 {
     libm::exp(level / f64::from(LEVELS)) - 1.0
 }
 
-/// Binomial means of three by three pixels, edges going on.
+/// Returns binomial means over three by three pixels; the edges are repeated.
 fn smoothed(pixels: &[[f32; 3]], columns: usize) -> Vec<[f32; 3]> {
     let mean = |before: [f32; 3], here: [f32; 3], after: [f32; 3]| {
         std::array::from_fn(|part| 0.25 * (before[part] + after[part]) + 0.5 * here[part])
@@ -188,7 +190,7 @@ fn smoothed(pixels: &[[f32; 3]], columns: usize) -> Vec<[f32; 3]> {
     both
 }
 
-/// The middle one, of an even number the upper; none of none.
+/// Returns the median (the upper of two middle values); none for an empty list.
 fn median(mut values: Vec<f32>) -> Option<f32> {
     let middle = values.len() / 2;
     if values.is_empty() {
@@ -210,7 +212,7 @@ mod tests {
     #[test]
     fn light_and_tint_are_found_and_taken_out() {
         let scene = EmptyScene::new(picture(|x, y| [60 + 4 * x as u8, 90 + 3 * y as u8, 120]));
-        // By 1.1, 1.0 and 0.9 of linear light, rounded to bytes.
+        // Linear light times 1.1, 1.0 and 0.9, rounded to bytes.
         let brighter = |byte: u8, gain: f64| {
             let light = f64::from(scene.tables.linear(byte)) * gain;
             let value = 1.055 * light.powf(1.0 / 2.4) - 0.055;
@@ -231,7 +233,8 @@ mod tests {
 
     #[test]
     fn what_the_sensor_cuts_off_under_more_light_is_no_difference() {
-        // Half of the scene is a red of which more light is not seen; all of it is 1.2 times as light.
+        // A quarter of the scene is a red that is clipped under more light; all of it gets 1.2
+        // times the light.
         let colour = |x: u32, red: f64, other: f64| {
             let byte =
                 |light: f64| (255.0 * (1.055 * light.min(1.0).powf(1.0 / 2.4) - 0.055)).round();
@@ -250,18 +253,18 @@ mod tests {
 
     #[test]
     fn a_shadow_is_forgiven_and_a_dark_cloth_of_another_colour_is_not() {
-        // 0.512 of the light is 0.8 of all three of the floor's, whatever it is.
+        // 0.512 of the light multiplies all three components of the floor by 0.8.
         let floor = [70.0, 6.0, 12.0];
         let shadow = [-14.0, -1.2, -2.4];
         assert!(lit(shadow, floor) < 1e-4);
-        // Twice as dark leaves the other half.
+        // Half of twice the darkening remains.
         let darker = [-28.0, -2.4, -4.8];
         assert!(
             (lit(darker, floor) - 14.255_5).abs() < 1e-3,
             "{}",
             lit(darker, floor)
         );
-        // Brighter by as much is not forgiven at all; nor is chroma.
+        // Brightening is not ignored, nor is a change of chroma.
         assert!((lit([14.0, 1.2, 2.4], floor) - 14.255_5).abs() < 1e-3);
         let blue = lit([-14.0, -1.2, -32.4], floor);
         assert!(blue > 28.0, "{blue}");
@@ -293,7 +296,7 @@ mod tests {
 
     #[test]
     fn noise_is_its_deviation_whatever_the_figure() {
-        // Medians know nothing of a quarter that differs by far.
+        // A quarter that differs by much does not change medians.
         let scene = EmptyScene::new(picture(|_, _| [128; 3]));
         let frame = picture(|x, _| if x < 10 { [250, 20, 20] } else { [128; 3] });
         let found = scene.difference(&frame);

@@ -1,18 +1,18 @@
-//! A few of many, evenly spaced, without knowing how many there will be.
+//! Keeps a few evenly spaced items of a sequence of unknown length.
 
-/// Keeps every one of some, then every second of them, and so on, so that there are never more than
-/// a number.
+/// A list of at most `most` evenly spaced items of a sequence. Whenever it is full, every second
+/// item is dropped.
 #[derive(Clone, Debug)]
 pub(super) struct EvenlySpaced<T> {
     kept: Vec<T>,
     most: usize,
-    /// Which of those that come are kept: numbers that this divides.
+    /// Items whose numbers are multiples of this are kept.
     stride: usize,
     seen: usize,
 }
 
 impl<T> EvenlySpaced<T> {
-    /// At most `most`, an even number above 0.
+    /// Makes a list of at most `most` items, an even number above 0.
     pub(super) fn new(most: usize) -> Self {
         assert!(most > 0 && most.is_multiple_of(2), "pairs");
         Self {
@@ -23,11 +23,11 @@ impl<T> EvenlySpaced<T> {
         }
     }
 
-    /// The next one, made only if it is kept.
+    /// Adds the next item, which is made only if it is kept.
     pub(super) fn push(&mut self, one: impl FnOnce() -> T) {
         if self.seen.is_multiple_of(self.stride) {
             if self.kept.len() == self.most {
-                // Every second one goes; this one's number is even in the new stride.
+                // Every second item is dropped. This one's number is a multiple of the new stride.
                 let mut number = 0;
                 self.kept.retain(|_| {
                     number += 1;
@@ -40,17 +40,17 @@ impl<T> EvenlySpaced<T> {
         self.seen += 1;
     }
 
-    /// How many came.
+    /// Returns the number of items so far.
     pub(super) const fn seen(&self) -> usize {
         self.seen
     }
 
-    /// Those that were kept, in order.
+    /// Returns the items that were kept, in order.
     pub(super) fn kept(&self) -> &[T] {
         &self.kept
     }
 
-    /// The same.
+    /// Converts the list to the items that were kept.
     pub(super) fn into_kept(self) -> Vec<T> {
         self.kept
     }

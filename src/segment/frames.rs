@@ -1,4 +1,4 @@
-//! The frames of a video, a batch at a time: a folder of pictures, a stream, or a file.
+//! Reads the frames of a video in batches: from a folder of pictures, a stream, or a file.
 
 use super::background::{MIN_FRAMES, median, sample};
 use super::evenly_spaced::EvenlySpaced;
@@ -14,13 +14,13 @@ use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-/// Most bytes of a picture's file, and most that it takes while it is decoded.
+/// Most bytes of a picture's file, and of memory for its decoding.
 const MAX_BYTES: u64 = 1 << 28;
 /// Most frames of a batch, and most bytes of them. Ours: a few for each thread.
 const BATCH: usize = 32;
 const BATCH_BYTES: usize = 1 << 26;
 
-/// A video that is read once, from its beginning.
+/// A video that is read from its beginning to its end.
 pub struct Video {
     path: PathBuf,
     size: (u32, u32),
@@ -29,21 +29,21 @@ pub struct Video {
 }
 
 enum FrameSource {
-    /// Pictures in order, and what was read of them so far.
+    /// Pictures in order, and the hash of those read so far.
     Folder(Vec<PathBuf>, Box<Sha256>),
     Stream(Box<Stream>),
 }
 
 impl Video {
-    /// Opens a folder of pictures (`.png`, `.jpg`, `.jpeg`), of which all headers are read, a Y4M
-    /// file, a video that an installed `ffmpeg` reads, or, of the name `-`, Y4M on standard input.
+    /// Opens a folder of pictures (`.png`, `.jpg`, `.jpeg`), whose headers are all read, a Y4M
+    /// file, a video that an installed `ffmpeg` reads, or Y4M on standard input (`-`).
     ///
-    /// Pictures come in the order of their numbers, if their names differ by a number at the end
-    /// only, else in the order of their names.
+    /// Pictures are ordered by number if their names differ only by a number at the end, else by
+    /// name.
     ///
     /// # Errors
-    /// Without frames, with frames of different sizes or of more than 16 Mi pixels, and where
-    /// something else is found.
+    /// If there are no frames, frames have different sizes or more than 16 Mi pixels, or something
+    /// else is found.
     pub fn open(path: &Path) -> Result<Self> {
         if path != Path::new("-") && path.is_dir() {
             let files = pictures(path)?;
@@ -64,13 +64,13 @@ impl Video {
         })
     }
 
-    /// Columns and rows of each frame.
+    /// Returns the columns and rows of each frame.
     #[must_use]
     pub const fn size(&self) -> (u32, u32) {
         self.size
     }
 
-    /// How many frames it has, if that is known before its end.
+    /// Returns the number of frames, if it is known before the end.
     #[must_use]
     pub fn frames(&self) -> Option<usize> {
         match &self.source {
@@ -79,10 +79,10 @@ impl Video {
         }
     }
 
-    /// The next frames, at most 32; none at the end.
+    /// Reads the next frames, at most 32; none at the end.
     ///
     /// # Errors
-    /// If a frame is broken or the video ends too early, or the system's.
+    /// If a frame is broken, the video ends too early, or reading fails.
     pub fn batch(&mut self) -> Result<Vec<RgbImage>> {
         let bytes = 3 * self.size.0 as usize * self.size.1 as usize;
         let most = (BATCH_BYTES / bytes.max(1)).clamp(1, BATCH);
@@ -116,8 +116,7 @@ impl Video {
         Ok(frames)
     }
 
-    /// The next frame; none at the end. It is read on this thread, and [`Self::input`] will not know of
-    /// it.
+    /// Reads the next frame, on this thread; none at the end. [`Self::input`] does not include it.
     ///
     /// # Errors
     /// As [`Self::batch`].
@@ -137,10 +136,10 @@ impl Video {
         Ok(frame)
     }
 
-    /// Begins anew.
+    /// Returns to the beginning.
     ///
     /// # Errors
-    /// If a file cannot be opened any more, or is another by now.
+    /// If a file can no longer be opened, or has changed its size.
     ///
     /// # Panics
     /// On standard input, which cannot be read again.
@@ -155,7 +154,7 @@ impl Video {
         Ok(())
     }
 
-    /// Frames a second, if the video says it.
+    /// Returns the frame rate, if the video states it.
     pub(crate) fn fps(&self) -> Option<f64> {
         match &self.source {
             FrameSource::Folder(..) => None,
@@ -163,7 +162,7 @@ impl Video {
         }
     }
 
-    /// Whether another process decodes it.
+    /// Returns whether another process decodes the video.
     pub(crate) fn is_decoded_elsewhere(&self) -> bool {
         match &self.source {
             FrameSource::Folder(..) => false,
@@ -171,11 +170,11 @@ impl Video {
         }
     }
 
-    /// What was read of it, by its SHA-256: of pictures one after another, of a stream as it came, of
-    /// a file as it is.
+    /// Returns the video as an input with its SHA-256: of the pictures one after another, of the
+    /// stream as read, or of the whole file if `ffmpeg` decodes it.
     ///
     /// # Errors
-    /// The system's, if a file cannot be read.
+    /// If a file cannot be read.
     pub fn input(self) -> Result<InputFile> {
         match self.source {
             FrameSource::Folder(_, hash) => Ok(InputFile {
@@ -187,17 +186,17 @@ impl Video {
     }
 }
 
-/// The frames of which a video's background is the median: evenly spaced, at most as many as
-/// [`sample`] says. A file is read from its beginning to its end for that.
+/// Returns the frames whose median is a video's background: evenly spaced, at most [`sample`] many.
+/// A file is read from beginning to end for this.
 ///
 /// # Errors
-/// If there are fewer than 10, if the video is standard input, which cannot be read twice, or as
-/// [`Video`] has them.
+/// If there are fewer than 10 frames, if the video is standard input, which cannot be read twice,
+/// or as for [`Video`].
 pub(super) fn background_of(path: &Path) -> Result<Vec<RgbImage>> {
     if path == Path::new("-") {
         return Err(Error::input(
             "standard input",
-            "expected a picture of the empty scene, found none: a stream cannot be read twice, for a background first and then for its frames",
+            "expected a picture of the empty scene, found none: a stream cannot be read twice, first for a background and then for its frames",
         )
         .with_remedy(Remedy::GiveBackground));
     }
@@ -222,17 +221,18 @@ pub(super) fn background_of(path: &Path) -> Result<Vec<RgbImage>> {
     if count < MIN_FRAMES {
         return Err(Error::input(
             path,
-            format!("expected at least {MIN_FRAMES} frames, of which the median is the background, found {count}"),
+            format!("expected at least {MIN_FRAMES} frames, whose median is the background, found {count}"),
         )
         .with_remedy(Remedy::GiveBackground));
     }
     Ok(frames)
 }
 
-/// A picture of the empty scene, or the median of several in a folder, of this size.
+/// Returns a picture of the empty scene, or the median of several in a folder, of this size, with
+/// the files that were read.
 ///
 /// # Errors
-/// If it is of another size, no picture, or not there.
+/// If it is missing, not a picture, or of another size.
 pub(super) fn given_background(
     path: &Path,
     size: (u32, u32),
@@ -251,7 +251,7 @@ pub(super) fn given_background(
     Ok((picture, inputs?))
 }
 
-/// Evenly spaced ones of pictures, the first among them, at most `most`.
+/// Reads at most `most` evenly spaced pictures, including the first.
 fn spaced(files: &[PathBuf], most: usize, size: (u32, u32)) -> Result<Vec<RgbImage>> {
     let count = files.len().min(most);
     let numbers = (0..count).map(|at| at * files.len() / count);
@@ -265,7 +265,7 @@ fn spaced(files: &[PathBuf], most: usize, size: (u32, u32)) -> Result<Vec<RgbIma
     numbers.into_par_iter().map(read).collect()
 }
 
-/// The pictures of a folder, in order.
+/// Lists the pictures of a folder, in order.
 fn pictures(folder: &Path) -> Result<Vec<PathBuf>> {
     let io = |error| Error::io(folder, error);
     let mut files = Vec::new();
@@ -315,7 +315,7 @@ fn pictures(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// What a file's name begins with, and the number at its end.
+/// Splits a file's name into its beginning and the number at its end.
 fn numbered(path: &Path) -> Option<(String, u64)> {
     let stem = path.file_stem()?.to_str()?;
     let start = stem.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -323,7 +323,7 @@ fn numbered(path: &Path) -> Option<(String, u64)> {
     Some((start.to_owned(), number))
 }
 
-/// The size that all pictures have, read from their headers.
+/// Returns the common size of all pictures, read from their headers.
 fn size_of_all(files: &[PathBuf]) -> Result<(u32, u32)> {
     let sizes: Vec<Result<(u32, u32)>> = files.par_iter().map(|file| size_of(file)).collect();
     let mut first = None;
@@ -341,7 +341,7 @@ fn check_size(file: &Path, found: (u32, u32), expected: (u32, u32)) -> Result<()
     Err(Error::input(
         file,
         format!(
-            "expected a frame of {}x{} pixels as those before, found {}x{}",
+            "expected a frame of {}x{} pixels, like those before, found {}x{}",
             expected.0, expected.1, found.0, found.1
         ),
     ))
@@ -354,13 +354,13 @@ fn check_background_size(file: &Path, found: (u32, u32), expected: (u32, u32)) -
     Err(Error::input(
         file,
         format!(
-            "expected a background of {}x{} pixels as the frames have, found {}x{}",
+            "expected a background of {}x{} pixels, like the frames, found {}x{}",
             expected.0, expected.1, found.0, found.1
         ),
     ))
 }
 
-/// A picture's size, by its header.
+/// Reads a picture's size from its header.
 fn size_of(file: &Path) -> Result<(u32, u32)> {
     let reader = ImageReader::open(file).and_then(ImageReader::with_guessed_format);
     let reader = reader.map_err(|error| Error::io(file, error))?;
@@ -380,7 +380,7 @@ fn size_of(file: &Path) -> Result<(u32, u32)> {
     Ok(size)
 }
 
-/// A picture's bytes.
+/// Reads a picture's file.
 fn bytes_of(file: &Path) -> Result<Vec<u8>> {
     let io = |error| Error::io(file, error);
     let length = fs::metadata(file).map_err(io)?.len();
@@ -393,7 +393,7 @@ fn bytes_of(file: &Path) -> Result<Vec<u8>> {
     fs::read(file).map_err(io)
 }
 
-/// A picture's colours.
+/// Decodes a picture.
 fn decoded(file: &Path, bytes: &[u8]) -> Result<RgbImage> {
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
     let mut reader = known(file, reader.map_err(|error| Error::io(file, error))?)?;
@@ -405,7 +405,7 @@ fn decoded(file: &Path, bytes: &[u8]) -> Result<RgbImage> {
     Ok(picture.into_rgb8())
 }
 
-/// Refuses what is neither PNG nor JPEG.
+/// Rejects pictures that are neither PNG nor JPEG.
 fn known<R: std::io::BufRead + std::io::Seek>(
     file: &Path,
     reader: ImageReader<R>,

@@ -1,6 +1,6 @@
-//! Which pixels are the figure: morphology with squares, and connected parts.
+//! Masks of the figure, with morphology by squares and connected parts.
 
-/// A picture of pixels that are on or off, row by row.
+/// A mask: pixels that are on or off, row by row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mask {
     columns: usize,
@@ -8,10 +8,10 @@ pub struct Mask {
 }
 
 impl Mask {
-    /// Pixels of rows that are so wide.
+    /// Makes a mask from pixels, row by row, with this many columns.
     ///
     /// # Panics
-    /// If they do not fill rows.
+    /// If the pixels do not fill whole rows.
     #[must_use]
     pub fn new(columns: usize, on: Vec<bool>) -> Self {
         assert!(
@@ -21,57 +21,57 @@ impl Mask {
         Self { columns, on }
     }
 
-    /// How many pixels a row has.
+    /// Returns the number of columns.
     #[must_use]
     pub fn columns(&self) -> usize {
         self.columns
     }
 
-    /// How many rows there are.
+    /// Returns the number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.on.len() / self.columns
     }
 
-    /// Its pixels, row by row.
+    /// Returns the pixels, row by row.
     #[must_use]
     pub fn pixels(&self) -> &[bool] {
         &self.on
     }
 
-    /// How many pixels are on.
+    /// Returns the number of pixels that are on.
     #[must_use]
     pub fn area(&self) -> usize {
         self.on.iter().filter(|on| **on).count()
     }
 
-    /// Its pixels as grey: 0 or 255.
+    /// Returns the pixels as grey levels, 0 or 255.
     #[must_use]
     pub fn grey(&self) -> Vec<u8> {
         self.on.iter().map(|on| if *on { 255 } else { 0 }).collect()
     }
 
-    /// Those of its pixels that are on in another too.
+    /// Keeps only pixels that are on in `others` too.
     pub(super) fn keep(&mut self, others: impl IntoIterator<Item = bool>) {
         for (on, other) in self.on.iter_mut().zip(others) {
             *on &= other;
         }
     }
 
-    /// Those that are on in another as well.
+    /// Adds the pixels that are on in `others`.
     pub(super) fn join(&mut self, others: impl IntoIterator<Item = bool>) {
         for (on, other) in self.on.iter_mut().zip(others) {
             *on |= other;
         }
     }
 
-    /// All pixels that are at most `reach` rows and columns from one that is on.
+    /// Returns all pixels that are at most `reach` rows and columns from a pixel that is on.
     pub(super) fn dilated(&self, reach: usize) -> Self {
         if reach == 0 {
             return self.clone();
         }
         let (columns, width) = (self.columns, 2 * reach + 1);
-        // Room on both sides; then a pixel gathers those before it, and is moved back.
+        // Room on both sides; then each pixel gathers those before it, and is moved back.
         let wide = columns + 2 * reach;
         let mut on = vec![false; wide * self.rows()];
         let rows = on.chunks_exact_mut(wide).zip(self.on.chunks_exact(columns));
@@ -89,7 +89,8 @@ impl Mask {
         Self::new(columns, down)
     }
 
-    /// All pixels with none that is off within `reach` rows and columns; outside none is off.
+    /// Returns all pixels without an off pixel within `reach` rows and columns. Outside the picture
+    /// no pixel is off.
     pub(super) fn eroded(&self, reach: usize) -> Self {
         self.inverted().dilated(reach).inverted()
     }
@@ -98,8 +99,8 @@ impl Mask {
         Self::new(self.columns, self.on.iter().map(|on| !on).collect())
     }
 
-    /// Closed by a square of `reach` pixels to each side (Serra 1982): gaps that are too narrow for
-    /// it are filled. Outside of the picture nothing is on.
+    /// Closes the mask by a square of `reach` pixels to each side (Serra 1982): gaps that are too
+    /// narrow for it are filled. Outside the picture no pixel is on.
     pub(super) fn closed(&self, reach: usize) -> Self {
         if reach == 0 {
             return self.clone();
@@ -116,9 +117,8 @@ impl Mask {
         Self::new(self.columns, inner.copied().collect())
     }
 
-    /// What lies in the largest part, where pixels hang together with their eight neighbours and
-    /// across gaps of at most `2 * gap` pixels; of equal parts the first, from above. All of it, if
-    /// nothing is on.
+    /// Returns the largest part. Pixels are connected to their eight neighbours and across gaps of
+    /// at most `2 * gap` pixels. Of equal parts the first from above is kept.
     pub(super) fn largest(&self, gap: usize) -> Self {
         let wide = self.dilated(gap);
         let (part_of, parts) = wide.parts();
@@ -136,11 +136,12 @@ impl Mask {
         largest
     }
 
-    /// The part of each pixel, from 1 on, 0 where nothing is on; and how many parts there are.
-    /// Neighbours are all eight. In the order of their first pixels.
+    /// Returns the number of each pixel's part, 0 for pixels that are off, and the number of parts.
+    /// Parts are connected by all eight neighbours and numbered from 1 in the order of their first
+    /// pixels.
     fn parts(&self) -> (Vec<u32>, usize) {
         let columns = self.columns;
-        // Runs of pixels of a row; those that touch get one root (union-find).
+        // Runs of pixels in a row. Runs that touch get a common root (union-find).
         let mut roots: Vec<u32> = Vec::new();
         let mut part_of = vec![0_u32; self.on.len()];
         let mut above: Vec<(usize, usize, u32)> = Vec::new();
@@ -159,7 +160,7 @@ impl Mask {
                 }
                 let run = roots.len() as u32;
                 roots.push(run);
-                // Runs above that end left of it touch none that follow either.
+                // Runs above that end left of this one do not touch later ones either.
                 while above.get(first).is_some_and(|run| run.1 < start) {
                     first += 1;
                 }
@@ -190,8 +191,8 @@ impl Mask {
     }
 }
 
-/// Pixels of which one is on among itself and those `unit`, `2 * unit`, ... before it, `width` in all:
-/// as many again in each step.
+/// Returns the pixels for which one of `width` pixels is on: itself and those `unit`, `2 * unit`,
+/// ... before it. Each step doubles the number of pixels covered.
 fn gathered(mut pixels: Vec<bool>, unit: usize, width: usize) -> Vec<bool> {
     let mut covered = 1;
     while covered < width {
@@ -206,7 +207,7 @@ fn gathered(mut pixels: Vec<bool>, unit: usize, width: usize) -> Vec<bool> {
     pixels
 }
 
-/// The first of the runs that hang together with this one.
+/// Returns the root of the runs that are connected to this one.
 fn root(roots: &mut [u32], mut run: u32) -> u32 {
     while roots[run as usize] != run {
         let up = roots[roots[run as usize] as usize];
@@ -227,7 +228,7 @@ mod tests {
         Mask::new(rows[0].len(), on.collect())
     }
 
-    /// Pixels on at random, about a share of `of` sixteenths.
+    /// Returns a mask with about `of` sixteenths of its pixels on at random.
     fn random(seed: u32, columns: usize, rows: usize, of: u32) -> Mask {
         let mut state = seed;
         let mut next = || {
@@ -237,7 +238,7 @@ mod tests {
         Mask::new(columns, (0..columns * rows).map(|_| next()).collect())
     }
 
-    /// Every part by a flood from its first pixel.
+    /// Finds every part by a flood from its first pixel.
     fn flooded(mask: &Mask) -> (Vec<u32>, usize) {
         let (columns, rows) = (mask.columns(), mask.rows());
         let mut part_of = vec![0; columns * rows];
@@ -277,7 +278,7 @@ mod tests {
         let figure = mask(&["##...", "##...", ".....", "##..#", "....#"]);
         let without = mask(&["##...", "##...", ".....", ".....", "....."]);
         assert_eq!(figure.largest(0), without);
-        // Both rows of the gap are within one pixel of what is on.
+        // Both rows of the gap are within one pixel of a pixel that is on.
         let with = mask(&["##...", "##...", ".....", "##...", "....."]);
         let far = mask(&["##....", "##....", "......", "##...#", ".....#"]);
         assert_eq!(far.largest(1).area(), 6);

@@ -1,24 +1,25 @@
-//! Video to silhouettes: who is in a picture that is not in the empty scene.
+//! Segments video into silhouettes by the difference from the empty scene.
 //!
-//! As Charalambous & Bharath segment video (BMVC 2016, section 3.3): colours in CIE LAB, less those
-//! of the background, as grey differences, which are parted into two clusters; what is above the
-//! middle of the clusters' means is the figure. What their page leaves open is ours:
+//! The method follows Charalambous & Bharath (BMVC 2016, section 3.3). The colours of a frame in
+//! CIE LAB less those of the background give grey differences, which are split into two clusters.
+//! Pixels above the middle of the clusters' means are the figure. Details that the paper leaves
+//! open are ours:
 //!
-//! 1. The light of each frame is estimated in red, green and blue, and taken out; differences
-//!    are smoothed over three by three pixels and measured in units of the frame's noise.
-//! 2. A darkening that keeps the background's colour, up to a fifth of lightness, is forgiven: a
-//!    shadow does that. Grey is the logarithm of what is left, since a figure whose shirt differs
-//!    from the wall by ten times the noise has trousers that differ by fifty.
-//! 3. Pixels that were forgiven, but lie between others of the figure, are taken back.
-//! 4. Pixels at the rim whose difference is less than half of what lies further in are mixed with
-//!    the background, or a shadow at a foot: they go.
+//! 1. The light of each frame is estimated in red, green and blue, and removed. Differences are
+//!    smoothed over three by three pixels and measured in units of the frame's noise.
+//! 2. A darkening that keeps the background's colour, up to a fifth of lightness, counts as shadow
+//!    and is ignored. Grey levels are logarithms of the remaining difference, since a figure whose
+//!    shirt differs from the wall by ten times the noise has trousers that differ by fifty.
+//! 3. Pixels that were ignored as shadow but lie between other pixels of the figure are added.
+//! 4. Pixels at the rim whose difference is less than 0.45 of the greatest within two pixels are
+//!    mixed with the background, or a shadow at a foot. They are removed.
 //! 5. The largest part is kept, and small gaps in it are closed.
 //!
 //! ```
 //! use edgegait::segment::{Segmenter, SegmentSettings};
 //! use image::{Rgb, RgbImage};
 //!
-//! // A red square of 20 by 30 pixels before a grey wall.
+//! // A red rectangle of 20 by 30 pixels before a grey wall.
 //! let wall = RgbImage::from_pixel(80, 60, Rgb([150, 150, 140]));
 //! let mut frame = wall.clone();
 //! for (x, y) in (0..20).flat_map(|x| (0..30).map(move |y| (30 + x, 15 + y))) {
@@ -56,34 +57,35 @@ use difference::{EmptyScene, SceneDifference, over_noise};
 use image::RgbImage;
 use std::path::Path;
 
-/// Least difference of a figure, of the noise. Ours: of a normal deviate in three parts six times its
-/// deviation is left to one of 10^7 pixels, and two clusters of noise alone lie lower.
+/// Least difference of a figure over the noise. Ours: noise in three components exceeds six
+/// standard deviations in one of 10^7 pixels, and two clusters of noise alone lie lower.
 const LEAST_OVER_NOISE: f32 = 6.0;
-/// Side of the square whose gaps pixels are taken back in, to each side, of the root of the figure's
-/// area. Ours: of a figure of 4,000 pixels (150 rows) 11 pixels, less than a thigh is wide.
+/// Half-width of the square that closes the gaps in which pixels are added, over the square root of
+/// the figure's area. Ours: 11 pixels for a figure of 4,000 pixels (150 rows), less than the width
+/// of a thigh.
 const TAKEN_BACK: f64 = 0.18;
-/// How many pixels the rim is peeled at most, and below which share of the greatest difference two
-/// pixels further in. Ours: a pixel half covered has half of it, a little less where smoothing
-/// spreads what is dark.
+/// Most pixels by which the rim is peeled, and the share of the greatest difference within two
+/// pixels below which a pixel is removed. Ours: a half-covered pixel has half of that difference, a
+/// little less where smoothing spreads dark colours.
 const PEELS: usize = 2;
 const PEELED: f32 = 0.45;
-/// Gaps of up to twice as many pixels do not part a figure. Ours.
+/// Gaps of up to twice this many pixels do not split a figure. Ours.
 const BRIDGED: usize = 2;
-/// Least area of a figure, of the picture. Ours: less is blocks of JPEG in dark, saturated colours (up
-/// to 0.14 % of our empty frames), or a figure too small for 50 rows.
+/// Least area of a figure as a share of the picture. Ours: smaller areas are JPEG blocks in dark,
+/// saturated colours (up to 0.14 % of our empty frames), or a figure too small for 50 rows.
 const LEAST_SHARE: f64 = 0.002;
 
-/// What is done beyond the threshold.
+/// The settings of the steps after the threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SegmentSettings {
     /// Whether only the largest connected part is the figure.
     pub largest_part: bool,
-    /// Half the side of the square by which it is closed at the end, pixels; 0 closes nothing.
+    /// Half-width of the square by which the figure is closed at the end, pixels; 0 closes nothing.
     pub closing_px: usize,
 }
 
 impl Default for SegmentSettings {
-    /// The largest part, closed by three by three pixels.
+    /// Keeps the largest part and closes it by three by three pixels.
     fn default() -> Self {
         Self {
             largest_part: true,
@@ -92,20 +94,20 @@ impl Default for SegmentSettings {
     }
 }
 
-/// A frame in parts.
+/// The result of the segmentation of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segmented {
-    /// Where the figure is; nowhere, if it would cover less than 0.2 % of the picture.
+    /// The figure; empty if it would cover less than 0.2 % of the picture.
     pub mask: Mask,
-    /// The difference in LAB above which a pixel is the figure.
+    /// The difference in LAB above which a pixel belongs to the figure.
     pub threshold: f64,
     /// The noise of a difference in LAB.
     pub noise: f32,
-    /// How much stronger the light is than in the background, in red, green and blue.
+    /// The frame's light over the background's, in red, green and blue.
     pub gain: [f32; 3],
 }
 
-/// An empty scene that frames are compared with.
+/// A segmenter, which compares frames with an empty scene.
 #[derive(Clone, Debug)]
 pub struct Segmenter {
     scene: EmptyScene,
@@ -113,7 +115,7 @@ pub struct Segmenter {
 }
 
 impl Segmenter {
-    /// Of a picture of the empty scene.
+    /// Makes a segmenter from a picture of the empty scene.
     ///
     /// # Panics
     /// If it has no pixels.
@@ -126,16 +128,17 @@ impl Segmenter {
         }
     }
 
-    /// Of the empty scene of a video with frames of this size: a picture, the median of the pictures in
-    /// a folder, or, without either, of frames of the video itself; with the files that were read for it.
+    /// Makes a segmenter for a video with frames of this size, and returns it with the files that
+    /// were read for the background.
     ///
-    /// The median of a video is of at most 32 frames, evenly spaced, so that memory does not grow with
-    /// its length; a file is read twice.
+    /// The background is a picture, the median of the pictures in a folder, or, without either, the
+    /// median of at most 32 evenly spaced frames of the video. Memory therefore does not grow with
+    /// the video's length, but a file is read twice.
     ///
     /// # Errors
-    /// If the background is of another size, no picture or not there; if the video has fewer than 10
-    /// frames, cannot be read twice, or has a figure that stays where it is, so that it is part of the
-    /// median.
+    /// If the background is missing, not a picture or of another size, or if the video has fewer
+    /// than 10 frames, cannot be read twice, or has a figure that stays in one place and so is part
+    /// of the median.
     pub fn open(
         video: &Path,
         size: (u32, u32),
@@ -153,21 +156,21 @@ impl Segmenter {
         Ok((segmenter, Vec::new()))
     }
 
-    /// Columns and rows of the background, and so of frames.
+    /// Returns the columns and rows of the background, and so of frames.
     #[must_use]
     pub fn size(&self) -> (u32, u32) {
         self.scene.size()
     }
 
-    /// The picture of the empty scene.
+    /// Returns the picture of the empty scene.
     pub(crate) const fn background(&self) -> &RgbImage {
         self.scene.picture()
     }
 
-    /// Where the figure is in a frame. Takes about 60 bytes a pixel while it works.
+    /// Finds the figure in a frame. Needs about 60 bytes a pixel.
     ///
     /// # Panics
-    /// If its size is not the background's.
+    /// If the frame's size is not the background's.
     #[must_use]
     pub fn segment(&self, frame: &RgbImage) -> Segmented {
         let found = self.scene.difference(frame);
@@ -196,7 +199,7 @@ impl Segmenter {
     }
 }
 
-/// The level midway between the two clusters of a frame's levels.
+/// Returns the level midway between the two clusters of a frame's levels.
 fn clusters(found: &SceneDifference) -> f64 {
     let mut counts = [0; 256];
     for level in &found.levels {
@@ -205,7 +208,8 @@ fn clusters(found: &SceneDifference) -> f64 {
     threshold(&counts)
 }
 
-/// Adds pixels that differ and lie in gaps of the figure, though a shadow would explain them.
+/// Adds pixels in gaps of the figure that differ from the scene, even if a shadow would explain
+/// them.
 fn take_back(mask: &mut Mask, raw: &[f32]) {
     let area = mask.largest(0).area() as f64;
     // Rounded; at least a pixel.
@@ -221,7 +225,7 @@ fn take_back(mask: &mut Mask, raw: &[f32]) {
     );
 }
 
-/// Takes off pixels of the rim that differ by much less than what lies two pixels further in.
+/// Removes pixels of the rim whose difference is much less than the greatest within two pixels.
 fn peel(mask: &mut Mask, raw: &[f32]) {
     let inner = mask.eroded(1);
     let columns = mask.columns();

@@ -1,7 +1,8 @@
-//! A made video: silhouettes become a figure before a wall, under a light that changes, with noise.
+//! Paints a synthetic video from silhouettes: a figure before a wall, with changing light and
+//! noise.
 //!
-//! All of it is ours. Figures, light and noise are as in the videos that this module was measured
-//! with: light from 0.95 to 1.1, soft shadows, noise that grows with the signal.
+//! All constants are ours. Figures, light and noise resemble the videos with which segmentation was
+//! measured: light from 0.95 to 1.1, soft shadows, and noise that grows with the signal.
 
 use image::{Rgb, RgbImage};
 use rand::RngExt as _;
@@ -12,31 +13,31 @@ const BROW: f32 = 0.06;
 const NECK: f32 = 0.15;
 const WAIST: f32 = 0.5;
 
-/// A made video that is painted frame by frame.
+/// A synthetic video that is painted frame by frame.
 pub(crate) struct Painted {
     columns: usize,
-    /// The empty scene, red, green and blue of each pixel, 0..=255.
+    /// The empty scene: red, green and blue of each pixel, 0..=255.
     empty: Vec<[f32; 3]>,
     /// Colours of hair, skin, upper and lower clothes.
     colours: [[f32; 3]; 4],
-    /// Standard deviation of the noise in black and in white.
+    /// Standard deviations of the noise in black and in white.
     noise: (f32, f32),
-    /// How the light changes: amplitude, and radians a frame.
+    /// Changes of the light: amplitude, and radians a frame.
     light: (f32, f32),
     normals: Normals,
-    /// Frames so far.
+    /// Number of frames so far.
     painted: usize,
 }
 
 impl Painted {
-    /// No frame yet, of so many columns and rows.
+    /// Makes a video of this many columns and rows, without frames yet.
     pub(crate) fn new((columns, rows): (usize, usize), rng: &mut ChaCha8Rng) -> Self {
         let mut colour = |low: f32, high: f32| -> [f32; 3] {
             let grey = rng.random_range(low..high);
             [0, 1, 2].map(|_| (grey + rng.random_range(-18.0..18.0_f32)).clamp(0.0, 255.0))
         };
         let (wall, floor) = (colour(130.0, 200.0), colour(80.0, 130.0));
-        // Clothes are darker than what is behind them, sometimes by little.
+        // Clothes are darker than the background, sometimes by little.
         let upper = colour(25.0, 90.0);
         let lower = colour(15.0, 70.0);
         let (hair, skin) = (colour(20.0, 90.0), [205.0, 160.0, 135.0]);
@@ -71,12 +72,12 @@ impl Painted {
         }
     }
 
-    /// The scene without anybody, and without noise.
+    /// Returns the scene without people and noise.
     pub(crate) fn empty(&self) -> RgbImage {
         self.picture(&self.empty)
     }
 
-    /// The next frame, of a mask row by row, whose figure is of 128 and more.
+    /// Paints the next frame from a mask, row by row, whose figure has bytes of 128 and more.
     ///
     /// # Panics
     /// If the mask has another number of pixels.
@@ -97,7 +98,8 @@ impl Painted {
         image
     }
 
-    /// What the camera sees: the figure over the empty scene, mixed at its rim, and its shadow.
+    /// Returns the camera's view: the figure over the empty scene, mixed at its rim, and its
+    /// shadow.
     fn seen(&mut self, mask: &[u8]) -> Vec<[f32; 3]> {
         let columns = self.columns;
         let on: Vec<f32> = mask
@@ -126,7 +128,7 @@ impl Painted {
         let (empty, noise, normals) = (&self.empty, self.noise, &mut self.normals);
         let see = |at: usize| {
             let (x, y) = ((at % columns) as f32, (at / columns) as f32);
-            // An ellipse of soft shade on the floor about the feet.
+            // A soft elliptical shadow on the floor around the feet.
             let away = ((x - feet) / (0.28 * height)).powi(2)
                 + ((y - bottom as f32) / (0.045 * height)).powi(2);
             let shade = 1.0 - 0.14 * (-away).exp();
@@ -148,7 +150,7 @@ impl Painted {
     }
 }
 
-/// Normal deviates from a table that is drawn once: a video needs millions.
+/// Normal deviates from a table that is sampled once, since a video needs millions.
 struct Normals {
     table: Vec<f32>,
     state: u64,
@@ -166,7 +168,7 @@ impl Normals {
     }
 
     fn next(&mut self) -> f32 {
-        // Xorshift (Marsaglia, "Xorshift RNGs", J. Stat. Softw. 8, 2003) chooses among them.
+        // Xorshift (Marsaglia, "Xorshift RNGs", J. Stat. Softw. 8, 2003) chooses the entry.
         self.state ^= self.state << 13;
         self.state ^= self.state >> 7;
         self.state ^= self.state << 17;
@@ -174,7 +176,7 @@ impl Normals {
     }
 }
 
-/// The mean of each pixel and its neighbours, the middle counting twice along each axis.
+/// Returns the mean of each pixel and its neighbours; the middle counts twice along each axis.
 pub(crate) fn softened(on: &[f32], columns: usize) -> Vec<f32> {
     let rows = on.len() / columns;
     let at = |row: usize, column: usize| on[row * columns + column];

@@ -1,22 +1,22 @@
-//! A contact sheet: frames of the whole video with the outlines of what was found in them.
+//! Draws a contact sheet: frames of the whole video with the outlines of the figures in them.
 
 use super::evenly_spaced::EvenlySpaced;
 use super::mask::Mask;
 use image::{Rgb, RgbImage, imageops};
 
-/// Most frames of a sheet: 16 to 32 of a long video are shown.
+/// Most frames of a sheet; a long video shows 16 to 32.
 const MOST: usize = 32;
 /// Frames in a row.
 const ACROSS: usize = 4;
-/// Most columns of a frame on the sheet; wider ones are made smaller by a whole number.
+/// Most columns of a frame on the sheet; wider frames are reduced by a whole number.
 const WIDEST: u32 = 480;
 /// Pixels between frames, and their grey.
 const GAP: u32 = 2;
 const GROUND: Rgb<u8> = Rgb([96; 3]);
-/// Outlines are magenta, which few clothes and walls are.
+/// The colour of outlines: magenta, which is rare in clothes and walls.
 const OUTLINE: Rgb<u8> = Rgb([255, 0, 255]);
 
-/// Frames with outlines, evenly spaced over a video of any length.
+/// A contact sheet of frames with outlines, evenly spaced over a video of any length.
 #[derive(Clone, Debug)]
 pub struct Sheet {
     frames: EvenlySpaced<RgbImage>,
@@ -31,12 +31,12 @@ impl Default for Sheet {
 }
 
 impl Sheet {
-    /// The next frame and its figure.
+    /// Adds the next frame and its figure.
     pub fn push(&mut self, frame: &RgbImage, mask: &Mask) {
         self.frames.push(|| outlined(frame, mask));
     }
 
-    /// All frames as one picture; none of no frames.
+    /// Returns all frames as one picture; none without frames.
     #[must_use]
     pub fn picture(&self) -> Option<RgbImage> {
         let frames = self.frames.kept();
@@ -55,8 +55,8 @@ impl Sheet {
     }
 }
 
-/// A frame, made smaller if need be, with the outline of its figure: pixels of the figure beside one
-/// that is not.
+/// Returns a frame, reduced if necessary, with the outline of its figure: pixels of the figure next
+/// to the background.
 fn outlined(frame: &RgbImage, mask: &Mask) -> RgbImage {
     let times = frame.width().div_ceil(WIDEST);
     let (columns, rows) = (

@@ -1,5 +1,5 @@
-//! Video that comes as a stream: Y4M on standard input or in a file, or from an `ffmpeg` that decodes
-//! any other file.
+//! Reads video as a stream: Y4M on standard input, in a file, or from an `ffmpeg` that decodes any
+//! other file.
 
 use super::y4m::Y4m;
 use crate::dataset::InputFile;
@@ -12,9 +12,9 @@ use std::path::Path;
 use std::process::{Child, ChildStderr, Command, Stdio};
 use std::thread::JoinHandle;
 
-/// Bytes that are read at once: a few of a pipe's.
+/// Bytes of a read: the size of a few pipe buffers.
 const BUFFER: usize = 1 << 18;
-/// Most bytes of what `ffmpeg` says that are shown.
+/// Most bytes of the messages of `ffmpeg` that are shown.
 const MOST_SAID: u64 = 1 << 12;
 
 /// A stream of frames.
@@ -23,7 +23,7 @@ pub(super) struct Stream {
     ffmpeg: Option<Ffmpeg>,
 }
 
-/// The process that writes the stream. It is ended when this is dropped.
+/// The process that writes the stream; dropping this ends it.
 #[derive(Debug)]
 struct Ffmpeg {
     process: Child,
@@ -31,10 +31,10 @@ struct Ffmpeg {
 }
 
 impl Stream {
-    /// Opens standard input for `-`, a file of Y4M, or one that `ffmpeg` reads.
+    /// Opens standard input for `-`, a file of Y4M, or another file that `ffmpeg` reads.
     ///
     /// # Errors
-    /// If it is none, of a kind that is not supported, or there is no `ffmpeg`.
+    /// If the file is not a video, of an unsupported kind, or `ffmpeg` is needed and missing.
     pub(super) fn open(path: &Path) -> Result<Self> {
         if path == Path::new("-") {
             let reader = BufReader::with_capacity(BUFFER, std::io::stdin());
@@ -62,7 +62,7 @@ impl Stream {
         match Y4m::open(reader, path) {
             Ok(video) => Ok(Self { video, ffmpeg }),
             Err(error) => {
-                // What ffmpeg says tells more than that its stream has no beginning.
+                // An error of ffmpeg is more helpful than that its stream has no beginning.
                 ffmpeg
                     .as_mut()
                     .map_or(Ok(()), |ffmpeg| ffmpeg.finish(path))?;
@@ -71,15 +71,15 @@ impl Stream {
         }
     }
 
-    /// Columns and rows of each frame.
+    /// Returns the columns and rows of each frame.
     pub(super) const fn size(&self) -> (u32, u32) {
         self.video.size()
     }
 
-    /// The next frames, at most so many; fewer only at the end.
+    /// Reads the next frames, at most `most`; fewer only at the end.
     ///
     /// # Errors
-    /// If a frame is cut off, or `ffmpeg` fails; with what it says.
+    /// If a frame is truncated, or `ffmpeg` fails, with its message.
     pub(super) fn read(&mut self, most: usize) -> Result<Vec<RgbImage>> {
         let frames = self.video.read(most);
         let is_end = frames.as_ref().map_or(true, |frames| frames.len() < most);
@@ -89,7 +89,7 @@ impl Stream {
         frames
     }
 
-    /// The next frame, on this thread; none at the end. It is not hashed.
+    /// Reads the next frame, on this thread and without hashing it; none at the end.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -103,20 +103,21 @@ impl Stream {
         frame
     }
 
-    /// Frames a second, if its first line says it.
+    /// Returns the frame rate, if the first line states it.
     pub(super) const fn fps(&self) -> Option<f64> {
         self.video.fps()
     }
 
-    /// Whether `ffmpeg` decodes it.
+    /// Returns whether `ffmpeg` decodes the stream.
     pub(super) const fn has_ffmpeg(&self) -> bool {
         self.ffmpeg.is_some()
     }
 
-    /// What was read, by its SHA-256: of a file that `ffmpeg` reads that of the file.
+    /// Returns the video as an input with the SHA-256 of the bytes read, or of the whole file if
+    /// `ffmpeg` decodes it.
     ///
     /// # Errors
-    /// The system's.
+    /// If the file cannot be read.
     pub(super) fn input(self, path: &Path) -> Result<InputFile> {
         if self.ffmpeg.is_some() {
             return InputFile::of(path);
@@ -129,16 +130,16 @@ impl Stream {
 }
 
 impl Ffmpeg {
-    /// Starts it on a file; what it writes.
+    /// Starts `ffmpeg` on a file and returns it with its output.
     fn start(path: &Path) -> Result<(Self, impl BufRead + Send + use<>)> {
-        // With the protocol's name no path is taken for a flag or an address.
+        // With the protocol's name, no path is mistaken for a flag or an address.
         let mut input = OsString::from("file:");
         input.push(path);
         let started = Command::new("ffmpeg")
             .args(["-nostdin", "-loglevel", "error", "-i"])
             .arg(input)
             .args(["-map", "0:v:0", "-pix_fmt", "yuv444p"])
-            // What the reader takes colours for.
+            // The colours that the reader expects.
             .args(["-vf", "scale=out_color_matrix=bt601:out_range=tv"])
             .args(["-f", "yuv4mpegpipe", "pipe:1"])
             .stdin(Stdio::null())
@@ -156,7 +157,7 @@ impl Ffmpeg {
             .stdout
             .take()
             .ok_or(Error::Missing("ffmpeg's output"))?;
-        // Read beside the frames, so that neither pipe fills up while the other is waited for.
+        // Read at the same time as the frames, so that neither pipe fills up while the other waits.
         let said = process
             .stderr
             .take()
@@ -165,10 +166,10 @@ impl Ffmpeg {
         Ok((Self { process, said }, frames))
     }
 
-    /// Waits for its end.
+    /// Waits for the end of `ffmpeg`.
     ///
     /// # Errors
-    /// If it failed, with what it said.
+    /// If it failed, with its message.
     fn finish(&mut self, path: &Path) -> Result<()> {
         let Some(said) = self.said.take() else {
             return Ok(());
@@ -188,13 +189,13 @@ impl Ffmpeg {
 
 impl Drop for Ffmpeg {
     fn drop(&mut self) {
-        // One that has ended already cannot be.
+        // Killing fails if the process has already ended.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
 }
 
-/// The beginning of what it says; the rest is read and forgotten.
+/// Returns the beginning of the messages of `ffmpeg`; the rest is read and discarded.
 fn said(mut from: ChildStderr) -> String {
     let mut bytes = Vec::new();
     let _ = from.by_ref().take(MOST_SAID).read_to_end(&mut bytes);

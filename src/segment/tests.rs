@@ -1,24 +1,24 @@
-//! A made video whose silhouettes are known.
+//! Tests with a synthetic video whose silhouettes are known.
 
 use super::*;
 use image::Rgb;
 
-/// A disc that moves over a gradient, with noise of a few bytes: columns, rows, radius.
+/// Columns and rows of a video of a disc that moves over a gradient, with noise of a few bytes.
 const SIZE: (u32, u32) = (160, 120);
 const RADIUS: i64 = 20;
 
-/// Numerical Recipes' generator.
+/// The linear congruential generator of Numerical Recipes.
 struct Noise(u32);
 
 impl Noise {
-    /// About normal, deviation 2: four even ones of deviation 1.
+    /// Adds roughly normal noise of deviation 2, the sum of four uniform deviates of deviation 1.
     fn byte(&mut self, value: f64) -> u8 {
         let mut sum = 0.0;
         for _ in 0..4 {
             self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             sum += f64::from(self.0 >> 8) / f64::from(1 << 24) - 0.5;
         }
-        // An even number of 0 to 1 has a variance of 1/12.
+        // A uniform number from 0 to 1 has a variance of 1/12.
         (value + sum * 2.0 * 3.0_f64.sqrt() + 0.5) as u8
     }
 }
@@ -33,7 +33,7 @@ fn is_on(at: i64, x: u32, y: u32) -> bool {
     dx * dx + dy * dy <= RADIUS * RADIUS
 }
 
-/// A frame with the disc's middle at a column, under a light that is `gain` times as strong.
+/// Returns a frame with the disc's centre at a column, under light `gain` times as strong.
 fn frame(at: i64, gain: f64, noise: &mut Noise) -> RgbImage {
     RgbImage::from_fn(SIZE.0, SIZE.1, |x, y| {
         let colour = if is_on(at, x, y) {
@@ -41,7 +41,7 @@ fn frame(at: i64, gain: f64, noise: &mut Noise) -> RgbImage {
         } else {
             wall(x, y)
         };
-        // Bytes are to the power of 1 / 2.4 or so of light.
+        // Bytes are roughly light to the power of 1 / 2.4.
         Rgb(colour.map(|value| noise.byte(value * gain.powf(1.0 / 2.4))))
     })
 }
@@ -81,14 +81,14 @@ fn a_disc_is_found_under_any_light_with_a_given_or_a_median_background() {
         }
     }
     let segmenter = Segmenter::new(empty.clone(), SegmentSettings::default());
-    // The light of the last one is 1.111 times as strong.
+    // The light of the last frame is 1.111 times as strong.
     let last = segmenter.segment(&frames[23]);
     assert!(
         last.gain.iter().all(|gain| (gain - 1.111).abs() < 0.03),
         "{:?}",
         last.gain
     );
-    // Nobody, with noise and without.
+    // The empty scene, with noise and without.
     assert_eq!(
         segmenter.segment(&frame(-100, 1.0, &mut noise)).mask.area(),
         0
@@ -103,7 +103,7 @@ fn a_shadow_beside_the_disc_is_not_its_part() {
         Rgb(wall(x, y).map(|value| value as u8))
     });
     let mut frame = frame(60, 1.0, &mut noise);
-    // 0.7 of the light, on the right of it.
+    // 0.7 of the light, on the right of the disc.
     for (x, y) in (82..110).flat_map(|x| (50..70).map(move |y| (x, y))) {
         let dark = wall(x, y).map(|value| noise.byte(value * 0.7_f64.powf(1.0 / 2.4)));
         frame.put_pixel(x, y, Rgb(dark));
@@ -138,7 +138,7 @@ fn settings_keep_all_parts_and_close_or_leave_gaps() {
             .area()
     };
     assert_eq!([area(true, 1), area(false, 1)], [30 * 40, 40 * 40]);
-    // A square of 31 by 31 pixels fills what is between the two.
+    // A square of 31 by 31 pixels fills the gap between the two.
     assert_eq!(area(false, 15), 70 * 40);
 }
 

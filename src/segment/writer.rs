@@ -1,4 +1,4 @@
-//! Silhouettes as files, in CASIA-B's layout: `<person>/<take>/<view>/`, a PNG for each frame.
+//! Writes silhouettes in CASIA-B's layout: `<person>/<take>/<view>/`, a PNG for each frame.
 
 use super::mask::Mask;
 use crate::dataset::{check_folder_name, check_view_name};
@@ -9,13 +9,13 @@ use rayon::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Where in the staging folder the sequence is made.
+/// The folder of the unfinished sequence in the staging folder.
 const MADE: &str = "made";
-/// Digits of a frame's number while how many there are is not known, and fewest at the end.
+/// Digits of a frame's number while the number of frames is unknown, and fewest digits at the end.
 const STAGED_DIGITS: usize = 9;
 const LEAST_DIGITS: usize = 3;
 
-/// Who walks, in which take, seen from where.
+/// The names of a sequence's person, take and view.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SequenceNames {
     person: String,
@@ -24,10 +24,11 @@ pub struct SequenceNames {
 }
 
 impl SequenceNames {
-    /// Names that can be folders', and a view's that states its azimuth, as `090` and `090e15` do.
+    /// Checks that all names can be folders' and that the view's states its azimuth, such as `090`
+    /// and `090e15`.
     ///
     /// # Errors
-    /// Naming the one that cannot be.
+    /// Names the invalid one.
     pub fn new(person: &str, take: &str, view: &str) -> Result<Self> {
         for name in [person, take, view] {
             check_folder_name(name)?;
@@ -40,22 +41,22 @@ impl SequenceNames {
         })
     }
 
-    /// The folder of the sequence in a tree.
+    /// Returns the folder of the sequence in a tree.
     #[must_use]
     pub fn folder(&self, tree: &Path) -> PathBuf {
         tree.join(&self.person).join(&self.take).join(&self.view)
     }
 
-    /// What the names of all its files begin with.
+    /// Returns the beginning of the names of all files of the sequence.
     fn start(&self) -> String {
         format!("{}-{}-{}-", self.person, self.take, self.view)
     }
 }
 
-/// Refuses a sequence that is there already, or, to replace it, a folder in which something else is.
+/// Rejects a sequence that already exists, or, with `overwrite`, a folder that holds other files.
 ///
 /// # Errors
-/// Naming what is there.
+/// Names the existing folder or file.
 pub fn check_replaceable(tree: &Path, names: &SequenceNames, overwrite: bool) -> Result<()> {
     let folder = names.folder(tree);
     if !folder.exists() {
@@ -68,7 +69,7 @@ pub fn check_replaceable(tree: &Path, names: &SequenceNames, overwrite: bool) ->
         let text = name.to_string_lossy();
         if !(text.starts_with(&start) && text.ends_with(".png")) {
             return Err(Error::Usage(format!(
-                "{}: holds {text}, which is no silhouette {start}NNN.png (name another tree, person, take or view)",
+                "{}: holds {text}, which is not a silhouette {start}NNN.png (name another tree, person, take or view)",
                 folder.display()
             )));
         }
@@ -79,7 +80,7 @@ pub fn check_replaceable(tree: &Path, names: &SequenceNames, overwrite: bool) ->
     Ok(())
 }
 
-/// A sequence in the making. Without [`SequenceWriter::finish`] nothing of it stays.
+/// A sequence that is being written. Without [`SequenceWriter::finish`] nothing of it remains.
 #[derive(Debug)]
 pub struct SequenceWriter {
     staging: Staging,
@@ -89,10 +90,11 @@ pub struct SequenceWriter {
 }
 
 impl SequenceWriter {
-    /// Begins one, in a hidden folder where it or the first folder above it that lacks will be.
+    /// Begins a sequence in a hidden folder, beside the sequence's folder or the topmost folder
+    /// above it that does not exist yet.
     ///
     /// # Errors
-    /// The system's.
+    /// If a folder cannot be created.
     pub fn new(tree: &Path, names: &SequenceNames) -> Result<Self> {
         let folder = names.folder(tree);
         let mut beside = std::path::absolute(&folder).map_err(|error| Error::io(&folder, error))?;
@@ -110,10 +112,10 @@ impl SequenceWriter {
         })
     }
 
-    /// Appends the silhouettes of frames that follow, on all cores.
+    /// Appends the silhouettes of the next frames, on all cores.
     ///
     /// # Errors
-    /// The system's.
+    /// If a file cannot be written.
     pub fn push(&mut self, masks: &[&Mask]) -> Result<()> {
         let made = self.staging.path().join(MADE);
         let first = self.frames;
@@ -126,11 +128,11 @@ impl SequenceWriter {
         Ok(())
     }
 
-    /// Numbers the frames from 001 on, with more digits where there are more, and gives the folder its
-    /// name; where it is.
+    /// Numbers the frames from 001 on, with more digits if necessary, moves the folder to its place
+    /// and returns its path.
     ///
     /// # Errors
-    /// The system's; then nothing has changed.
+    /// If a file cannot be renamed; then nothing has changed.
     pub fn finish(self) -> Result<PathBuf> {
         let made = self.staging.path().join(MADE);
         let digits = self.frames.to_string().len().max(LEAST_DIGITS);

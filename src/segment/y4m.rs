@@ -1,5 +1,5 @@
-//! YUV4MPEG2, the plain video of pipes: a line of text, and for each frame a line and its planes
-//! (mjpegtools, yuv4mpeg(5)).
+//! Reader of YUV4MPEG2, a plain video format for pipes: a line of text, and for each frame a line
+//! and its planes (mjpegtools, yuv4mpeg(5)).
 
 use crate::error::{Error, FilePlace, Result};
 use crate::files::hex;
@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 pub(super) const MAX_SIDE: u32 = 8192;
 /// Most pixels of a frame: 16 Mi, more than 4K video has.
 pub(super) const MAX_PIXELS: u32 = 1 << 24;
-/// Most bytes of a line of text; those of programs have about 80.
+/// Most bytes of a line of text; programs write about 80.
 const MAX_LINE: u64 = 1 << 10;
 
-/// How many pixels share a colour, across and down; or none has one.
+/// The number of pixels that share a colour, across and down, or none for grey video.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Chroma {
     Shared(u32, u32),
@@ -26,16 +26,16 @@ enum Chroma {
 /// A video that is read frame by frame.
 pub(super) struct Y4m<R> {
     reader: R,
-    /// What errors name.
+    /// The path that errors name.
     path: PathBuf,
     columns: u32,
     rows: u32,
     chroma: Chroma,
-    /// Whether bytes use their full range, not that from 16 on.
+    /// Whether bytes use their full range, not only 16 to 235 or 240.
     full: bool,
-    /// Frames a second, if it says.
+    /// The frame rate, if the first line states it.
     fps: Option<f64>,
-    /// Bytes that were read.
+    /// Bytes read so far.
     at: usize,
     hash: Sha256,
 }
@@ -44,7 +44,7 @@ impl<R: BufRead> Y4m<R> {
     /// Reads the first line.
     ///
     /// # Errors
-    /// If it is none of such a video, of a kind that is not supported, or the system's.
+    /// If it is not the first line of such a video, the kind is not supported, or reading fails.
     pub(super) fn open(reader: R, path: &Path) -> Result<Self> {
         let mut video = Self {
             reader,
@@ -91,30 +91,30 @@ impl<R: BufRead> Y4m<R> {
         Ok(video)
     }
 
-    /// Columns and rows.
+    /// Returns the columns and rows of each frame.
     pub(super) const fn size(&self) -> (u32, u32) {
         (self.columns, self.rows)
     }
 
-    /// Frames a second, if it says.
+    /// Returns the frame rate, if the first line states it.
     pub(super) const fn fps(&self) -> Option<f64> {
         self.fps
     }
 
-    /// What errors name.
+    /// Returns the path that errors name.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// SHA-256 of what was read.
+    /// Returns the SHA-256 of the bytes read, except frames of [`Self::frame`].
     pub(super) fn sha256(self) -> String {
         hex(&self.hash.finalize())
     }
 
-    /// The next frames, at most so many; fewer only at the end.
+    /// Reads the next frames, at most `most`; fewer only at the end.
     ///
     /// # Errors
-    /// If one is cut off or begins with something else, or the system's.
+    /// If a frame is truncated or begins with something else, or reading fails.
     pub(super) fn read(&mut self, most: usize) -> Result<Vec<RgbImage>> {
         let mut frames = Vec::new();
         while frames.len() < most {
@@ -130,7 +130,7 @@ impl<R: BufRead> Y4m<R> {
         Ok(frames.par_iter().map(|planes| rgb(planes, look)).collect())
     }
 
-    /// The bytes of the next frame; none at the end.
+    /// Reads the bytes of the next frame; none at the end.
     fn planes(&mut self) -> Result<Option<Vec<u8>>> {
         let Some(line) = self.line()? else {
             return Ok(None);
@@ -140,7 +140,7 @@ impl<R: BufRead> Y4m<R> {
         }
         let luma = self.columns as usize * self.rows as usize;
         let length = luma + 2 * self.chroma.pixels(self.columns, self.rows);
-        // Never more than there is: a header may lie.
+        // Memory grows with the bytes present, since a header may lie.
         let mut bytes = Vec::new();
         let mut read = self.reader.by_ref().take(length as u64);
         let found = read.read_to_end(&mut bytes);
@@ -154,7 +154,7 @@ impl<R: BufRead> Y4m<R> {
         Ok(Some(bytes))
     }
 
-    /// The next frame, on this thread; none at the end. It is not hashed.
+    /// Reads the next frame, on this thread and without hashing it; none at the end.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -163,12 +163,12 @@ impl<R: BufRead> Y4m<R> {
         Ok(self.planes()?.map(|planes| rgb(&planes, look)))
     }
 
-    /// What colours follow from.
+    /// Returns the parameters of the conversion to colours.
     const fn look(&self) -> (u32, u32, Chroma, bool) {
         (self.columns, self.rows, self.chroma, self.full)
     }
 
-    /// A line without its end; none at the end.
+    /// Reads a line without its end; none at the end of the video.
     fn line(&mut self) -> Result<Option<String>> {
         let mut line = Vec::new();
         let mut read = self.reader.by_ref().take(MAX_LINE);
@@ -215,7 +215,7 @@ impl<R: BufRead> Y4m<R> {
 }
 
 impl Chroma {
-    /// How many bytes a plane of colour has.
+    /// Returns the number of bytes of a plane of colour.
     fn pixels(self, columns: u32, rows: u32) -> usize {
         match self {
             Self::Shared(across, down) => {
@@ -226,15 +226,15 @@ impl Chroma {
     }
 }
 
-/// Frames a second from `30:1` or `30000:1001`; none of `0:0`, which stands for nothing known.
+/// Parses a frame rate such as `30:1` or `30000:1001`; none for `0:0`, which means unknown.
 fn rate(value: &str) -> Option<f64> {
     let (over, under) = value.split_once(':')?;
     let (over, under): (u32, u32) = (over.parse().ok()?, under.parse().ok()?);
     (over > 0 && under > 0).then(|| f64::from(over) / f64::from(under))
 }
 
-/// The colours of a frame: Rec. ITU-R BT.601-7, 2.5.1 and 2.5.3; a colour that pixels share is each
-/// one's.
+/// Converts a frame to RGB (Rec. ITU-R BT.601-7, 2.5.1 and 2.5.3). A shared colour is used for each
+/// of its pixels.
 fn rgb(planes: &[u8], (columns, rows, chroma, full): (u32, u32, Chroma, bool)) -> RgbImage {
     let luma = columns as usize * rows as usize;
     let colour = chroma.pixels(columns, rows);
@@ -255,7 +255,7 @@ fn rgb(planes: &[u8], (columns, rows, chroma, full): (u32, u32, Chroma, bool)) -
                 (part(blue), part(red))
             }
         };
-        // 2 (1 - 0.299) and 2 (1 - 0.114); and what green has left of them, by 0.587.
+        // 2 (1 - 0.299) for red and 2 (1 - 0.114) for blue; green is what they leave, over 0.587.
         let green = level - 0.344_136 * b - 0.714_136 * r;
         let byte = |value: f32| (value + 0.5) as u8;
         image::Rgb([
@@ -308,8 +308,8 @@ mod tests {
 
     #[test]
     fn colours_are_those_of_bt_601() {
-        // Of black 16, white 235; red of 75 % has 16 + 65.481 x 0.75 = 65, Cb 100, Cr 212 and comes
-        // back as 191 within rounding.
+        // Black is 16 and white 235. Red of 75 % has 16 + 65.481 x 0.75 = 65, Cb 100, Cr 212, and
+        // becomes 191 again within rounding.
         let bytes =
             b"YUV4MPEG2 W3 H1 F25:1 Ip A1:1 C444\nFRAME\n\x10\xeb\x41\x80\x80\x64\x80\x80\xd4";
         let found = &frames(bytes)[0];
@@ -321,7 +321,7 @@ mod tests {
 
     #[test]
     fn pixels_share_colours_as_the_first_line_says() {
-        // 3 columns and 3 rows: planes of colour have 2 x 2, 2 x 3 or 3 x 3.
+        // 3 columns and 3 rows: planes of colour are 2 x 2, 2 x 3 or 3 x 3.
         let luma = [128_u8; 9];
         let video = |kind: &str, blue: &[u8], red: &[u8]| {
             let head = format!("YUV4MPEG2 W3 H3{kind} XCOLORRANGE=FULL\nFRAME Ip\n");
@@ -341,7 +341,7 @@ mod tests {
         }
         let mut blue = plain(6);
         blue[3] = 178;
-        // The second row, the last column: its pair is cut off.
+        // The second row, the last column, whose partner is outside.
         let found = is_blue(&video(" C422", &blue, &plain(6)));
         assert_eq!(found.iter().position(|blue| *blue), Some(5));
         let mut blue = plain(9);
@@ -369,7 +369,7 @@ mod tests {
         let greys: Vec<u8> = found.iter().map(|frame| frame.as_raw()[0]).collect();
         assert_eq!(greys, [0, 255, 51]);
 
-        // One by one they are the same; what was read together is known by its hash.
+        // Frames read one by one are the same; frames read in batches are hashed.
         let mut video = open(&bytes).unwrap();
         let mut one_by_one = Vec::new();
         while let Some(frame) = video.frame().unwrap() {

@@ -1,20 +1,20 @@
-//! The built-in cohort, encoded once and for all.
+//! The built-in cohort as stored packs.
 //!
-//! Encoding takes most of the time of a short command, and makes the same bytes each time: those
-//! of what commands ask for by default are in the library. A test encodes them again.
+//! Encoding takes most of the time of a short command and always makes the same bytes, so the
+//! library contains the packs that commands use by default. A test encodes them again.
 
 use crate::people::cohort::CohortOptions;
 
-/// Speeds of the people whom commands use when no walk is named, km/h.
+/// The speeds that commands use when no walk is named, km/h.
 const USUAL_KMH: [f64; 1] = [5.0];
 
-/// All walks of the built-in people, as `edgegait cohort` encodes them.
+/// The pack of all walks of the built-in people, as `edgegait cohort` encodes it.
 const ALL: &[u8] = include_bytes!("cohort.egp");
-/// Their walks at [`USUAL_KMH`] alone, which are encoded otherwise than together with others.
+/// The pack of the walks at [`USUAL_KMH`] alone, whose encoding differs from that in [`ALL`].
 const USUAL: &[u8] = include_bytes!("cohort-5kmh.egp");
 
-/// The people of these options within [`crate::encode::MAX_ERROR_MM`], as a pack; none of other
-/// people or speeds than are stored.
+/// Returns the stored pack for these options, encoded within [`crate::encode::MAX_ERROR_MM`], or
+/// `None` if it is not stored.
 #[must_use]
 pub(crate) fn stored(options: &CohortOptions) -> Option<&'static [u8]> {
     let all = CohortOptions::default();
@@ -42,7 +42,7 @@ mod tests {
         }
     }
 
-    /// `UPDATE_GOLDEN=1 cargo test --lib stored_packs` writes them anew.
+    /// Rewrite the packs with `UPDATE_GOLDEN=1 cargo test --lib stored_packs`.
     #[test]
     fn stored_packs_are_what_encoding_makes() {
         for (file, options, stored) in [
@@ -55,7 +55,7 @@ mod tests {
                 let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/sequences");
                 std::fs::write(folder.join(file), &made).expect("the pack");
             } else {
-                assert!(made == stored, "{file} is another");
+                assert!(made == stored, "{file} differs");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Sequences of a dataset: templates as they are.
+//! Sequences of a dataset, which are stored templates.
 
 use super::{Form, Labels, MadeTake, SequenceOrigin, Sequences, Shown, ViewLabel};
 use crate::dataset::Dataset;
@@ -14,8 +14,8 @@ pub struct DatasetTemplates {
 }
 
 impl DatasetTemplates {
-    /// Takes are the walks of each person under each condition. If nobody has more than one, those
-    /// variations that `made` names are takes of their own.
+    /// Labels the templates. Takes are the walks of each person under each condition. If every
+    /// person has only one take, the variations that `made` names become takes of their own.
     pub(super) fn new(dataset: Dataset, path: PathBuf, made: &[MadeTake]) -> Self {
         let label = |is_made: bool| {
             let mut labels = Labels::default();
@@ -47,13 +47,13 @@ impl DatasetTemplates {
         }
     }
 
-    /// The dataset itself.
+    /// Returns the dataset.
     #[must_use]
     pub const fn dataset(&self) -> &Dataset {
         &self.dataset
     }
 
-    /// Its folder.
+    /// Returns the dataset's folder.
     #[must_use]
     pub const fn path(&self) -> &PathBuf {
         &self.path
@@ -69,9 +69,9 @@ impl DatasetTemplates {
         if wanted_is != found_is {
             let expected = match wanted_is {
                 Template::Silhouettes => {
-                    "a pack or a tree of silhouettes, as the model takes them one by one".to_owned()
+                    "a pack or a tree of silhouettes, since the model takes silhouettes".to_owned()
                 }
-                other => format!("{}, as the model takes them", other.plural()),
+                other => format!("{}, which the model takes", other.plural()),
             };
             return Err(Error::input(
                 &self.path,

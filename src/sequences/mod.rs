@@ -1,8 +1,7 @@
-//! What recognizers are shown: sequences of a pack, of a dataset, or of a tree of silhouettes.
+//! Sequences of a pack, a dataset or a tree of silhouettes: the inputs of recognizers.
 //!
 //! A sequence is one gait cycle (or one recording) of one person, seen from one viewpoint. A
-//! protocol chooses among sequences by who walks, in which take, and from where, and does not
-//! know how they were made.
+//! protocol chooses sequences by person, take and viewpoint, whatever their source.
 
 mod cohort;
 mod dataset;
@@ -27,37 +26,37 @@ use std::collections::HashMap;
 use std::fmt;
 use std::path::Path;
 
-/// One recording of a person: all cycles of one walk.
+/// A take: one recording of a person, with all cycles of one walk.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SequenceTake {
-    /// Number of the person in [`Sequences::subjects`].
+    /// The number of the person in [`Sequences::subjects`].
     pub subject: usize,
-    /// What it is called, such as `nm-01`.
+    /// The name of the take, such as `nm-01`.
     pub name: String,
-    /// The condition, such as `normal` or `bag`; empty if the source does not say.
+    /// The condition, such as `normal` or `bag`; empty if the source does not state it.
     pub condition: String,
 }
 
-/// What a sequence shows, whoever's it is: which cycle of which walk, and which variation of it.
+/// The origin of a sequence, without the person: walk, cycle and variation.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct SequenceOrigin {
-    /// The walk by its name in the source, which is the take's unless takes were made of walks.
+    /// The walk's name in the source. It equals the take's name, unless takes were made from walks.
     pub walk: String,
-    /// Which recorded cycle of the walk, from 0; none where a sequence is a whole recording.
+    /// The number of the recorded cycle, from 0, or `None` for a whole recording.
     pub cycle: Option<u32>,
-    /// Which seeded variation of the cycle; 0 is the cycle itself.
+    /// The number of the seeded variation of the cycle; 0 is the cycle itself.
     pub variation: u32,
     /// The seed of the variation.
     pub seed: u64,
 }
 
-/// From where a sequence is seen.
+/// The viewpoint of a sequence: angles or a name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum ViewLabel {
-    /// From this azimuth and elevation, degrees.
+    /// The azimuth and elevation, degrees.
     Angles(f64, f64),
-    /// By a camera, or in a recording, of which only the name is known.
+    /// The name of a camera or a recording with unknown angles.
     Named(String),
 }
 
@@ -69,7 +68,7 @@ impl From<View> for ViewLabel {
 }
 
 impl ViewLabel {
-    /// Azimuth and elevation in degrees, if they are known.
+    /// Returns azimuth and elevation in degrees, if they are known.
     #[must_use]
     pub const fn angles_deg(&self) -> Option<(f64, f64)> {
         match *self {
@@ -78,7 +77,7 @@ impl ViewLabel {
         }
     }
 
-    /// The name, where angles are not known.
+    /// Returns the name, if the angles are unknown.
     #[must_use]
     pub fn name(&self) -> Option<&str> {
         match self {
@@ -88,7 +87,7 @@ impl ViewLabel {
     }
 }
 
-/// `90`, `90/15` at an elevation, or the name.
+/// Writes `90`, `90/15` with an elevation, or the name.
 impl fmt::Display for ViewLabel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -102,50 +101,50 @@ impl fmt::Display for ViewLabel {
 /// One cycle of a take, seen from one viewpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sequence {
-    /// Number of the take.
+    /// The number of the take in [`Sequences::takes`].
     pub take: usize,
-    /// Number of what it shows in [`Sequences::origins`].
+    /// The number of the origin in [`Sequences::origins`].
     pub origin: usize,
-    /// Number of the viewpoint in [`Sequences::views`].
+    /// The number of the viewpoint in [`Sequences::views`].
     pub view: usize,
 }
 
-/// Labels of all sequences of a source.
+/// The labels of all sequences of a source.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sequences {
-    /// Names of the people, each once.
+    /// The names of the people, each once.
     pub subjects: Vec<String>,
     /// The takes, in the source's order.
     pub takes: Vec<SequenceTake>,
-    /// What the sequences show, each once.
+    /// The origins of the sequences, each once.
     pub origins: Vec<SequenceOrigin>,
-    /// Viewpoints, each once.
+    /// The viewpoints, each once.
     pub views: Vec<ViewLabel>,
-    /// The sequences.
+    /// The sequences in the source's order.
     pub list: Vec<Sequence>,
 }
 
 impl Sequences {
-    /// The number of the person in a sequence.
+    /// Returns the number of the person in a sequence.
     #[must_use]
     pub fn subject(&self, sequence: usize) -> usize {
         self.takes[self.list[sequence].take].subject
     }
 
-    /// What a sequence shows.
+    /// Returns the origin of a sequence.
     #[must_use]
     pub fn origin(&self, sequence: usize) -> &SequenceOrigin {
         &self.origins[self.list[sequence].origin]
     }
 
-    /// Where a sequence is seen from.
+    /// Returns the viewpoint of a sequence.
     #[must_use]
     pub fn view_label(&self, sequence: usize) -> &ViewLabel {
         &self.views[self.list[sequence].view]
     }
 }
 
-/// Numbers of equal things, in the order of their first appearance.
+/// Numbers for distinct keys, in the order of their first appearance.
 #[derive(Debug)]
 struct Register<K> {
     numbers: HashMap<K, usize>,
@@ -160,7 +159,7 @@ impl<K> Default for Register<K> {
 }
 
 impl<K: std::hash::Hash + Eq> Register<K> {
-    /// The number of `key`; `add` is called if it is new.
+    /// Returns the number of `key`, and calls `add` if it is new.
     fn number(&mut self, key: K, add: impl FnOnce()) -> usize {
         let next = self.numbers.len();
         *self.numbers.entry(key).or_insert_with(|| {
@@ -170,7 +169,7 @@ impl<K: std::hash::Hash + Eq> Register<K> {
     }
 }
 
-/// Labels that are collected one by one.
+/// A collector of labels.
 #[derive(Debug, Default)]
 struct Labels {
     sequences: Sequences,
@@ -181,7 +180,7 @@ struct Labels {
 }
 
 impl Labels {
-    /// The number of a take, which is added if it is new.
+    /// Returns the number of a take, and adds it if it is new.
     fn take(&mut self, subject: &str, name: &str, condition: &str) -> usize {
         let Sequences {
             subjects, takes, ..
@@ -199,10 +198,10 @@ impl Labels {
         })
     }
 
-    /// The number of a viewpoint.
+    /// Returns the number of a viewpoint, and adds it if it is new.
     fn view(&mut self, label: ViewLabel) -> usize {
         let label = match label {
-            // Without a sign of zero.
+            // Adding 0 removes the sign of a negative zero.
             ViewLabel::Angles(azimuth, elevation) => {
                 ViewLabel::Angles(azimuth + 0.0, elevation + 0.0)
             }
@@ -213,7 +212,7 @@ impl Labels {
             .number(label.to_string(), || views.push(label.clone()))
     }
 
-    /// The number of what a sequence shows, which is added if it is new.
+    /// Returns the number of an origin, and adds it if it is new.
     fn origin(&mut self, origin: SequenceOrigin) -> usize {
         let origins = &mut self.sequences.origins;
         self.origins.number(origin.clone(), || origins.push(origin))
@@ -225,31 +224,31 @@ impl Labels {
     }
 }
 
-/// How sequences are wanted.
+/// The form in which sequences are requested.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Form {
-    /// Which template is made of silhouettes, and how these are drawn or, if they come from
-    /// files, of which size and framing they are.
+    /// The template, and the settings for drawing silhouettes; for silhouettes from files, their
+    /// size and framing.
     pub settings: Settings,
-    /// How many silhouettes of a recording a sequence has; all if not said. Of what is drawn, the
-    /// settings say it.
+    /// The number of silhouettes in a sequence from a recording, or `None` for all. For drawn
+    /// sequences, the settings state it.
     pub frames: Option<usize>,
 }
 
-/// What was shown, besides the pictures.
+/// Counts of the silhouettes that were shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shown {
-    /// Silhouettes in the GEIs and sequences.
+    /// The number of silhouettes in the GEIs and sequences.
     pub silhouettes: u64,
-    /// Share of the figures' pixels that lay outside of the images, summed over silhouettes;
-    /// none if the source does not know.
+    /// The share of the figures' pixels outside of the images, summed over silhouettes, or `None`
+    /// if the source does not state it.
     pub clipped: Option<f64>,
-    /// Frames without a figure, which were left out.
+    /// The number of frames without a figure, which were left out.
     pub empty: u64,
 }
 
 impl Shown {
-    /// Both together.
+    /// Returns the sum of both counts.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
@@ -260,24 +259,23 @@ impl Shown {
     }
 }
 
-/// Where sequences come from.
+/// A source of sequences.
 pub enum SequenceSource<'a> {
-    /// Walks that are drawn.
+    /// Walks of a pack, which are drawn.
     Walks(PackWalks<'a>),
-    /// GEIs in a folder.
+    /// Templates of a dataset.
     Dataset(Box<dataset::DatasetTemplates>),
-    /// Silhouettes in folders.
+    /// Silhouettes of a tree.
     Tree(Box<Recordings>),
 }
 
 impl SequenceSource<'_> {
-    /// A dataset, or a tree of silhouettes that is read as `layout` says: `path` is a folder of one or
-    /// the other kind.
+    /// Opens the folder `path`: a dataset, or a tree of silhouettes with this layout.
     ///
     /// # Errors
-    /// If it is neither, or cannot be read.
+    /// If the folder is neither, or cannot be read.
     pub fn open(path: &Path, made: &[MadeTake], layout: &TreeLayout) -> Result<Self> {
-        // A tree that was made here has a manifest too, and no templates.
+        // A tree that EdgeGait wrote has a manifest too, but no templates.
         let has_templates =
             path.join("manifest.json").exists() && !path.join("sequences.csv").exists();
         if Tree::is_at(path) && !has_templates {
@@ -295,7 +293,7 @@ impl SequenceSource<'_> {
         Ok(Self::Dataset(Box::new(geis)))
     }
 
-    /// The labels.
+    /// Returns the labels of all sequences.
     #[must_use]
     pub const fn sequences(&self) -> &Sequences {
         match self {
@@ -305,11 +303,11 @@ impl SequenceSource<'_> {
         }
     }
 
-    /// Shows the sequences of these numbers, which rise: `sink` gets the number, and the bytes
-    /// (0 to 255, rows top first; of a sequence of silhouettes one after another).
+    /// Shows the sequences with these numbers, in ascending order: `sink` gets the number and the
+    /// bytes (0 to 255, rows from the top; silhouettes one after another).
     ///
     /// # Errors
-    /// The first of `sink`, or of what cannot be drawn or read.
+    /// The first error of `sink`, of drawing, or of reading.
     pub fn show(
         &self,
         wanted: &[usize],
@@ -324,7 +322,7 @@ impl SequenceSource<'_> {
     }
 }
 
-/// The mean of silhouettes, half up, as the core's GEI is: pixels of 0 or 255 each.
+/// Returns the mean of silhouettes with pixels of 0 or 255, rounded half up like the core's GEI.
 fn mean(silhouettes: &[u8], size: Size) -> Vec<u8> {
     let pixels = size.pixels();
     let frames = (silhouettes.len() / pixels) as u64;

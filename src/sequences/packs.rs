@@ -1,4 +1,4 @@
-//! Packs as files, the built-in cohort, and which walks of them are used.
+//! Packs from files, the built-in cohort, and the selection of people and walks.
 
 use super::cohort::stored;
 use crate::dataset::InputFile;
@@ -11,34 +11,34 @@ use edgegait_core::format::MAGIC;
 use edgegait_core::pack::Pack;
 use std::path::Path;
 
-/// The walk of the built-in cohort that is used when none is named.
+/// The default walk of the built-in cohort.
 pub(crate) const BUILT_IN_WALK: &str = "walk-5kmh";
 
-/// A pack's bytes and where they are from.
+/// A pack's bytes and their source.
 #[derive(Clone, Debug)]
 pub struct PackSource {
-    /// The pack.
+    /// The bytes of the pack.
     pub bytes: Vec<u8>,
-    /// Its file, for results; none for the built-in cohort.
+    /// The pack's file, for results; empty for the built-in cohort.
     pub inputs: Vec<InputFile>,
-    /// What it is called in results.
+    /// The pack's name in results.
     pub name: String,
 }
 
-/// Which people and walks are used.
+/// A selection of people and walks.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Selection {
-    /// Names of people; all of them if there is none.
+    /// The names of the people; an empty list selects all.
     pub subjects: Vec<String>,
-    /// Names of walks; all of them if there is none.
+    /// The names of the walks; an empty list selects all.
     pub walks: Vec<String>,
 }
 
 impl Selection {
-    /// The numbers of the chosen walks, in pack order.
+    /// Returns the numbers of the selected walks, in pack order.
     ///
     /// # Errors
-    /// When a name is unknown, or nothing is chosen.
+    /// If a name is unknown, or nothing is selected.
     pub fn of(&self, pack: &Pack<'_>) -> Result<Vec<usize>> {
         let subjects: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
         let walks: Vec<&str> = pack.walks().map(|walk| walk.name).collect();
@@ -55,7 +55,7 @@ impl Selection {
         Ok(chosen)
     }
 
-    /// Whether this walk of this person is used.
+    /// Returns whether this walk of this person is selected.
     #[must_use]
     pub fn has(&self, subject: &str, walk: &str) -> bool {
         let wanted =
@@ -64,10 +64,10 @@ impl Selection {
     }
 }
 
-/// Refuses names that are not there.
+/// Checks that all names are known.
 ///
 /// # Errors
-/// Naming the first of them, and some that are there.
+/// If a name is unknown; the error lists some known names.
 pub(crate) fn require(what: &'static str, asked: &[String], known: &[&str]) -> Result<()> {
     for name in asked {
         if !known.contains(&name.as_str()) {
@@ -93,7 +93,7 @@ impl PackSource {
     /// Reads and checks a pack file.
     ///
     /// # Errors
-    /// When the file cannot be read, is larger than a pack may be, or is no pack.
+    /// If the file cannot be read, is larger than a pack may be, or is not a pack.
     pub fn read(path: &Path) -> Result<Self> {
         let length = std::fs::metadata(path)
             .map_err(|error| Error::io(path, error))?
@@ -111,7 +111,7 @@ impl PackSource {
             Error::at(path, FilePlace::Byte(error.byte), problem)
         })?;
         let name = path.display().to_string();
-        // Of the bytes that were read: the file may be another by now.
+        // The hash of the bytes that were read, since the file may have changed.
         let input = InputFile {
             path: name.clone(),
             sha256: sha256_of_bytes(&bytes),
@@ -123,12 +123,12 @@ impl PackSource {
         })
     }
 
-    /// The people of these options as a pack, encoded unless the library has it; `progress` is
-    /// called as by [`encode_subjects`]. Those of another number or seed than the default are not
-    /// called the built-in cohort.
+    /// Returns the people of these options as a pack, which is encoded unless it is stored;
+    /// `progress` is called as by [`encode_subjects`]. The pack is named built-in cohort only if
+    /// number of people and seed are the defaults.
     ///
     /// # Errors
-    /// As [`cohort::subjects`] and [`encode_subjects`].
+    /// The errors of [`cohort::subjects`] and [`encode_subjects`].
     pub fn made(options: &CohortOptions, progress: &(dyn Fn() + Sync)) -> Result<Self> {
         let bytes = match stored(options) {
             Some(bytes) => bytes.to_vec(),
@@ -148,7 +148,8 @@ impl PackSource {
     }
 }
 
-/// The built-in cohort at the speeds that these walks name; at all speeds for no names.
+/// Returns the options of the built-in cohort at the speeds of these walks, or at all speeds
+/// without names.
 #[must_use]
 pub(crate) fn built_in(walks: &[String]) -> CohortOptions {
     let mut speeds_kmh: Vec<f64> = SPEEDS_KMH
@@ -158,7 +159,7 @@ pub(crate) fn built_in(walks: &[String]) -> CohortOptions {
             walks.contains(&name("walk")) || walks.contains(&name("run"))
         })
         .collect();
-    // No speed matches a name: all of them, so that an error can list the names.
+    // If no speed matches a name, all speeds let an error list the names.
     if speeds_kmh.is_empty() {
         speeds_kmh = SPEEDS_KMH.to_vec();
     }
@@ -168,7 +169,7 @@ pub(crate) fn built_in(walks: &[String]) -> CohortOptions {
     }
 }
 
-/// The first bytes of a file, as many as a pack's magic has; refuses an .npz by them.
+/// Reads as many bytes from a file's start as a pack's magic has. An .npz file is an error.
 fn start_of(path: &Path) -> Result<Vec<u8>> {
     use std::io::Read as _;
     let mut start = Vec::new();
@@ -184,10 +185,10 @@ fn start_of(path: &Path) -> Result<Vec<u8>> {
     Ok(start)
 }
 
-/// Whether a path is a pack or a folder (a dataset, a tree of silhouettes), as opposed to a model.
+/// Returns whether a path is a pack or a folder (a dataset, a tree of silhouettes), not a model.
 ///
 /// # Errors
-/// When it cannot be read.
+/// If the path cannot be read.
 pub(crate) fn is_pack_or_folder(path: &Path) -> Result<bool> {
     let metadata = std::fs::metadata(path).map_err(|error| Error::io(path, error))?;
     if metadata.is_dir() {

@@ -1,4 +1,4 @@
-//! Sequences of a tree of silhouettes.
+//! Sequences of a tree of silhouettes: whole recordings or gait cycles.
 
 use super::packs::{Selection, require};
 use super::{Form, Labels, SequenceOrigin, Sequences, Shown, ViewLabel, mean};
@@ -18,22 +18,21 @@ mod cycles;
 /// The recordings of a tree with their labels.
 pub struct Recordings {
     tree: Tree,
-    /// For each sequence its number in the tree, and which of its pictures.
+    /// For each sequence its number in the tree, and the range of its frames.
     parts: Vec<(usize, Range<usize>)>,
     pub(super) sequences: Sequences,
-    /// For each sequence of the tree its gait cycles, if they were looked for; none where they were not
-    /// found.
+    /// For each sequence of the tree its gait cycles; empty where none were searched or found.
     cycles: Vec<Vec<Range<usize>>>,
     as_stored: bool,
-    /// Which sequences are looked for among which, if a partition says so.
+    /// The gallery and probe sequences, if a partition states them.
     roles: Option<SequenceRoles>,
 }
 
-/// What takes are called that people are known by, and those that are looked for, as conditions.
+/// The conditions of gallery takes and of probe takes.
 const GALLERY: &str = "gallery";
 const PROBE: &str = "probe";
 
-/// Names of sequences, `<person>-<take>-<view>`.
+/// The names of gallery and probe sequences, `<person>-<take>-<view>`.
 #[derive(Clone, Debug)]
 struct SequenceRoles {
     gallery: Option<HashSet<String>>,
@@ -41,7 +40,7 @@ struct SequenceRoles {
 }
 
 impl SequenceRoles {
-    /// The part of a sequence; empty if it has none.
+    /// Returns the role of a sequence, or an empty text if it has none.
     fn of(&self, name: &str) -> &'static str {
         let is_in =
             |set: &Option<HashSet<String>>| set.as_ref().is_some_and(|set| set.contains(name));
@@ -55,7 +54,7 @@ impl SequenceRoles {
     }
 }
 
-/// What a partition calls a sequence.
+/// Returns the name of a sequence in a partition.
 fn name_of(sequence: &TreeSequence) -> String {
     let TreeSequence {
         subject,
@@ -79,7 +78,7 @@ impl Recordings {
         Ok(all.of(|_, _| true))
     }
 
-    /// The sequences to keep, by their number in the tree and what they are.
+    /// Keeps the sequences for which `is_kept` is true; it gets the number in the tree.
     fn of(self, is_kept: impl Fn(usize, &TreeSequence) -> bool) -> Self {
         let Self { tree, roles, .. } = &self;
         let mut labels = Labels::default();
@@ -92,7 +91,7 @@ impl Recordings {
                 .as_ref()
                 .map_or("", |roles| roles.of(&name_of(recording)));
             let take = match (roles, recording.angles_deg) {
-                // Each recording has a part of its own.
+                // Each recording has a role of its own.
                 (Some(_), None) => format!("{}-{}", recording.take, recording.view),
                 _ => recording.take.clone(),
             };
@@ -125,21 +124,22 @@ impl Recordings {
         }
     }
 
-    /// The numbers of the tree's sequences of which any part is here, rising.
+    /// Returns the numbers of the tree's sequences that are kept at least in part, ascending.
     fn numbers(&self) -> Vec<usize> {
         let mut numbers: Vec<usize> = self.parts.iter().map(|(number, _)| *number).collect();
         numbers.dedup();
         numbers
     }
 
-    /// Frames of each gait cycle, if the tree was made here of whole cycles.
+    /// Returns the number of frames of each gait cycle, if EdgeGait wrote the tree from whole
+    /// cycles.
     #[must_use]
     pub fn frames_per_cycle(&self) -> Option<usize> {
         self.tree.frames_per_cycle()
     }
 
-    /// The same by gait cycles of so many frames each, or the whole recording where these do not fill
-    /// it.
+    /// Splits each recording into gait cycles of `frames` frames, unless its length is not a
+    /// multiple of `frames`.
     ///
     /// # Errors
     /// If a recording cannot be read.
@@ -151,7 +151,7 @@ impl Recordings {
             .map(|&number| self.tree.frames(number))
             .collect();
         for (&number, count) in numbers.iter().zip(counts) {
-            // Frames without a figure were left out of others.
+            // Other recordings lack frames without a figure.
             let count = count?.filter(|count| count.is_multiple_of(frames));
             let starts = (0..count.unwrap_or(0)).step_by(frames.max(1));
             cycles[number] = starts.map(|start| start..start + frames).collect();
@@ -160,8 +160,9 @@ impl Recordings {
         Ok(Self { cycles, ..self }.of(|number, _| kept.contains(&number)))
     }
 
-    /// The same by gait cycles: one sequence for each, or the whole recording where none is found, and
-    /// why. Reads every picture, on all cores; `progress` is called once a recording.
+    /// Splits each recording into the gait cycles that the finder finds, one sequence each. Keeps
+    /// the whole recording where it finds none, and returns the reasons. Reads every picture, on
+    /// all cores; `progress` is called once a recording.
     ///
     /// # Errors
     /// If a recording cannot be read.
@@ -198,11 +199,11 @@ impl Recordings {
         Ok((cut.of(|number, _| kept.contains(&number)), without))
     }
 
-    /// Only the people whom a partition tests, and which of their sequences are looked for among
-    /// which, if it says so; what of it is not in the tree, in words.
+    /// Keeps the people of a partition's test set, with gallery and probe sequences if it states
+    /// them. Returns warnings about names that are not in the tree.
     ///
     /// # Errors
-    /// If the tree has none of those people, or none of those sequences.
+    /// If the tree has none of the people, or none of the sequences of a set.
     pub fn tested(self, partition: &Partition, path: &Path) -> Result<(Self, Vec<String>)> {
         let numbers = self.numbers();
         let recordings = numbers
@@ -230,15 +231,16 @@ impl Recordings {
         Ok((tested, more.into_iter().chain(warnings).collect()))
     }
 
-    /// Only the people whom a partition trains with; who of them is not in the tree, in words.
+    /// Keeps the people of a partition's training set. Returns a warning about names that are not
+    /// in the tree.
     ///
     /// # Errors
-    /// If the tree has none of them.
+    /// If the tree has none of the people.
     pub fn trained(self, partition: &Partition, path: &Path) -> Result<(Self, Option<String>)> {
         self.of_people((path, "TRAIN_SET"), &partition.train)
     }
 
-    /// Only these people, a set of a partition.
+    /// Keeps the people of one set of a partition.
     fn of_people(self, set: (&Path, &str), people: &[String]) -> Result<(Self, Option<String>)> {
         let subjects: HashSet<String> = self.sequences.subjects.iter().cloned().collect();
         let warning = lacking(set, people, &subjects)?;
@@ -250,12 +252,12 @@ impl Recordings {
         Ok((self.of(is_kept), warning))
     }
 
-    /// Checks, by the beginnings of files, that each sequence's pictures have one size and, if they
-    /// are to be taken as they are, that it serves for each of these; on all cores. `progress` is
-    /// called once a sequence.
+    /// Checks by the headers of files, on all cores, that each sequence's pictures have one size,
+    /// and that pictures to be used unchanged fit all sizes in `stored`. `progress` is called once
+    /// a sequence.
     ///
     /// # Errors
-    /// The first in the tree's order.
+    /// The first error in the tree's order.
     pub fn check_sizes(&self, stored: &[Size], progress: &(dyn Fn() + Sync)) -> Result<()> {
         let stored = if self.as_stored { stored } else { &[] };
         let check = |&number: &usize| {
@@ -267,28 +269,29 @@ impl Recordings {
         results.into_iter().collect()
     }
 
-    /// How many sequences there are.
+    /// Returns the number of sequences.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.parts.len()
     }
 
-    /// Whether a partition says which sequences are looked for among which.
+    /// Returns whether a partition states gallery and probe sequences.
     #[must_use]
     pub const fn has_roles(&self) -> bool {
         self.roles.is_some()
     }
 
-    /// Whether none was chosen.
+    /// Returns whether there are no sequences.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.parts.is_empty()
     }
 
-    /// Only the sequences of these people and takes, seen from these viewpoints if any are given.
+    /// Keeps the sequences of the selected people and takes, from these viewpoints if any are
+    /// given.
     ///
     /// # Errors
-    /// For names that are not there.
+    /// For unknown names, and for viewpoints if the tree's views have no angles.
     pub fn chosen(self, selection: &Selection, views: Option<&Views>) -> Result<Self> {
         let Sequences {
             subjects, takes, ..
@@ -312,18 +315,18 @@ impl Recordings {
                 .all(|view| view.angles_deg().is_none())
         {
             return Err(Error::Usage(
-                "expected views named by angles, to choose by viewpoint, found names of cameras or recordings".into(),
+                "expected views named by angles, to choose viewpoints, found names of cameras or recordings".into(),
             ));
         }
         Ok(self.of(|_, sequence| is_kept(sequence)))
     }
 
-    /// Only the sequences that can be shown in all of these forms, and why the others cannot, in
-    /// the tree's order. Reads every picture once for each form, on all cores; `progress` is called
-    /// once a sequence.
+    /// Keeps the sequences that can be shown in all of these forms, and returns the errors of the
+    /// others, in the tree's order. Reads every picture once for each form, on all cores;
+    /// `progress` is called once a sequence.
     ///
     /// # Errors
-    /// For a form that no tree has.
+    /// For a form that no tree supports.
     pub fn readable(
         self,
         forms: &[Form],
@@ -354,7 +357,7 @@ impl Recordings {
         Ok((self.of(|number, _| kept.contains(&number)), refused))
     }
 
-    /// The same, its pictures taken as they are: they have been framed already, as OpenGait does.
+    /// Uses the pictures unchanged, since they are framed already, as OpenGait does.
     #[must_use]
     pub fn taken_as_stored(self) -> Self {
         Self {
@@ -363,7 +366,7 @@ impl Recordings {
         }
     }
 
-    /// What in the tree is no sequence and was left out.
+    /// Returns the entries of the tree that were skipped because they are not sequences.
     #[must_use]
     pub fn skipped(&self) -> &[String] {
         self.tree.skipped()
@@ -387,7 +390,7 @@ impl Recordings {
         Ok(shown)
     }
 
-    /// A sequence in a form, and what was shown of it.
+    /// Returns a sequence in a form, and counts of its silhouettes.
     fn template(&self, number: usize, form: &Form) -> Result<(Vec<u8>, Shown)> {
         let (size, framing) = (form.settings.size, form.settings.framing);
         let part = self.parts[number].clone();
@@ -408,7 +411,7 @@ impl Recordings {
         if brightest == 1 {
             return Err(Error::input(
                 self.tree.folder(recording),
-                "expected pixels from 0 to 255, found 0 and 1 alone (multiply them by 255)",
+                "expected pixels from 0 to 255, found only 0 and 1 (multiply them by 255)",
             ));
         }
         let shown = Shown {
@@ -430,11 +433,11 @@ impl Recordings {
     }
 }
 
-/// What a recognizer is shown of a recording or a gait cycle, from its silhouettes: bytes of 0 to 255,
-/// one frame after another, at least one.
+/// Converts the silhouettes of a recording or a gait cycle to a recognizer's input. Silhouettes
+/// are bytes of 0 to 255, at least one frame.
 ///
 /// # Errors
-/// For a template of more frames than [`Builder::MAX_FRAMES`], of others than GEIs and silhouettes.
+/// For more frames than [`Builder::MAX_FRAMES`], except for GEIs and silhouettes.
 pub(crate) fn in_form(silhouettes: Vec<u8>, form: &Form) -> Result<Vec<u8>> {
     let size = form.settings.size;
     let frames = silhouettes.len() / size.pixels();
@@ -443,7 +446,7 @@ pub(crate) fn in_form(silhouettes: Vec<u8>, form: &Form) -> Result<Vec<u8>> {
         (Template::Silhouettes, None) => Ok(silhouettes),
         (Template::Silhouettes, Some(wanted)) => Ok((0..wanted)
             .flat_map(|at| {
-                // Evenly, or again from the start if there are fewer.
+                // Evenly spaced frames, or a repetition from the start if there are too few.
                 let from = if frames > wanted {
                     at * frames / wanted
                 } else {
@@ -456,7 +459,8 @@ pub(crate) fn in_form(silhouettes: Vec<u8>, form: &Form) -> Result<Vec<u8>> {
     }
 }
 
-/// How many names of a set of a partition are not in the tree, if any; refuses a set none of which is.
+/// Returns a warning with the number of a partition set's names that are not in the tree, if there
+/// are any. A set without any name in the tree is an error.
 fn lacking(
     (path, set): (&Path, &str),
     names: &[String],
@@ -469,7 +473,7 @@ fn lacking(
             _ => "",
         };
         let found = match names.first() {
-            Some(first) => format!("{first:?} and no other that is"),
+            Some(first) => format!("none of them (the first is {first:?})"),
             None => "none".to_owned(),
         };
         return Err(Error::input(
@@ -487,7 +491,7 @@ fn lacking(
     }))
 }
 
-/// The template of silhouettes, bytes one after another, which count as one cycle.
+/// Makes a template from silhouettes, which count as one cycle.
 fn whole(template: Template, silhouettes: &[u8], size: Size) -> Result<Vec<u8>> {
     let frames = silhouettes.chunks_exact(size.pixels());
     let mut builder = Builder::new(template, size, frames.len() as u32);

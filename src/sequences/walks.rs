@@ -1,4 +1,4 @@
-//! Sequences of a pack's walks, drawn when they are wanted.
+//! Sequences of a pack's walks, which are drawn on demand.
 
 use super::{Form, Labels, SequenceOrigin, Sequences, Shown};
 use crate::confounders::Condition;
@@ -10,31 +10,31 @@ use edgegait_core::silhouette::AnySilhouette;
 use rayon::prelude::*;
 use serde::Deserialize;
 
-/// Viewpoints of which silhouettes are kept at once: 5 MB of 32 frames at 64x64.
+/// Viewpoints whose silhouettes are in memory together: 5 MB for 32 frames at 64x64.
 const VIEWS_AT_ONCE: usize = 37;
 
-/// A take that a made walk stands for: cycles that differ from the stored one by a seed.
+/// A take that is made from a walk by a seeded variation of its stored cycle.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MadeTake {
-    /// What the take is called.
+    /// The name of the take.
     pub take: String,
-    /// Which variation of the stored cycle it begins with; 0 is that cycle itself.
+    /// The number of the first variation of the stored cycle; 0 is the cycle itself.
     pub variation: u32,
-    /// Under which condition it is walked, by name; as it is if not said.
+    /// The name of the condition, or `None` for none.
     pub condition: Option<String>,
 }
 
-/// Which sequences of a pack there are.
+/// The sequences of a pack's walks.
 #[derive(Clone, Debug)]
 pub struct PackWalks<'a> {
     pack: &'a Pack<'a>,
     pub(super) sequences: Sequences,
-    /// The cycles, and where the sequences of each begin.
+    /// The cycles, each with the number of its first sequence.
     jobs: Vec<(Job<'a>, usize)>,
 }
 
-/// The takes of walks, before it is said from where each is seen.
+/// The takes of walks, without viewpoints.
 #[derive(Clone, Debug)]
 pub struct WalkCycles<'a> {
     pack: &'a Pack<'a>,
@@ -42,32 +42,32 @@ pub struct WalkCycles<'a> {
     jobs: Vec<Job<'a>>,
 }
 
-/// Who walks, in which take, under which condition.
+/// The person, walk, take and condition of a cycle.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Label {
     person: String,
-    /// The walk's name, and which of its cycles.
+    /// The walk's name and the cycle's number.
     walk: (String, u32),
     take: String,
     condition: String,
 }
 
-/// A take of a walk: its name, which variation of its cycle, and under which condition.
+/// A take of a walk: name, variation and condition.
 type WalkTake<'a> = (String, u32, Option<&'a Condition>);
 
 impl<'a> PackWalks<'a> {
-    /// The recorded cycles of the walks of these numbers.
+    /// Returns the recorded cycles of the numbered walks.
     ///
     /// # Errors
-    /// If one of them is a whole take, not a cycle.
+    /// If a walk is an uncut motion, not a cycle.
     pub fn recorded(pack: &'a Pack<'a>, walks: &[usize]) -> Result<WalkCycles<'a>> {
         Self::cycles(pack, walks, &|name| vec![(name.to_owned(), 0, None)])
     }
 
-    /// Takes made of each of the walks, under `conditions` where they name one.
+    /// Returns takes that are made from each of the walks, under the conditions that they name.
     ///
     /// # Errors
-    /// If one of them is a whole take, not a cycle, or there is no condition of a name.
+    /// If a walk is an uncut motion, not a cycle, or a condition is unknown.
     pub fn made(
         pack: &'a Pack<'a>,
         walks: &[usize],
@@ -99,7 +99,7 @@ impl<'a> PackWalks<'a> {
         walks: &[usize],
         takes: &dyn Fn(&str) -> Vec<WalkTake<'a>>,
     ) -> Result<WalkCycles<'a>> {
-        // Refuses what has no cycles.
+        // Uncut motions have no cycles, and are errors.
         jobs(pack, walks, 0..1)?;
         let all: Vec<_> = pack.walks().collect();
         let names: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
@@ -125,7 +125,7 @@ impl<'a> PackWalks<'a> {
 }
 
 impl<'a> WalkCycles<'a> {
-    /// Whether no person has more than one take.
+    /// Returns whether every person has at most one take.
     #[must_use]
     pub fn are_of_one_take(&self) -> bool {
         self.labels.iter().enumerate().all(|(at, label)| {
@@ -135,8 +135,8 @@ impl<'a> WalkCycles<'a> {
         })
     }
 
-    /// The same takes, those that are `probed` under each of the conditions; as they are they
-    /// stay if they are `known`, or not probed.
+    /// Repeats the takes that are `probed` under each of the conditions. Without a condition, takes
+    /// stay if they are `known` (enrolled) or not probed.
     #[must_use]
     pub fn under(
         self,
@@ -170,7 +170,7 @@ impl<'a> WalkCycles<'a> {
         cycles
     }
 
-    /// The takes, each once, in order, as the sequences will number them.
+    /// Returns the takes, each once, numbered as in the sequences.
     #[must_use]
     pub fn sequences(&self) -> Sequences {
         let mut labels = Labels::default();
@@ -186,8 +186,8 @@ impl<'a> WalkCycles<'a> {
         labels.sequences
     }
 
-    /// The cycles seen from the viewpoints that `views` gives for each take; of a take without any
-    /// there is no sequence. Those of `first` are listed first; `seed` is that of the variations.
+    /// Returns the sequences of the cycles from the viewpoints that `views` returns for each take.
+    /// The viewpoints in `first` are listed first; `seed` is the seed of the variations.
     #[must_use]
     pub fn seen(
         self,
@@ -223,11 +223,11 @@ impl<'a> WalkCycles<'a> {
     }
 }
 
-/// A cycle, and the sequences that are wanted of it with their viewpoints.
+/// A cycle, with the numbers and viewpoints of its requested sequences.
 type WantedCycle<'a> = (Job<'a>, Vec<usize>, Vec<View>);
 
 impl PackWalks<'_> {
-    /// What is wanted of each cycle.
+    /// Groups the requested sequences by cycle.
     fn by_job(&self, wanted: &[usize]) -> Result<Vec<WantedCycle<'_>>> {
         let mut rest = wanted;
         let mut found = Vec::new();
@@ -298,7 +298,7 @@ impl PackWalks<'_> {
         Ok((clipped, empty))
     }
 
-    /// Frames as they come from the core: coverage of those that have more than a bit a pixel.
+    /// Shows frames as the core draws them; frames with more than one bit a pixel as coverage.
     fn show_silhouettes(
         &self,
         wanted: &[WantedCycle<'_>],

@@ -1,5 +1,5 @@
-//! What separates synthetic silhouettes from real ones: what each difference costs in likeness, and in
-//! finding real people by what was learnt of their twins.
+//! The differences between synthetic and real silhouettes: the effect of each on similarity, and on
+//! identifying real people after training on their twins.
 
 use super::example::{Example, RealAndSynthetic, SIZE};
 use super::likeness::{mean, shifted};
@@ -13,9 +13,10 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Parts of a figure by its rows, where it fills all 50: shares of stature of Drillis and Contini as Winter
-/// has them (Biomechanics and Motor Control of Human Movement, 2009, figure 4.1) for chin (0.870), shoulder
-/// (0.818), hip (0.530) and knee (0.285); hands hang about the hips; the lowest 8 % are feet.
+/// The parts of a figure by rows, if it fills all 50: the shares of stature of Drillis and Contini,
+/// after Winter (Biomechanics and Motor Control of Human Movement, 2009, figure 4.1), for chin
+/// (0.870), shoulder (0.818), hip (0.530) and knee (0.285). Hands hang near the hips; the lowest
+/// 8 % are feet.
 pub(crate) const BANDS: [(&str, Range<usize>); 6] = [
     ("head", 0..7),
     ("shoulders and chest", 7..16),
@@ -25,10 +26,10 @@ pub(crate) const BANDS: [(&str, Range<usize>); 6] = [
     ("feet", 46..50),
 ];
 
-/// The rows above the hips: what leans.
+/// The rows above the hips, which lean.
 const LEANING: Range<usize> = 0..24;
 
-/// What rows hold, summed up by [`BANDS`].
+/// Sums the values of rows by [`BANDS`].
 pub(crate) fn banded(rows: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let sum = |rows: &[(f64, f64)]| {
         let (real, synthetic) = (rows.iter().map(|row| row.0), rows.iter().map(|row| row.1));
@@ -40,31 +41,32 @@ pub(crate) fn banded(rows: &[(f64, f64)]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// One difference, and what is gained without it.
+/// The effect of one change of the twins.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Price {
     /// The view's name.
     pub view: String,
-    /// What was changed.
+    /// The change in words.
     pub change: String,
-    /// Mean Jaccard index of real frames and their twins', aligned by phase; none where the change is of
-    /// templates.
+    /// The mean Jaccard index of real frames and their twins', aligned by phase; none if templates
+    /// are changed instead of frames.
     pub jaccard: Option<f64>,
-    /// Mean Jaccard index of the twins' frames with and without the change, where they are as they were
-    /// drawn.
+    /// The mean Jaccard index of the twins' frames with and without the change; none if the change
+    /// is of measurements, lean or means.
     pub own: Option<f64>,
-    /// How many real cycles are found by what was learnt of twins: [`Experiment::SyntheticReal`], with
-    /// the most components.
+    /// The share of real cycles that are identified after training on twins:
+    /// [`Experiment::SyntheticReal`], with the most components.
     pub learnt: AccuracyPoint,
-    /// The same by the nearest pixels.
+    /// The share of real cycles that are identified by the nearest pixels.
     pub nearest: AccuracyPoint,
 }
 
 impl Price {
-    /// Of real and synthetic cycles, from which something was taken; nothing where nobody can be found.
+    /// Measures the effect of a change from real and changed synthetic cycles; none if no real
+    /// cycle can be tested.
     ///
     /// # Errors
-    /// If nothing is learnt.
+    /// If training fails.
     pub(crate) fn of(
         view: &str,
         change: impl Into<String>,
@@ -94,10 +96,11 @@ impl Price {
     }
 }
 
-/// The prices of what all people share: of each band of rows, of all, and of how upper bodies lean.
+/// Measures the differences that all people share: in each band of rows, in all rows, and in the
+/// lean of upper bodies.
 ///
 /// # Errors
-/// If nothing is learnt.
+/// If training fails.
 pub(crate) fn shared(
     view: &str,
     real: &[Example],
@@ -137,7 +140,7 @@ pub(crate) fn shared(
     Ok(prices)
 }
 
-/// The mean of GEIs, of which each person counts once, 0..=255.
+/// Returns the mean of GEIs, 0..=255, where each person counts once.
 pub(crate) fn mean_gei(examples: &[Example]) -> Vec<f64> {
     let mut people: BTreeMap<usize, Vec<&Example>> = BTreeMap::new();
     for example in examples {
@@ -153,19 +156,19 @@ pub(crate) fn mean_gei(examples: &[Example]) -> Vec<f64> {
     (0..SIZE.pixels()).map(pixel).collect()
 }
 
-/// By how much real GEIs are brighter than synthetic ones.
+/// Returns the mean real GEI minus the mean synthetic one.
 fn difference(real: &[Example], synthetic: &[Example]) -> Vec<f64> {
     let pairs = mean_gei(real).into_iter().zip(mean_gei(synthetic));
     pairs.map(|(real, synthetic)| real - synthetic).collect()
 }
 
-/// GEIs with what they all lack in these rows.
+/// Adds the mean difference to GEIs in these rows.
 fn with_mean_of(examples: &[Example], lacking: &[f64], rows: &Range<usize>) -> Vec<Example> {
     let pixels = rows.start * SIZE.columns()..rows.end * SIZE.columns();
     let one = |example: &Example| {
         let gei = example.gei.iter().enumerate().map(|(at, &byte)| {
             if pixels.contains(&at) {
-                // Rounded, within a byte.
+                // Rounded, and limited to a byte.
                 (f64::from(byte) + lacking[at]).round().clamp(0.0, 255.0) as u8
             } else {
                 byte
@@ -179,7 +182,8 @@ fn with_mean_of(examples: &[Example], lacking: &[f64], rows: &Range<usize>) -> V
     examples.iter().map(one).collect()
 }
 
-/// How far right of synthetic ones real GEIs are in each row on average, columns; 0 in empty rows.
+/// Returns the mean offset to the right of real GEIs from synthetic ones in each row, columns; 0 in
+/// empty rows.
 pub(crate) fn offsets(real: &[Example], synthetic: &[Example]) -> Vec<f64> {
     let middles = |gei: Vec<f64>| -> Vec<Option<f64>> {
         let rows = gei.chunks_exact(SIZE.columns());
@@ -204,7 +208,7 @@ pub(crate) fn offsets(real: &[Example], synthetic: &[Example]) -> Vec<f64> {
         .collect()
 }
 
-/// Cycles whose rows above the hips are moved right by so many columns, to the nearest.
+/// Moves the rows above the hips right by these offsets, rounded to whole columns.
 fn leaning(examples: &[Example], offsets: &[f64]) -> Vec<Example> {
     let moved = |frame: &Silhouette| {
         let row = |at: usize| {

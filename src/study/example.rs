@@ -1,34 +1,35 @@
-//! A gait cycle of silhouettes, whoever drew them.
+//! A gait cycle of real or synthetic silhouettes.
 
 use edgegait_core::silhouette::{Silhouette, Size};
 
-/// Rows and columns of everything in a study: the paper's.
+/// The size of all images in a study, as in the paper.
 pub(crate) const SIZE: Size = Size::S50x30;
 
 /// One gait cycle of one person, seen from one viewpoint.
 #[derive(Clone, Debug)]
 pub(crate) struct Example {
-    /// Number of the person.
+    /// The number of the person.
     pub person: usize,
-    /// Number of the take among those of all people.
+    /// The number of the take among the takes of all people.
     pub take: usize,
-    /// Which cycle of the take, from 0.
+    /// The number of the cycle in the take, from 0.
     pub position: usize,
-    /// When it begins and ends, seconds of the recording.
+    /// The start and the end of the cycle, seconds of the recording.
     pub span_s: (f64, f64),
-    /// Its silhouettes, and at which phase of a gait cycle each is, 0 at the left contact, 0..1.
+    /// The phase of each silhouette in the gait cycle, 0..1 with 0 at the left contact, and the
+    /// silhouette.
     pub frames: Vec<(f64, Silhouette)>,
-    /// Its Gait Energy Image (GEI), 0..=255.
+    /// The Gait Energy Image (GEI) of the cycle, 0..=255.
     pub gei: Vec<u8>,
 }
 
 impl Example {
-    /// The middle of its span, seconds.
+    /// Returns the middle of the cycle, seconds.
     pub(crate) fn middle_s(&self) -> f64 {
         f64::midpoint(self.span_s.0, self.span_s.1)
     }
 
-    /// The same with other silhouettes, and the GEI of these.
+    /// Returns the example with each silhouette changed by `of`, and with the GEI of these.
     pub(crate) fn with_frames(&self, of: impl Fn(&Silhouette) -> Silhouette) -> Self {
         let frames = self.frames.iter();
         let frames: Vec<_> = frames.map(|(phase, frame)| (*phase, of(frame))).collect();
@@ -39,7 +40,7 @@ impl Example {
         }
     }
 
-    /// Its silhouettes at so many phases, evenly: at each the nearest one.
+    /// Returns the nearest silhouette at each of `count` even phases.
     pub(crate) fn at_phases(&self, count: usize) -> Vec<Silhouette> {
         let nearest = |at: usize| {
             let phase = at as f64 / count as f64;
@@ -55,7 +56,7 @@ impl Example {
     }
 }
 
-/// The mean of silhouettes, 0..=255, rounded; nothing of none.
+/// Returns the rounded mean of silhouettes, 0..=255; all 0 if there are none.
 pub(crate) fn gei<'a>(frames: impl Iterator<Item = &'a Silhouette> + Clone) -> Vec<u8> {
     let count = frames.clone().count() as u32;
     let mut sums = vec![0_u32; SIZE.pixels()];
@@ -71,23 +72,23 @@ pub(crate) fn gei<'a>(frames: impl Iterator<Item = &'a Silhouette> + Clone) -> V
     sums.into_iter().map(|sum| byte(sum) as u8).collect()
 }
 
-/// The gait cycles of real people and those of their synthetic twins, from one viewpoint.
+/// The gait cycles of real people and of their synthetic twins, from one viewpoint.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RealAndSynthetic<'a> {
-    /// Cycles of recorded silhouettes.
+    /// The cycles of recorded silhouettes.
     pub real: &'a [Example],
-    /// Cycles of the twins.
+    /// The cycles of the twins.
     pub synthetic: &'a [Example],
 }
 
-/// What one result of a study was measured with, by name.
+/// The names of the settings of one result.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StudySetting<'a> {
-    /// The viewpoint.
+    /// The name of the viewpoint.
     pub view: &'a str,
-    /// How masks were made.
+    /// The name of the masks.
     pub masks: &'static str,
-    /// How figures were fitted into the image.
+    /// The name of the framing.
     pub framing: &'static str,
 }
 

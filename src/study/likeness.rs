@@ -1,61 +1,64 @@
-//! How alike silhouettes are: the Jaccard index, aligned and as they come.
+//! The similarity of silhouettes: the Jaccard index, aligned and unaligned.
 //!
-//! Frames are compared with a cycle of silhouettes at even phases. Aligned by phase, all frames of a
-//! cycle are moved by one share of it, whichever makes them most alike; half a cycle is among those,
-//! which a side view can hardly tell from none. Fitted, all frames are besides moved by whole pixels and
-//! scaled about their middle, by one shift and one scale.
+//! Frames are compared with a cycle of silhouettes at even phases. Aligned by phase, all frames of
+//! a cycle are shifted by the one share of it that makes them most similar. Half a cycle is among
+//! these shifts; a side view hardly distinguishes it from none. Fitted, all frames are also moved
+//! by whole pixels and scaled about their middle, by one shift and one scale.
 
 use super::example::SIZE;
 use edgegait_core::silhouette::Silhouette;
 use serde::Serialize;
 
-/// Phases of a cycle that is compared with.
+/// The number of phases of the reference cycle.
 pub(crate) const PHASES: usize = 64;
-/// How far figures are moved to the sides, and up and down, pixels, and by what they are scaled. Ours:
-/// a pixel is 35 mm, and statures of clothed people are off by hair and soles, 2 to 6 cm.
+/// The greatest shift of figures to each side, pixels. These limits are ours: a pixel is 35 mm, and
+/// statures of clothed people are off by hair and soles, 2 to 6 cm.
 const ACROSS: i32 = 2;
+/// The greatest shift of figures up and down, pixels.
 const DOWN: i32 = 1;
+/// The scales of figures that are tried.
 const SCALES: [f64; 5] = [0.94, 0.97, 1.0, 1.03, 1.06];
 
-/// Jaccard indices of the frames of a cycle, 0..1, under three alignments.
+/// The Jaccard indices of the frames of a cycle, 0..1, under three alignments.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Likeness {
-    /// By the phase that each frame has.
+    /// The indices at each frame's own phase.
     pub unaligned: Vec<f64>,
-    /// By the phase that makes them most alike.
+    /// The indices at the phase shift that makes the frames most similar.
     pub by_phase: Vec<f64>,
-    /// Of the same, shifted and scaled so that they are most alike.
+    /// The indices at that phase, after the most similar shift and scale.
     pub fitted: Vec<f64>,
-    /// By what they were moved, scaled and how much later they come.
+    /// The phase, shift and scale of the fit.
     pub fit: Alignment,
 }
 
-/// What makes frames most like a cycle.
+/// The alignment that makes frames most similar to a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Alignment {
-    /// By which share of a cycle the frames are earlier than the cycle's own, -0.5..=0.5.
+    /// The share of a cycle by which the frames are earlier than the reference, -0.5..=0.5.
     pub phase: f64,
-    /// How far the frames are moved to the right, pixels.
+    /// The shift of the frames to the right, pixels.
     pub across: i32,
-    /// And down.
+    /// The shift of the frames down, pixels.
     pub down: i32,
-    /// What they are scaled by.
+    /// The scale of the frames.
     pub scale: f64,
 }
 
-/// The Jaccard indices of frames with silhouettes at even phases, each so many of them later.
+/// Returns the Jaccard indices of frames with the silhouettes at their phases, `later` silhouettes
+/// later.
 fn indices(frames: &[(f64, Silhouette)], cycle: &[Silhouette], later: usize) -> Vec<f64> {
     let count = cycle.len();
     let one = |(phase, frame): &(f64, Silhouette)| {
-        // Nearest; phases are 0..1.
+        // The nearest silhouette; phases are 0..1.
         let at = (phase * count as f64).round() as usize + later;
         f64::from(frame.jaccard(&cycle[at % count]))
     };
     frames.iter().map(one).collect()
 }
 
-/// By how many of a cycle's silhouettes frames come earlier where they are most alike, and their Jaccard
-/// indices there. Of equal ones the one that is moved least.
+/// Returns the number of silhouettes by which frames are earlier than a cycle when they are most
+/// similar, and their Jaccard indices there. Ties go to the smallest shift.
 pub(crate) fn aligned(frames: &[(f64, Silhouette)], cycle: &[Silhouette]) -> (usize, Vec<f64>) {
     let count = cycle.len();
     let moved = |offset: usize| offset.min(count - offset);
@@ -67,7 +70,7 @@ pub(crate) fn aligned(frames: &[(f64, Silhouette)], cycle: &[Silhouette]) -> (us
     best.unwrap_or_default()
 }
 
-/// Frames at their phases beside silhouettes at even phases, [`PHASES`] of them.
+/// Compares frames at their phases with [`PHASES`] silhouettes at even phases.
 pub(crate) fn likeness(frames: &[(f64, Silhouette)], cycle: &[Silhouette]) -> Likeness {
     let (offset, by_phase) = aligned(frames, cycle);
     let share = offset as f64 / cycle.len().max(1) as f64;
@@ -106,7 +109,7 @@ pub(crate) fn likeness(frames: &[(f64, Silhouette)], cycle: &[Silhouette]) -> Li
     found
 }
 
-/// The arithmetic mean; 0 of nothing.
+/// Returns the arithmetic mean; 0 for no values.
 pub(crate) fn mean(values: &[f64]) -> f64 {
     if values.is_empty() {
         return 0.0;
@@ -114,7 +117,7 @@ pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// A silhouette moved right and down; what leaves it is lost.
+/// Moves a silhouette right and down; pixels that leave the image are lost.
 pub(crate) fn shifted(frame: &Silhouette, across: i32, down: i32) -> Silhouette {
     let rows = frame.rows();
     let row = |at: usize| -> u64 {
@@ -131,7 +134,7 @@ pub(crate) fn shifted(frame: &Silhouette, across: i32, down: i32) -> Silhouette 
     Silhouette::from_rows(frame.size(), &moved)
 }
 
-/// A silhouette larger by a factor about its middle, sampled at pixels' centres.
+/// Scales a silhouette about its middle, sampled at pixel centres.
 pub(crate) fn scaled(frame: &Silhouette, by: f64) -> Silhouette {
     if by == 1.0 {
         return *frame;
@@ -157,27 +160,27 @@ pub(crate) fn scaled(frame: &Silhouette, by: f64) -> Silhouette {
     Silhouette::from_rows(size, &rows)
 }
 
-/// Five numbers of a box plot, as Tukey draws it (Exploratory Data Analysis, 1977).
+/// The five numbers of a box plot (Tukey, Exploratory Data Analysis, 1977), with count and mean.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct BoxPlot {
-    /// How many values there are.
+    /// The number of values.
     pub count: usize,
-    /// Their mean.
+    /// The mean.
     pub mean: f64,
-    /// Least value that lies within 1.5 interquartile ranges of the box.
+    /// The least value within 1.5 interquartile ranges of the box.
     pub low: f64,
-    /// First quartile.
+    /// The first quartile.
     pub q1: f64,
-    /// Median.
+    /// The median.
     pub median: f64,
-    /// Third quartile.
+    /// The third quartile.
     pub q3: f64,
-    /// Greatest value that lies within 1.5 interquartile ranges of the box.
+    /// The greatest value within 1.5 interquartile ranges of the box.
     pub high: f64,
 }
 
 impl BoxPlot {
-    /// Of these values; none of nothing.
+    /// Returns the box plot of values; none if there are no values.
     pub(crate) fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_unstable_by(f64::total_cmp);
         let least = *values.first()?;
@@ -208,8 +211,8 @@ impl BoxPlot {
     }
 }
 
-/// The share of pixels of each row that only the first has, and only the second, over what either has in
-/// all rows: both together are what the Jaccard index lacks of 1.
+/// Returns for each row the pixels that only the first has, and only the second has, as shares of
+/// the union of both silhouettes. All shares add up to 1 minus the Jaccard index.
 pub(crate) fn lacking(a: &Silhouette, b: &Silhouette) -> Vec<(f64, f64)> {
     let rows = || a.rows().iter().zip(b.rows());
     let union: u32 = rows().map(|(a, b)| (a | b).count_ones()).sum();
@@ -229,7 +232,7 @@ mod tests {
         Silhouette::from_rows(SIZE, &rows)
     }
 
-    /// A bar that walks to the right and jumps back.
+    /// Draws a bar that moves to the right and jumps back.
     fn cycle() -> Vec<Silhouette> {
         let bar = |at: usize| block(10..40, at / 4..at / 4 + 8);
         (0..PHASES).map(bar).collect()
@@ -269,7 +272,7 @@ mod tests {
 
     #[test]
     fn a_box_plot_is_tukeys() {
-        // Quartiles by hand: of 1, 2, 3, 4, 100 they are 2, 3, 4, and 100 lies outside of 4 + 3.
+        // The quartiles of 1, 2, 3, 4, 100 are 2, 3, 4, and 100 lies beyond 4 + 3.
         let found = BoxPlot::of(vec![100.0, 3.0, 1.0, 2.0, 4.0]).expect("values");
         assert_eq!(
             (found.low, found.q1, found.median, found.q3, found.high),

@@ -1,51 +1,51 @@
-//! The manifest of a study: which recording each take of silhouettes shows.
+//! The manifest of a study, which pairs takes of silhouettes with recordings.
 
 use crate::error::{Error, FilePlace, Result};
 use csv::ReaderBuilder;
 use std::path::Path;
 
-/// Where silhouettes are from and what they show: a row.
+/// A row of the manifest: a take from one view, and the recording that it shows.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pairing {
-    /// Line of the file.
+    /// The line in the file.
     pub line: usize,
     /// The person's name in the tree.
     pub person: String,
-    /// The take's.
+    /// The take's name in the tree.
     pub take: String,
-    /// The view's.
+    /// The view's name in the tree.
     pub view: String,
-    /// From where it is seen, degrees, if the row says so.
+    /// The azimuth and elevation, degrees, if stated.
     pub angles_deg: Option<(f32, f32)>,
-    /// Frames a second of the silhouettes.
+    /// The frame rate of the silhouettes, frames/s.
     pub fps: f64,
-    /// Gait cycles, in frames from 0; none if they are to be found.
+    /// The gait cycles, in frames from 0; none if they must be detected.
     pub cycles: Option<Vec<(f64, f64)>>,
-    /// Left contacts, in frames from 0.
+    /// The left contacts, in frames from 0.
     pub contacts: Vec<f64>,
-    /// The recording, below a folder of recordings.
+    /// The path of the recording in a folder of recordings.
     pub source: String,
-    /// What that folder is called, if the row says so.
+    /// The name of that folder, if stated.
     pub root: Option<String>,
-    /// Which frame of the recording, counted at `fps`, is the first of the silhouettes.
+    /// The frame of the recording, counted at `fps`, that is the first of the silhouettes.
     pub offset: f64,
-    /// Metres from the camera to the walker, if the row says so.
+    /// The distance from the camera to the walker, metres, if stated.
     pub distance_m: Option<f64>,
 }
 
-/// Frames a second where a manifest does not say: CASIA-B's.
+/// The default frame rate, frames/s: CASIA-B's.
 const FPS: f64 = 25.0;
 
-/// Columns that a manifest must have.
+/// The columns that a manifest must have.
 const REQUIRED: [&str; 4] = ["id", "take", "view", "source"];
 
-/// Reads a manifest: a CSV file with `id`, `take`, `view` and `source`, and, where they are known,
-/// `azimuth` and `elevation` (degrees), `fps`, `phase_cycles` or `cycles` (`a-b;c-d`, frames from 0),
-/// `lhs` (left contacts, `a;b`), `source_root`, `source_frames_30fps` (`a-b`: frames of the recording at
-/// 30 a second that the take shows) and `distance_m`. Other columns are passed over.
+/// Reads a manifest: a CSV file with `id`, `take`, `view` and `source`, and optionally `azimuth`
+/// and `elevation` (degrees), `fps`, `phase_cycles` or `cycles` (`a-b;c-d`, frames from 0), `lhs`
+/// (left contacts, `a;b`), `source_root`, `source_frames_30fps` (`a-b`: the frames of the recording
+/// at 30 frames/s that the take shows) and `distance_m`. Other columns are ignored.
 ///
 /// # Errors
-/// Naming the line and the column.
+/// If the file cannot be read or a value is invalid; the message names the line and the column.
 pub(crate) fn read(path: &Path) -> Result<Vec<Pairing>> {
     let text = std::fs::read(path).map_err(|error| Error::io(path, error))?;
     let mut reader = ReaderBuilder::new()
@@ -174,7 +174,7 @@ fn number(text: &str) -> std::result::Result<f64, String> {
     found.ok_or_else(|| format!("expected a number, found {text:?}"))
 }
 
-/// `a-b`, a cycle of two frames and more.
+/// Parses `a-b`, a cycle of at least two frames.
 fn span(text: &str) -> std::result::Result<(f64, f64), String> {
     let expected = || format!("expected frames as in 6.9-39.7, found {text:?}");
     let (from, to) = text.split_once('-').ok_or_else(expected)?;
@@ -186,7 +186,7 @@ fn span(text: &str) -> std::result::Result<(f64, f64), String> {
     }
 }
 
-/// The names in a record, for errors: at most ten of them.
+/// Lists at most ten names for a message.
 pub(super) fn listed(names: &[String]) -> String {
     const SHOWN: usize = 10;
     let more = match names.len().saturating_sub(SHOWN) {

@@ -1,5 +1,5 @@
-//! Masks as video gives them: silhouettes through a video that is made of them and segmented, or
-//! with the faults that segmentation leaves.
+//! Masks with the faults of video: silhouettes that are rendered to a video and segmented, or that
+//! get synthetic segmentation faults.
 
 use crate::segment::{Painted, SegmentSettings, Segmenter, softened};
 use rand::{RngExt as _, SeedableRng as _};
@@ -7,20 +7,20 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-/// Where silhouettes of real people come from.
+/// The source of the silhouettes of real people.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Masks {
-    /// As they are in the tree.
+    /// The masks of the tree.
     Given,
-    /// Through a video that is made of them, by [`crate::segment`].
+    /// The masks that [`crate::segment`] finds in a video rendered from them.
     Segmented,
-    /// With outlines that waver, holes, and parts that are lost.
+    /// The masks of the tree with wavering outlines, holes and lost parts.
     Degraded,
 }
 
 impl Masks {
-    /// What results call them.
+    /// Returns the name in results.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Given => "given",
@@ -29,8 +29,8 @@ impl Masks {
         }
     }
 
-    /// The masks of a take of pictures with so many columns, whose figures are of 128 and more;
-    /// `name` is the take's, from which all that is random follows.
+    /// Returns the masks of a take of pictures with this number of columns, in which pixels of 128
+    /// and more are the figure. The random generator is seeded from the take's `name` and `seed`.
     pub(crate) fn of(
         self,
         frames: Vec<Vec<u8>>,
@@ -48,7 +48,7 @@ impl Masks {
     }
 }
 
-/// How alike masks are to others of the same frames, Jaccard index; 1 where both are empty.
+/// Returns the Jaccard index of two masks; 1 if both are empty.
 pub(super) fn jaccard(a: &[u8], b: &[u8]) -> f64 {
     let (mut both, mut either) = (0_u32, 0_u32);
     for (a, b) in a.iter().zip(b) {
@@ -63,7 +63,7 @@ pub(super) fn jaccard(a: &[u8], b: &[u8]) -> f64 {
     }
 }
 
-/// The masks that are found in a video that is made of these.
+/// Renders masks to a video, and returns the masks that segmentation finds in it.
 fn segmented(frames: &[Vec<u8>], columns: usize, rng: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
     let rows = frames.first().map_or(0, |frame| frame.len() / columns);
     if rows == 0 {
@@ -75,13 +75,13 @@ fn segmented(frames: &[Vec<u8>], columns: usize, rng: &mut ChaCha8Rng) -> Vec<Ve
     frames.iter().map(one).collect()
 }
 
-/// Frames for which a hole or a lost part stays: a third of a second.
+/// The number of frames for which a hole or a lost part stays: a third of a second.
 const STAYS: usize = 10;
-/// By how much the outline wavers, of the share at which a softened mask is cut: at 0.35 by a pixel or
-/// two of 200 rows.
+/// The amplitude of the waver, in the threshold at which a softened mask is cut. 0.35 moves the
+/// outline by a pixel or two of 200 rows.
 const WAVERS: f32 = 0.35;
 
-/// An ellipse in a figure's box: its middle and half axes, shares of the box.
+/// An ellipse in a figure's box: its middle and half axes, in shares of the box.
 #[derive(Clone, Copy)]
 struct Ellipse {
     middle: (f32, f32),
@@ -95,8 +95,9 @@ impl Ellipse {
     }
 }
 
-/// Masks with the faults of segmentation: all of it ours, so strong that they match the true masks as
-/// well as those of `segment` do on ten videos (a Jaccard index of 0.91 to 0.96).
+/// Adds segmentation faults to masks. The model is ours; its strength is chosen so that the masks
+/// match the true ones as well as those of `segment` do on ten videos (a Jaccard index of 0.91 to
+/// 0.96).
 fn degraded(frames: &[Vec<u8>], columns: usize, rng: &mut ChaCha8Rng) -> Vec<Vec<u8>> {
     let shadow = rng.random_bool(0.3).then(|| Ellipse {
         middle: (rng.random_range(0.2..0.8), 0.985),
@@ -166,7 +167,7 @@ fn degraded(frames: &[Vec<u8>], columns: usize, rng: &mut ChaCha8Rng) -> Vec<Vec
 mod tests {
     use super::*;
 
-    /// A head, a trunk and two legs that swing, 200 rows high.
+    /// Draws a head, a trunk and two swinging legs, 200 rows high.
     fn walker(number: usize) -> Vec<u8> {
         const COLUMNS: usize = 180;
         let swing = 22.0 * (number as f32 * 0.2).sin();

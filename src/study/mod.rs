@@ -1,11 +1,12 @@
-//! The experiments of Charalambous & Bharath (BMVC 2016) on real silhouettes (R) and on synthetic twins (S)
-//! of the same people.
+//! The experiments of Charalambous & Bharath (BMVC 2016) on real silhouettes (R) and synthetic
+//! twins (S) of the same people.
 //!
-//! Twins walk by the motion capture of each real walk, on bodies of each person's measurements. A `manifest`
-//! says which take shows which recording, and `plan` checks all of it before any long work. `similarity`
-//! compares frames, `subspaces` principal components, `recognition` what is learnt of one with what the
-//! other shows, and `differences` says what separates the two, and at which price. Everything is of 50x30
-//! pixels, the paper's size, and each Gait Energy Image (GEI) is of one cycle.
+//! Twins walk with the motion capture of each real walk, on bodies with each person's measurements.
+//! A `manifest` pairs takes with recordings, and `plan` checks everything before any long work.
+//! `similarity` compares frames, and `subspaces` principal components. `recognition` trains on one
+//! and tests on the other, and `differences` measures the effect of each difference between the
+//! two. Everything has 50x30 pixels, the paper's size, and each Gait Energy Image (GEI) is of one
+//! cycle.
 
 mod differences;
 mod example;
@@ -44,21 +45,21 @@ use serde::Serialize;
 use similarity::mean_likeness;
 use twins::{Twins, Walkers};
 
-/// What is varied.
+/// The settings that a study varies.
 #[derive(Clone, Debug)]
 pub(crate) struct Choices {
-    /// Which masks of real people.
+    /// The masks of real people.
     pub masks: Vec<Masks>,
-    /// How figures are framed; the first is that of parts 1 and 2.
+    /// The framings of figures; parts 1 and 2 use the first.
     pub framings: Vec<FramingMode>,
-    /// What is trained on besides the GEIs themselves.
+    /// The augmentations of the training set.
     pub augmentations: Vec<Augmentation>,
-    /// Seeds of the splits.
+    /// The seeds of the splits.
     pub seeds: Vec<u64>,
 }
 
 impl Choices {
-    /// Given and segmented masks, by height, and so many splits from a seed on.
+    /// Returns given and segmented masks, framing by height, and `splits` splits from a seed on.
     pub(crate) fn usual(seed: u64, splits: u32) -> Self {
         Self {
             masks: vec![Masks::Given, Masks::Segmented],
@@ -70,7 +71,7 @@ impl Choices {
         }
     }
 
-    /// All masks, both framings, and with and without the paper's flips and crops.
+    /// Returns all masks, both framings, and training with and without the paper's flips and crops.
     pub(crate) fn full(seed: u64, splits: u32) -> Self {
         Self {
             masks: vec![Masks::Given, Masks::Segmented, Masks::Degraded],
@@ -87,64 +88,65 @@ impl Choices {
     }
 }
 
-/// One setting of part 3.
+/// The result of one setting of part 3.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Recognition {
     /// The view's name.
     pub view: String,
-    /// What the masks are called.
+    /// The name of the masks.
     pub masks: &'static str,
-    /// What the framing is called.
+    /// The name of the framing.
     pub framing: &'static str,
-    /// Whether what is trained on is flipped and cropped besides.
+    /// Whether the training set also has flipped and cropped GEIs.
     pub augmented: bool,
     /// The experiment.
     #[serde(flatten)]
     pub curve: AccuracyCurve,
 }
 
-/// How many cycles there are of a view.
+/// The numbers of cycles of a view.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct CycleCounts {
     /// The view's name.
     pub view: String,
-    /// What the masks are called.
+    /// The name of the masks.
     pub masks: &'static str,
-    /// Real cycles.
+    /// The number of real cycles.
     pub real: usize,
-    /// Those of twins.
+    /// The number of twins' cycles.
     pub synthetic: usize,
-    /// Mean Jaccard index of the masks with those of the tree, as they are stored, and that of the worst
-    /// take; none without real takes.
+    /// The mean Jaccard index of the masks with the stored masks of the tree; none without real
+    /// takes.
     pub mask_jaccard: Option<f64>,
+    /// The mean Jaccard index of the worst take.
     pub worst_mask_jaccard: Option<f64>,
-    /// Takes without a cycle, and why.
+    /// The takes without a cycle, and the reasons.
     pub without: Vec<String>,
 }
 
-/// What a study found.
+/// The results of a study.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Findings {
-    /// Names of the people.
+    /// The names of the people.
     pub people: Vec<String>,
-    /// Cycles.
+    /// The numbers of cycles.
     pub counts: Vec<CycleCounts>,
-    /// Part 1.
+    /// The results of part 1.
     pub similarity: Vec<Similarity>,
-    /// Part 2.
+    /// The results of part 2.
     pub subspaces: Vec<ComparedSubspaces>,
-    /// Part 3.
+    /// The results of part 3.
     pub recognition: Vec<Recognition>,
-    /// The paper's order beside it.
+    /// The order of the results compared with the paper's.
     pub orders: Vec<PaperOrder>,
-    /// What separates S from R.
+    /// The effects of the differences between S and R.
     pub prices: Vec<Price>,
-    /// What a user should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
 }
 
-/// Changes of twins that are priced, as a report calls them: what real people have and twins have not, and
-/// what cameras and segmentation do.
+/// The changes of twins that are measured, by their names in reports: features that real people
+/// have and twins lack, and effects of cameras and segmentation.
 const CHANGES: [(&str, &str); 11] = [
     ("a cap of hair, half as full", "hair=0.5"),
     ("hair to the shoulder blades", "hair=1"),
@@ -165,10 +167,10 @@ const CHANGES: [(&str, &str); 11] = [
     ),
 ];
 
-/// How many takes and cycles each person of the built-in cohort has.
+/// The numbers of takes of each person of the built-in cohort, and of cycles of each take.
 const COHORT: (u32, u32) = (3, 3);
 
-/// How often `progress` is called by [`run`], about.
+/// Returns about how often [`run`] calls `progress`.
 pub(crate) fn steps(plan: &StudyPlan, choices: &Choices) -> usize {
     let Choices {
         masks,
@@ -186,7 +188,7 @@ pub(crate) fn steps(plan: &StudyPlan, choices: &Choices) -> usize {
 /// Runs a study on all cores.
 ///
 /// # Errors
-/// For files that are broken, and what cannot be drawn or learnt.
+/// If a file is broken, a figure cannot be drawn, or training fails.
 pub(crate) fn run(
     plan: &StudyPlan,
     choices: &Choices,
@@ -277,14 +279,14 @@ pub(crate) fn run(
     Ok(findings)
 }
 
-/// The experiments with masks of this number: what is synthetic on both sides does not depend on them, and
-/// goes with the first.
+/// Returns the experiments for the masks of this number. The experiment without real data does not
+/// depend on masks and runs only with the first.
 fn experiments(masks: usize) -> impl Iterator<Item = Experiment> {
     let all = Experiment::ALL.into_iter();
     all.filter(move |one| masks == 0 || !one.is_synthetic())
 }
 
-/// These framings and, at the end, by box, which is priced beside the first.
+/// Returns these framings with that by box at the end, whose effect is measured against the first.
 fn with_box(framings: &[FramingMode]) -> Vec<FramingMode> {
     let others = framings
         .iter()
@@ -293,7 +295,7 @@ fn with_box(framings: &[FramingMode]) -> Vec<FramingMode> {
     others.chain([FramingMode::Box]).collect()
 }
 
-/// Twins with other bodies and another carriage.
+/// Makes twins with other bodies or with trunks that lean further ahead.
 fn other_twins(
     walkers: &Walkers,
     bodies: &MeasuredPeople,
@@ -339,11 +341,11 @@ fn other_twins(
     twins.collect()
 }
 
-/// The synthetic part alone, of the built-in cohort seen from these viewpoints, named by their azimuths:
-/// principal components, how well people are told apart, and what changes do to silhouettes.
+/// Runs only the synthetic part, on the built-in cohort seen from these viewpoints, which are named
+/// by their azimuths: principal components and recognition.
 ///
 /// # Errors
-/// For what cannot be drawn or learnt.
+/// If a figure cannot be drawn or training fails.
 pub(crate) fn run_synthetic(
     azimuths_deg: &[f32],
     distance_m: f64,
@@ -399,7 +401,7 @@ pub(crate) fn run_synthetic(
     Ok(findings)
 }
 
-/// These experiments under one setting.
+/// Runs these experiments under one setting.
 fn recognized(
     setting: StudySetting<'_>,
     both: RealAndSynthetic<'_>,
@@ -423,7 +425,7 @@ fn recognized(
     Ok(found)
 }
 
-/// What separates twins from real people, seen from one viewpoint.
+/// Measures the effects of the differences between twins and real people, from one viewpoint.
 fn prices(
     seen: &plan::StudyView,
     both: RealAndSynthetic<'_>,
@@ -472,7 +474,7 @@ fn prices(
     Ok(prices)
 }
 
-/// The mean Jaccard index of frames before and after a change.
+/// Returns the mean Jaccard index of frames before and after a change.
 fn own(before: &[Example], after: &[Example]) -> f64 {
     let frames = before.iter().zip(after).flat_map(|(before, after)| {
         let pairs = before.frames.iter().zip(&after.frames);

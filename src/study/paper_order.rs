@@ -1,39 +1,39 @@
-//! The order of the paper's results beside ours.
+//! Compares the order of the paper's results with ours.
 
 use super::Recognition;
 use super::recognition::Experiment;
 use super::splits::SplitUnit;
 use serde::Serialize;
 
-/// What the paper says of accuracies "given a sufficient number" of components (section 4.2), and whether
-/// it holds here, with the most components that there are.
+/// The paper's statements on accuracies "given a sufficient number" of components (section 4.2),
+/// and whether they hold here with the most components.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct PaperOrder {
     /// The view's name.
     pub view: String,
-    /// What the masks are called.
+    /// The name of the masks.
     pub masks: &'static str,
-    /// What the framing is called.
+    /// The name of the framing.
     pub framing: &'static str,
-    /// Whether what is trained on is flipped and cropped besides.
+    /// Whether the training set also has flipped and cropped GEIs.
     pub augmented: bool,
-    /// How cycles are parted.
+    /// The unit by which cycles are split.
     pub split: SplitUnit,
-    /// Experiments and accuracies, the best first.
+    /// The experiments and their accuracies, the best first.
     pub ranked: Vec<(Experiment, f64)>,
-    /// R-R and S-S are at least as good as all others.
+    /// Whether R-R and S-S are at least as good as all other experiments.
     pub own_is_best: bool,
-    /// Both mixed ones are above 95 %.
+    /// Whether both mixed experiments are above 95 %.
     pub mixed_above_95: bool,
-    /// R-S and S-R are below all others.
+    /// Whether R-S and S-R are below all other experiments.
     pub across_is_lowest: bool,
-    /// What S adds to 70 % and to 30 % of R, over the controls without it.
+    /// The accuracy that S adds to 70 % of R, over the control without S.
     pub gain_of_seventy: f64,
-    /// The same of 30 %.
+    /// The accuracy that S adds to 30 % of R, over the control without S.
     pub gain_of_thirty: f64,
 }
 
-/// The order under each setting that has all experiments.
+/// Returns the order under each setting that has all experiments.
 pub(crate) fn orders(all: &[Recognition]) -> Vec<PaperOrder> {
     let mut orders: Vec<PaperOrder> = Vec::new();
     for first in all {
@@ -50,7 +50,7 @@ pub(crate) fn orders(all: &[Recognition]) -> Vec<PaperOrder> {
         }
         let accuracy = |experiment: Experiment| {
             let found = all.iter().find(|one| {
-                // What is synthetic on both sides was measured once.
+                // The experiment without real data was measured once.
                 let is_masks = one.masks == first.masks || experiment.is_synthetic();
                 one.curve.experiment == experiment
                     && is_masks

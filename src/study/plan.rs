@@ -1,5 +1,5 @@
-//! What a study is of: takes of silhouettes, the recordings that they show, and bodies; all checked before
-//! any long work.
+//! The inputs of a study, checked before any long work: takes of silhouettes, the recordings that
+//! they show, and bodies.
 
 use super::manifest::{self, Pairing, listed};
 use super::real_cycles::ShownTake;
@@ -11,66 +11,67 @@ use crate::sweep::View;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Where a study's data is.
+/// The paths of a study's data.
 #[derive(Clone, Debug)]
 pub(crate) struct Paths {
     /// The tree of real silhouettes.
     pub real: PathBuf,
-    /// Folders of recordings.
+    /// The folders of recordings.
     pub motions: Vec<PathBuf>,
-    /// Which take shows which recording.
+    /// The manifest, which pairs takes with recordings.
     pub manifest: PathBuf,
-    /// Measurements of the people; without, `bodies.csv` beside the manifest, if it is there.
+    /// The measurements of the people; if not given, `bodies.csv` beside the manifest, if any.
     pub bodies: Option<PathBuf>,
-    /// The same measured with clothes and hair; without, `bodies_dressed.csv` there.
+    /// The measurements with clothes and hair; if not given, `bodies_dressed.csv` there.
     pub dressed: Option<PathBuf>,
 }
 
 /// A viewpoint of a study.
 #[derive(Clone, Debug)]
 pub(crate) struct StudyView {
-    /// As the tree calls it.
+    /// The view's name in the tree.
     pub name: String,
-    /// From where.
+    /// The viewpoint.
     pub view: View,
-    /// Metres from the camera to the walker.
+    /// The distance from the camera to the walker, metres.
     pub distance_m: f64,
 }
 
-/// What a study is of.
+/// The checked inputs of a study.
 pub(crate) struct StudyPlan {
     /// The real silhouettes.
     pub tree: Tree,
-    /// Names of the people.
+    /// The names of the people.
     pub people: Vec<String>,
-    /// Names of the takes, as `<person>/<take>`.
+    /// The names of the takes, as `<person>/<take>`.
     pub takes: Vec<String>,
-    /// Takes by viewpoint.
+    /// The takes from each viewpoint.
     pub shown: Vec<ShownTake>,
-    /// Viewpoints.
+    /// The viewpoints.
     pub views: Vec<StudyView>,
-    /// Recordings.
+    /// The recordings.
     pub sources: Vec<TwinRecording>,
-    /// Bodies of the twins, if they were measured.
+    /// The measured bodies of the twins, if any.
     pub bodies: Option<MeasuredPeople>,
-    /// The same with clothes and hair.
+    /// The bodies measured with clothes and hair, if any.
     pub dressed: Option<MeasuredPeople>,
-    /// Tables that were read.
+    /// The tables that were read.
     pub inputs: Vec<InputFile>,
-    /// What a user should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
 }
 
-/// Viewpoints unless a user says otherwise: those of the three that the manifest has.
+/// The default viewpoints; those that the manifest has are used.
 const VIEWS: [&str; 3] = ["090", "045", "000"];
 
 impl StudyPlan {
-    /// Checks everything that can be checked before silhouettes are read. `views` and `people` are those
-    /// that are wanted, all where there are none; `distance_m` is where the manifest does not say.
+    /// Checks everything that can be checked before silhouettes are read. `views` and `people` are
+    /// the wanted ones; if empty, the default viewpoints and all people. `distance_m` applies to
+    /// rows that state none.
     ///
     /// # Errors
-    /// For a manifest that cannot be read or names takes, recordings or people that are not there, and
-    /// for fewer than two people.
+    /// If the manifest cannot be read or names takes, recordings or people that do not exist, or if
+    /// there are fewer than two people.
     pub(crate) fn new(
         paths: &Paths,
         views: &[String],
@@ -126,7 +127,7 @@ impl StudyPlan {
         Ok(plan)
     }
 
-    /// Finds silhouettes and recordings of the rows.
+    /// Finds the silhouettes and recordings of the rows.
     fn pair(&mut self, rows: Vec<Pairing>, paths: &Paths) -> Result<()> {
         let sequences = self.tree.sequences();
         let number = |row: &Pairing| {
@@ -144,7 +145,7 @@ impl StudyPlan {
             return Err(Error::input(
                 &paths.manifest,
                 format!(
-                    "expected takes that are in {}, found none that is: it has the people {}, the manifest {}",
+                    "expected takes that are in {}, found none: it has the people {}, the manifest has {}",
                     paths.real.display(),
                     listed(&names.into_iter().collect::<Vec<_>>()),
                     listed(&each_once(rows.iter().map(|row| row.person.clone())))
@@ -170,7 +171,7 @@ impl StudyPlan {
             .collect();
         if !unpaired.is_empty() {
             self.warnings.push(format!(
-                "{} people of {} are left out, whom no row of the manifest that is used names",
+                "{} people of {} are left out: no used row of the manifest names them",
                 unpaired.len(),
                 paths.real.display()
             ));
@@ -249,7 +250,7 @@ impl StudyPlan {
         Ok(())
     }
 
-    /// Measurements from a table, or from one of this name beside the manifest.
+    /// Reads measurements from a table, or from the file `usual` beside the manifest.
     fn measured(
         &mut self,
         manifest: &Path,
@@ -266,7 +267,7 @@ impl StudyPlan {
         self.inputs.push(InputFile::of(path)?);
         if let Some(first) = unusable.first() {
             self.warnings.push(format!(
-                "{first}: taken as not measured{}",
+                "{first}: treated as not measured{}",
                 match unusable.len() - 1 {
                     0 => String::new(),
                     more => format!(", as are {more} more fields of that table"),
@@ -290,7 +291,7 @@ impl StudyPlan {
     }
 }
 
-/// The views of a manifest that are wanted, or the usual ones, or all.
+/// Returns the wanted views of a manifest, or else the default ones, or else all.
 fn chosen_views(rows: &[Pairing], wanted: &[String]) -> Result<Vec<String>> {
     let known = each_once(rows.iter().map(|row| row.view.clone()));
     if let Some(unknown) = wanted.iter().find(|name| !known.contains(name)) {
@@ -321,7 +322,7 @@ fn check_people(rows: &[Pairing], wanted: &[String]) -> Result<()> {
     }
 }
 
-/// The number of a name in a list, to which it is added if need be.
+/// Returns the index of a name in a list, and adds it if needed.
 fn place(names: &mut Vec<String>, name: &str) -> usize {
     names
         .iter()

@@ -1,4 +1,4 @@
-//! Real people: gait cycles of the silhouettes of a tree.
+//! The gait cycles of real people, from the silhouettes of a tree.
 
 use super::example::{Example, SIZE, gei};
 use super::likeness::mean;
@@ -13,32 +13,31 @@ use rayon::prelude::*;
 /// A take of a person seen from one viewpoint.
 #[derive(Clone, Debug)]
 pub(crate) struct ShownTake {
-    /// What the manifest says of it.
+    /// The row of the manifest.
     pub pairing: Pairing,
-    /// Number of its sequence in the tree.
+    /// The number of the sequence in the tree.
     pub sequence: usize,
-    /// Number of the person.
+    /// The number of the person.
     pub person: usize,
-    /// Number of the take among those of all people.
+    /// The number of the take among the takes of all people.
     pub take: usize,
 }
 
-/// Gait cycles from one viewpoint, of one kind of masks, each way of framing them.
+/// The gait cycles from one viewpoint with one kind of masks, in each framing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RealCycles {
-    /// The cycles, framed in the ways that were asked for, in their order.
+    /// The cycles in each of the requested framings.
     pub by_framing: Vec<Vec<Example>>,
-    /// Takes without a cycle, and why.
+    /// The takes without a cycle, and the reasons.
     pub without: Vec<String>,
-    /// How alike the masks are to those of the tree: the mean Jaccard index of each take's frames, of
-    /// pictures as they are stored.
+    /// The mean Jaccard index of each take's masks with the stored masks of the tree.
     pub mask_jaccards: Vec<f64>,
 }
 
-/// Reads takes on all cores, one kind of masks. `progress` is called once a take.
+/// Reads takes with one kind of masks, on all cores. `progress` is called once per take.
 ///
 /// # Errors
-/// For files that are broken.
+/// If a file is broken.
 pub(crate) fn read(
     tree: &Tree,
     takes: &[&ShownTake],
@@ -70,7 +69,8 @@ pub(crate) fn read(
     Ok(real)
 }
 
-/// The cycles of a take by framing, and how alike its masks are to the tree's; or why there are none.
+/// The cycles of a take by framing, and the Jaccard index of its masks with the tree's; or the
+/// reason why there are none.
 type RealTake = std::result::Result<(Vec<Vec<Example>>, f64), String>;
 
 fn take(
@@ -122,7 +122,7 @@ fn take(
     for &framing in framings {
         let mut examples = Vec::new();
         for &(from, to) in &spans {
-            // Frames a to b-1 of [a, b), by their numbers.
+            // The frames in [from, to).
             let mut framed_frames = Vec::new();
             let numbers = from.ceil() as usize..to.ceil() as usize;
             for (number, pixels) in seen
@@ -148,15 +148,15 @@ fn take(
             });
         }
         if examples.is_empty() {
-            return Ok(Err(format!("{name}: no frame of its cycles shows anybody")));
+            return Ok(Err(format!("{name}: no frame of its cycles shows a person")));
         }
         by_framing.push(examples);
     }
     Ok(Ok((by_framing, mean(&alike))))
 }
 
-/// The phase of a frame, 0..1: 0 at a left contact, evenly between two of them and beyond; without
-/// contacts 0 at the beginning of its cycle.
+/// Returns the phase of a frame, 0..1: 0 at a left contact, and linear between contacts and beyond.
+/// Without contacts it is 0 at the beginning of the cycle.
 fn phase(frame: f64, (from, to): (f64, f64), contacts: &[f64]) -> f64 {
     let period = to - from;
     let behind = contacts.iter().rposition(|contact| *contact <= frame);
@@ -183,7 +183,7 @@ mod tests {
         let cycle = (0.0, 32.0);
         near(phase(26.0, cycle, &[10.0, 42.0]), 0.5);
         near(phase(10.0, cycle, &[10.0, 42.0]), 0.0);
-        // A quarter of the period before the first contact, and behind the last.
+        // A quarter of the period before the first contact, and after the last.
         near(phase(2.0, cycle, &[10.0, 42.0]), 0.75);
         near(phase(50.0, cycle, &[10.0, 42.0]), 0.25);
         near(phase(8.0, cycle, &[]), 0.25);

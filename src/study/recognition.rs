@@ -1,5 +1,5 @@
-//! Whether what is learnt of synthetic silhouettes holds of real ones, and the other way round: PCA and
-//! linear support vector machines over the number of components.
+//! Recognition across real and synthetic silhouettes: PCA and linear support vector machines by
+//! the number of components.
 
 use super::example::{Example, RealAndSynthetic, SIZE};
 use super::likeness::mean;
@@ -15,40 +15,42 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Numbers of principal components. The paper's figure has them to the right and does not state them.
+/// The numbers of principal components. The paper's figure has them on its horizontal axis and does
+/// not state them.
 pub(crate) const COMPONENTS: [usize; 10] = [1, 2, 5, 9, 15, 20, 30, 40, 50, 60];
 
-/// Weight of the errors; the paper does not state it.
+/// The weight of the errors. The paper does not state it.
 const C: f64 = 1.0;
 
-/// What is trained on and what is looked for: R is real, S synthetic, and 70 and 30 are percent.
+/// The training and the test set of an experiment: R is real, S synthetic, and 70 and 30 are
+/// percent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub(crate) enum Experiment {
-    /// 70 % of R, and the rest of it; also the control of [`Self::MixedSeventy`].
+    /// Trains on 70 % of R and tests on the rest; also the control of [`Self::MixedSeventy`].
     #[serde(rename = "R-R")]
     RealReal,
-    /// 70 % of S, and the rest of it.
+    /// Trains on 70 % of S and tests on the rest.
     #[serde(rename = "S-S")]
     SyntheticSynthetic,
-    /// All of R, and S.
+    /// Trains on all of R and tests on S.
     #[serde(rename = "R-S")]
     RealSynthetic,
-    /// All of S, and R.
+    /// Trains on all of S and tests on R.
     #[serde(rename = "S-R")]
     SyntheticReal,
-    /// 70 % of R and all of S, and the rest of R.
+    /// Trains on 70 % of R and all of S, and tests on the rest of R.
     #[serde(rename = "70%R+S - 30%R")]
     MixedSeventy,
-    /// 30 % of R and all of S, and the rest of R.
+    /// Trains on 30 % of R and all of S, and tests on the rest of R.
     #[serde(rename = "30%R+S - 70%R")]
     MixedThirty,
-    /// 30 % of R, and the rest of it: the control of [`Self::MixedThirty`].
+    /// Trains on 30 % of R and tests on the rest: the control of [`Self::MixedThirty`].
     #[serde(rename = "30%R - 70%R")]
     ControlThirty,
 }
 
 impl Experiment {
-    /// All of them, in the order of reports.
+    /// All experiments, in the order of reports.
     pub(crate) const ALL: [Self; 7] = [
         Self::RealReal,
         Self::SyntheticSynthetic,
@@ -59,7 +61,7 @@ impl Experiment {
         Self::RealSynthetic,
     ];
 
-    /// What results call it: what is trained on, and what is looked for.
+    /// Returns the name in results: the training set and the test set.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::RealReal => "R-R",
@@ -72,12 +74,13 @@ impl Experiment {
         }
     }
 
-    /// Whether nothing of it is real.
+    /// Returns whether the experiment has no real data.
     pub(crate) const fn is_synthetic(self) -> bool {
         matches!(self, Self::SyntheticSynthetic)
     }
 
-    /// How it parts cycles; where it does not, one of them, which changes nothing.
+    /// Returns the units by which cycles are split; if they are not, a single unit, which has no
+    /// effect.
     pub(crate) const fn units(self) -> &'static [SplitUnit] {
         if self.is_split() {
             &[SplitUnit::Cycle, SplitUnit::Take]
@@ -86,66 +89,68 @@ impl Experiment {
         }
     }
 
-    /// Whether it parts cycles, so that it depends on how, and on the seed.
+    /// Returns whether the experiment splits cycles, and so depends on the unit and the seed.
     pub(crate) const fn is_split(self) -> bool {
         !matches!(self, Self::RealSynthetic | Self::SyntheticReal)
     }
 }
 
-/// What is learnt and looked for.
+/// The training and test examples of one trial.
 struct RecognitionTrial<'a> {
     train: Vec<&'a Example>,
     test: Vec<&'a Example>,
 }
 
-/// How well people were told apart, with so many components.
+/// The accuracy with a number of components.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct AccuracyPoint {
-    /// Principal components.
+    /// The number of principal components.
     pub components: usize,
-    /// The share of cycles whose person was found, 0..1, over all splits.
+    /// The share of cycles whose person was identified, 0..1, over all splits.
     pub accuracy: f64,
-    /// Its 95 % interval, which draws people; none of fewer than two.
+    /// The lower end of the 95 % interval, which resamples people; none for fewer than two.
     pub low: Option<f64>,
-    /// Its upper end.
+    /// The upper end of the 95 % interval.
     pub high: Option<f64>,
 }
 
-/// One experiment.
+/// The results of one experiment.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct AccuracyCurve {
-    /// Which.
+    /// The experiment.
     pub experiment: Experiment,
-    /// How cycles are parted; none where they are not.
+    /// The unit by which cycles are split; none if they are not.
     pub split: Option<SplitUnit>,
-    /// How many splits were drawn.
+    /// The number of random splits.
     pub splits: usize,
-    /// People who are told apart, and among them those who are looked for.
+    /// The number of people in the training set.
     pub classes: usize,
+    /// The number of people in the test set.
     pub people: usize,
-    /// Cycles that are trained on and looked for in a split, mean.
+    /// The mean number of training cycles in a split.
     pub trained: f64,
+    /// The mean number of test cycles in a split.
     pub tested: f64,
-    /// Over the number of components.
+    /// The accuracies by the number of components.
     pub points: Vec<AccuracyPoint>,
-    /// The same of the nearest pixels: no components and no learning.
+    /// The accuracy of the nearest GEI in pixels, without components or training.
     pub nearest: AccuracyPoint,
-    /// What guessing finds.
+    /// The accuracy of guessing.
     pub chance: f64,
 }
 
 impl AccuracyCurve {
-    /// The point of the most components.
+    /// Returns the point with the most components.
     pub(crate) fn last(&self) -> Option<&AccuracyPoint> {
         self.points.last()
     }
 }
 
-/// Runs an experiment over splits with seeds from `seeds`, on all cores; nothing if there is nobody who
-/// can be looked for, or one class alone. Only what is trained on is augmented.
+/// Runs an experiment over splits with seeds from `seeds`, on all cores; none if there are no test
+/// cycles or only one class. Only the training set is augmented.
 ///
 /// # Errors
-/// If nothing is learnt.
+/// If training fails.
 pub(crate) fn curve(
     experiment: Experiment,
     both: RealAndSynthetic<'_>,
@@ -286,17 +291,17 @@ fn trial<'a>(
     }
 }
 
-/// What became of one trial, by person.
+/// The outcome of one trial, by person.
 struct TrialOutcome {
     classes: usize,
     trained: usize,
     tested: usize,
-    /// Of each number of components that the samples have.
+    /// The tallies for each number of components that the samples allow.
     by_components: Vec<BTreeMap<usize, Tally>>,
     nearest: BTreeMap<usize, Tally>,
 }
 
-/// Learns and looks for; people who are not among those trained on are not looked for.
+/// Trains and tests; people who are not in the training set are not tested.
 fn judge(trial: &RecognitionTrial<'_>, augmentation: Augmentation) -> Result<Option<TrialOutcome>> {
     let mut people: Vec<usize> = trial.train.iter().map(|example| example.person).collect();
     people.sort_unstable();
@@ -365,7 +370,7 @@ fn judge(trial: &RecognitionTrial<'_>, augmentation: Augmentation) -> Result<Opt
     }))
 }
 
-/// The squared distance of two GEIs.
+/// Returns the squared distance of two GEIs.
 fn apart(a: &[u8], b: &[u8]) -> u64 {
     let squares = a
         .iter()

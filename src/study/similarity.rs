@@ -1,4 +1,4 @@
-//! How like real silhouettes are to each other and to those of their synthetic twins, frame by frame.
+//! The similarity of real silhouettes to each other and to their synthetic twins', frame by frame.
 
 use super::example::{Example, RealAndSynthetic, SIZE, StudySetting};
 use super::likeness::{Alignment, BoxPlot, Likeness, PHASES, aligned, lacking, likeness, mean};
@@ -7,72 +7,74 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Phases of a cycle that overlays show.
+/// The number of phases of a cycle that overlays show.
 const OVERLAID: usize = 8;
 
-/// Jaccard indices of pairs of cycles.
+/// The Jaccard indices of pairs of cycles.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SimilarityGroup {
-    /// Pairs of cycles.
+    /// The number of pairs of cycles.
     pub pairs: usize,
-    /// Of all frames, by the phase that each has.
+    /// The indices of all frames at each frame's own phase.
     pub unaligned: BoxPlot,
-    /// By the phase that makes a cycle's frames most alike.
+    /// The indices at the phase shift that makes a cycle's frames most similar.
     pub by_phase: BoxPlot,
-    /// Shifted and scaled besides.
+    /// The indices after shifting and scaling as well.
     pub fitted: BoxPlot,
-    /// The share of pairs that are most alike nearer to half a cycle than to none.
+    /// The share of pairs whose phase shift is nearer to half a cycle than to none.
     pub half_a_cycle: f64,
-    /// By how much of a cycle the others are aligned, mean magnitude.
+    /// The mean magnitude of the phase shift, as the distance to none or half a cycle.
     pub phase: f64,
-    /// By what frames are scaled, and moved to the right and down, pixels; means.
+    /// The mean scale of frames.
     pub scale: f64,
+    /// The mean shift of frames to the right, pixels.
     pub across: f64,
+    /// The mean shift of frames down, pixels.
     pub down: f64,
-    /// By phase, of each person.
+    /// The indices aligned by phase, for each person.
     pub people: Vec<(String, BoxPlot)>,
 }
 
-/// Frames of a person's cycle, real and synthetic, at even phases.
+/// The real and synthetic frames of a person's cycle, at even phases.
 #[derive(Clone, Debug)]
 pub(crate) struct Overlay {
     /// The person.
     pub person: String,
-    /// Real and synthetic.
+    /// The pairs of real and synthetic frames.
     pub frames: Vec<(Silhouette, Silhouette)>,
 }
 
-/// One viewpoint, one kind of masks, one framing.
+/// The similarities from one viewpoint, with one kind of masks and one framing.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Similarity {
     /// The view's name.
     pub view: String,
-    /// What the masks are called.
+    /// The name of the masks.
     pub masks: &'static str,
-    /// What the framing is called.
+    /// The name of the framing.
     pub framing: &'static str,
-    /// Two cycles of one take.
+    /// The pairs of two cycles of one take.
     pub same_take: Option<SimilarityGroup>,
-    /// Two cycles of two takes of one person.
+    /// The pairs of two cycles of two takes of one person.
     pub other_take: Option<SimilarityGroup>,
-    /// A cycle and the twin's that is nearest in time.
+    /// The pairs of a real cycle and the twin's cycle that is nearest in time.
     pub synthetic: Option<SimilarityGroup>,
-    /// What a real silhouette has in each row and the twin's has not, and the other way round, aligned
-    /// by phase: shares of the union, which add up to what the index lacks of 1.
+    /// The pixels that only the real silhouette has in each row, and those that only the twin's
+    /// has, aligned by phase, as shares of the union. All shares add up to 1 minus the index.
     pub rows: Vec<(f64, f64)>,
-    /// One cycle of each of the first people.
+    /// One cycle of each person.
     #[serde(skip)]
     pub overlays: Vec<Overlay>,
 }
 
-/// A pair of cycles, compared.
+/// The similarity of a pair of cycles.
 struct CyclePair {
     person: usize,
     likeness: Likeness,
 }
 
-/// The twin's cycle that is nearest in time to each real one, of the same take or else of the person; its
-/// number.
+/// Returns the number of the twin's cycle that is nearest in time to a real one, of the same take
+/// or else of the same person.
 pub(crate) fn nearest(real: &Example, synthetic: &[Example]) -> Option<usize> {
     let own = synthetic.iter().enumerate();
     let own = own.filter(|(_, twin)| twin.person == real.person);
@@ -88,7 +90,7 @@ pub(crate) fn nearest(real: &Example, synthetic: &[Example]) -> Option<usize> {
     .map(|(number, _)| number)
 }
 
-/// The frames of a real cycle at the phases that its twin has by time.
+/// Returns the frames of a real cycle at the phases of its twin at the same times.
 pub(crate) fn by_time(real: &Example, twin: &Example) -> Vec<(f64, Silhouette)> {
     let (from, to) = twin.span_s;
     let count = real.frames.len() as f64;
@@ -104,7 +106,7 @@ pub(crate) fn by_time(real: &Example, twin: &Example) -> Vec<(f64, Silhouette)> 
 }
 
 impl Similarity {
-    /// The groups that there are, and what they are called.
+    /// Returns the names of the groups that are not empty, and the groups.
     pub(crate) fn groups(&self) -> impl Iterator<Item = (&'static str, &SimilarityGroup)> {
         let all = [
             ("R-R, one take", &self.same_take),
@@ -115,7 +117,7 @@ impl Similarity {
         known.filter_map(|(name, group)| group.as_ref().map(|group| (name, group)))
     }
 
-    /// Compares all cycles on all cores; `names` are those of the people.
+    /// Compares all cycles on all cores; `names` are the names of the people.
     pub(crate) fn of(
         setting: StudySetting<'_>,
         both: RealAndSynthetic<'_>,
@@ -185,7 +187,7 @@ fn rows_of(rows: &[(f64, f64)]) -> impl Iterator<Item = (usize, (f64, f64))> + '
     rows.iter().copied().enumerate()
 }
 
-/// A real cycle beside its twin's, and what each lacks by rows.
+/// Compares a real cycle with its twin's; also returns the pixels that only one has, by rows.
 fn compared(real: &Example, twin: &Example) -> (CyclePair, Vec<(f64, f64)>) {
     let cycle = twin.at_phases(PHASES);
     let frames = by_time(real, twin);
@@ -205,7 +207,7 @@ fn compared(real: &Example, twin: &Example) -> (CyclePair, Vec<(f64, f64)>) {
     (pair, rows)
 }
 
-/// Which of [`PHASES`] goes with a frame at this phase.
+/// Returns the number of the silhouette, of [`PHASES`], that matches a frame at this phase.
 fn place(phase: f64, fit: Alignment) -> usize {
     let phase = (phase + fit.phase).rem_euclid(1.0);
     (phase * PHASES as f64).round() as usize % PHASES
@@ -258,7 +260,8 @@ impl SimilarityGroup {
     }
 }
 
-/// The mean Jaccard index of real cycles and their twins', aligned by phase; `None` without any.
+/// Returns the mean Jaccard index of real cycles and their twins', aligned by phase; `None` if
+/// there are none.
 pub(crate) fn mean_likeness(real: &[Example], synthetic: &[Example]) -> Option<f64> {
     let one = |one: &Example| {
         let twin = &synthetic[nearest(one, synthetic)?];

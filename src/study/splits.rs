@@ -1,4 +1,4 @@
-//! Which cycles are trained on and which are looked for: by cycle, and by take.
+//! Splits cycles into training and test sets, by cycle or by take.
 
 use super::example::Example;
 use rand::seq::SliceRandom as _;
@@ -7,22 +7,22 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Share of what a person has that is the smaller part: the paper's 30 %.
+/// The share of a person's cycles or takes in the smaller part: the paper's 30 %.
 const SMALLER: f64 = 0.3;
 
-/// How a person's cycles are parted.
+/// The unit by which a person's cycles are split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum SplitUnit {
-    /// Into two runs of cycles. A cycle of the larger part that is next to one of the smaller part, in
-    /// the same take, is left out: the guard.
+    /// By cycle: the smaller part is a run of cycles. A cycle of the larger part that is next to
+    /// one of the smaller part in the same take is left out: the guard.
     Cycle,
-    /// Into takes.
+    /// By take.
     Take,
 }
 
 impl SplitUnit {
-    /// What results call it.
+    /// Returns the name in results.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Cycle => "by cycle",
@@ -31,21 +31,21 @@ impl SplitUnit {
     }
 }
 
-/// Numbers of examples, in two parts.
+/// The numbers of the examples in each part of a split.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct ExampleSplit {
-    /// About 30 % of each person's.
+    /// About 30 % of each person's examples.
     pub smaller: Vec<usize>,
-    /// The others, but for those on guard.
+    /// The other examples, except the guard.
     pub larger: Vec<usize>,
-    /// Those of people who cannot be parted: one cycle, neighbours alone, or one take.
+    /// The examples of people who cannot be split: one cycle, only neighbours, or one take.
     pub whole: Vec<usize>,
 }
 
-/// Parts the examples of each person, drawn by a seed.
+/// Splits the examples of each person at random by a seed.
 ///
-/// By cycle, a person's cycles stand in the order of takes and time, and the smaller part is a run of
-/// them that begins anywhere where both parts have a cycle left.
+/// By cycle, a person's cycles are ordered by take and time. The smaller part is a run of them that
+/// starts at random, such that the larger part is not empty.
 pub(crate) fn split(examples: &[Example], unit: SplitUnit, seed: u64) -> ExampleSplit {
     let mut people: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (number, example) in examples.iter().enumerate() {
@@ -54,7 +54,7 @@ pub(crate) fn split(examples: &[Example], unit: SplitUnit, seed: u64) -> Example
     let mut split = ExampleSplit::default();
     for (&person, numbers) in &mut people {
         numbers.sort_by_key(|&number| (examples[number].take, examples[number].position));
-        // A person's draw does not depend on who else is there.
+        // A person's split does not depend on the other people.
         let mut rng =
             ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ person as u64);
         let smaller = match unit {
@@ -84,13 +84,13 @@ fn are_neighbours(examples: &[Example], a: usize, b: usize) -> bool {
     a.take == b.take && a.position.abs_diff(b.position) == 1
 }
 
-/// How many of so many things are the smaller part.
+/// Returns the size of the smaller part of `of` items.
 fn part(of: usize) -> usize {
     // Rounded; a small number.
     ((SMALLER * of as f64).round() as usize).clamp(1, of.max(1))
 }
 
-/// A run of a person's cycles beside which some are left.
+/// Chooses a run of a person's cycles that leaves some for the larger part.
 fn run(examples: &[Example], numbers: &[usize], rng: &mut ChaCha8Rng) -> Vec<usize> {
     let length = part(numbers.len());
     let leaves_some = |start: &usize| {
@@ -110,7 +110,7 @@ fn run(examples: &[Example], numbers: &[usize], rng: &mut ChaCha8Rng) -> Vec<usi
     numbers[start..start + length].to_vec()
 }
 
-/// The cycles of some of a person's takes.
+/// Chooses the cycles of some of a person's takes.
 fn takes(examples: &[Example], numbers: &[usize], rng: &mut ChaCha8Rng) -> Vec<usize> {
     let mut takes: Vec<usize> = numbers
         .iter()
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    /// For each take of each person how many cycles it has.
+    /// Makes examples from the number of cycles of each take of each person.
     fn examples(people: &[&[usize]]) -> Vec<Example> {
         let mut all = Vec::new();
         let mut take = 0;
@@ -177,7 +177,7 @@ mod tests {
                 (people(&split.smaller), people(&split.larger)),
                 (both.clone(), both)
             );
-            // Two cycles that are neighbours, and one alone, cannot be parted.
+            // Two neighbouring cycles, and a single one, cannot be split.
             assert_eq!(people(&split.whole), BTreeSet::from([4, 5]));
             let of = |person| {
                 split

@@ -1,5 +1,5 @@
-//! In which directions real and synthetic Gait Energy Images (GEI) differ most among themselves, and
-//! how far apart these are.
+//! The principal components of real and of synthetic Gait Energy Images (GEI), and the angles
+//! between them.
 
 use super::example::{Example, SIZE};
 use crate::error::Result;
@@ -8,45 +8,46 @@ use crate::train::pca::Pca;
 use ndarray::{Array2, ArrayView2, s};
 use serde::Serialize;
 
-/// Components that are shown and compared: the paper's nine.
+/// The number of components that are shown and compared, as in the paper.
 pub(crate) const SHOWN: usize = 9;
 
 /// The principal components of one set of GEIs.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SubspaceSide {
-    /// Cycles.
+    /// The number of cycles.
     pub cycles: usize,
-    /// Share of the variance that each of the first nine holds, 0..1.
+    /// The share of the variance that each of the first nine components explains, 0..1.
     pub explained: Vec<f64>,
-    /// Components that hold 95 % of the variance.
+    /// The number of components that explain 95 % of the variance.
     pub for_95_percent: usize,
     /// The mean GEI, 0..1.
     #[serde(skip)]
     pub mean: Vec<f64>,
-    /// The first nine, unit vectors.
+    /// The first nine components, unit vectors.
     #[serde(skip)]
     pub components: Array2<f64>,
 }
 
-/// Real beside synthetic, from one viewpoint.
+/// The comparison of real and synthetic subspaces from one viewpoint.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct ComparedSubspaces {
     /// The view's name.
     pub view: String,
-    /// Of the real ones.
+    /// The components of real GEIs.
     pub real: SubspaceSide,
-    /// Of the synthetic ones.
+    /// The components of synthetic GEIs.
     pub synthetic: SubspaceSide,
-    /// Principal angles between the two spans of nine components, degrees, rising.
+    /// The principal angles between the two spans of nine components, degrees, rising.
     pub angles_deg: Vec<f64>,
-    /// The same of two halves of the real ones, every other cycle of each person: what sampling does.
+    /// The principal angles between two halves of the real GEIs, every other cycle: the effect of
+    /// sampling.
     pub halves_deg: Vec<f64>,
-    /// How far the mean GEIs are apart, root mean square of 255.
+    /// The difference of the mean GEIs, root mean square of 255.
     pub means_apart: f64,
 }
 
 impl ComparedSubspaces {
-    /// Of GEIs from one viewpoint; none where a side has fewer than three.
+    /// Compares GEIs from one viewpoint; none if a side has fewer than three.
     ///
     /// # Errors
     /// If an eigenproblem has no solution.
@@ -102,10 +103,10 @@ impl SubspaceSide {
     }
 }
 
-/// Principal angles between the spans of two sets of orthonormal rows, degrees, rising: the arc cosines
-/// of the singular values of their product (Björck and Golub, "Numerical methods for computing angles
-/// between linear subspaces", Math. Comp. 27, 1973), here as roots of eigenvalues, so that angles below
-/// 1e-6 degrees are 0.
+/// Returns the principal angles between the spans of two sets of orthonormal rows, degrees, rising:
+/// the arc cosines of the singular values of their product (Björck and Golub, "Numerical methods
+/// for computing angles between linear subspaces", Math. Comp. 27, 1973). Singular values are
+/// computed here as roots of eigenvalues, so angles below 1e-6 degrees are 0.
 pub(crate) fn angles_deg(a: ArrayView2<'_, f64>, b: ArrayView2<'_, f64>) -> Result<Vec<f64>> {
     let product = multiply(a, b.t());
     let square = multiply(product.view(), product.t());
@@ -163,13 +164,13 @@ mod tests {
             (found.real.explained[0], found.real.for_95_percent),
             (1.0, 1)
         );
-        // Every other cycle of R differs in a pixel of its own.
+        // The two halves of R vary in different pixels.
         let (mut even, mut odd) = (of(700).into_iter(), of(702).into_iter());
         let turns = (0..12).map(|at| if at % 2 == 0 { even.next() } else { odd.next() });
         let mixed: Vec<Example> = turns.flatten().collect();
         let found_halves = ComparedSubspaces::of("090", &mixed, &of(701)).expect("no error");
         assert_eq!(found_halves.expect("enough").halves_deg, [90.0]);
-        // Two pixels are 125 of 255 off, of 1,500.
+        // Two of the 1,500 pixels differ by 125 of 255.
         let expected = (2.0 * 125.0_f64.powi(2) / 1500.0).sqrt();
         assert!((found.means_apart - expected).abs() < 1e-9);
         assert!(

@@ -1,4 +1,4 @@
-//! Synthetic twins: the people of a manifest with bodies of their measurements, walking by their
+//! Synthetic twins: bodies with the measurements of a manifest's people that walk as in their
 //! recordings.
 
 use super::example::{Example, SIZE, gei};
@@ -17,47 +17,49 @@ use edgegait_core::raster::Rasterizer;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// A recording of a person, and which takes show it.
+/// A recording of a person, and the takes that show it.
 #[derive(Clone, Debug)]
 pub(crate) struct TwinRecording {
-    /// Number of the person.
+    /// The number of the person.
     pub person: usize,
-    /// The file.
+    /// The path of the file.
     pub path: PathBuf,
-    /// Numbers of the takes that show it, and which seconds of it each does.
+    /// The numbers of the takes that show it, and the start and end of each in the recording,
+    /// seconds.
     pub takes: Vec<(usize, (f64, f64))>,
 }
 
 /// One gait cycle of a twin.
 #[derive(Clone, Copy, Debug)]
 struct TwinCycle {
-    /// Number of its walk in the pack, and which variation of it.
+    /// The number of the walk in the pack.
     walk: usize,
+    /// The number of the variation of the walk.
     variation: u32,
     person: usize,
-    /// The number of the take that it is nearest to in time.
+    /// The number of the take that is nearest in time.
     take: usize,
-    /// Which cycle of that take.
+    /// The number of the cycle in that take.
     position: usize,
     span_s: (f64, f64),
 }
 
-/// Recordings that were read, to be put onto bodies.
+/// The recordings to be retargeted to bodies.
 pub(crate) struct Walkers {
     sources: Vec<TwinRecording>,
     recordings: Vec<Recording>,
-    /// What was assumed of the recordings.
+    /// The recordings that were left out, and the reasons.
     pub warnings: Vec<String>,
 }
 
-/// Twins that can be drawn.
+/// The twins as a pack, ready to be drawn.
 pub(crate) struct Twins {
     pack: Vec<u8>,
     cycles: Vec<TwinCycle>,
 }
 
-/// The file of a pairing's recording, in one of the folders or in `clips` there; in the one that is
-/// called as the row says, if any is.
+/// Finds the file of a pairing's recording in one of the folders or their subfolders `clips`. If a
+/// folder has the name that the row states, only such folders are searched.
 ///
 /// # Errors
 /// If it is in none of them.
@@ -84,7 +86,7 @@ pub(crate) fn find(pairing: &Pairing, manifest: &Path, folders: &[PathBuf]) -> R
                 manifest,
                 FilePlace::Line(pairing.line),
                 format!(
-                    "source: expected the recording {} in {} or in clips there, found none",
+                    "source: expected the recording {} in {} or in its folder clips, found none",
                     pairing.source,
                     if places.is_empty() {
                         "a folder of recordings (none was named)".into()
@@ -97,8 +99,8 @@ pub(crate) fn find(pairing: &Pairing, manifest: &Path, folders: &[PathBuf]) -> R
 }
 
 impl Walkers {
-    /// Reads the recordings on all cores; `names` are those of the people. Those without a gait cycle
-    /// are left out, with a warning.
+    /// Reads the recordings on all cores; `names` are the names of the people. Recordings without a
+    /// gait cycle are left out with a warning.
     ///
     /// # Errors
     /// If none is left.
@@ -126,7 +128,7 @@ impl Walkers {
         for (number, (source, found)) in sources.iter().zip(found).enumerate() {
             match found {
                 Ok(mut recording) => {
-                    // Files of one name in several folders are several walks.
+                    // Files with the same name in several folders are different walks.
                     recording.name = format!("{number}");
                     walkers.sources.push(source.clone());
                     walkers.recordings.push(recording);
@@ -143,11 +145,11 @@ impl Walkers {
         Ok(walkers)
     }
 
-    /// The walkers with bodies of these measurements, and trunks that lean further ahead by so many
-    /// degrees.
+    /// Makes twins with bodies of these measurements, and with trunks that lean further ahead by
+    /// `lean_deg` degrees.
     ///
     /// # Errors
-    /// For bodies that are implausible, and walks that cannot be encoded.
+    /// If a body is implausible or a walk cannot be encoded.
     pub(crate) fn with_bodies(&self, measured: &MeasuredPeople, lean_deg: f64) -> Result<Twins> {
         let options = BodyOptions {
             measured: measured.clone(),
@@ -196,7 +198,8 @@ impl Walkers {
     }
 }
 
-/// A pack of people with the usual error, without a search for few bytes: it is not kept.
+/// Encodes people with the usual error, without searching for the fewest bytes, because the pack is
+/// not stored.
 fn pack(people: &[Subject], progress: &(dyn Fn() + Sync)) -> Result<Vec<u8>> {
     let make = |number: usize| Ok(people[number].clone());
     encode_population(
@@ -208,8 +211,8 @@ fn pack(people: &[Subject], progress: &(dyn Fn() + Sync)) -> Result<Vec<u8>> {
 }
 
 impl Twins {
-    /// The built-in cohort, which has no real twins: takes of so many seeded variations of a walk at
-    /// 5 km/h, and the people's names.
+    /// Makes twins from the built-in cohort, which has no real people: takes of seeded variations
+    /// of a walk at 5 km/h. Also returns the people's names.
     ///
     /// # Errors
     /// Never.
@@ -239,10 +242,11 @@ impl Twins {
         Ok((Self { pack, cycles }, names))
     }
 
-    /// Gait cycles of all twins from one viewpoint, in perspective from so many metres: on all cores.
+    /// Draws the gait cycles of all twins from one viewpoint in perspective, from `distance_m`
+    /// metres, on all cores.
     ///
     /// # Errors
-    /// For what cannot be drawn.
+    /// If a figure cannot be drawn.
     pub(crate) fn seen(
         &self,
         (view, distance_m): (View, f64),

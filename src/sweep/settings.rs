@@ -103,7 +103,7 @@ impl Settings {
             (Raster::Columns, FramingMode::Height | FramingMode::Box, _) => {
                 ("framing", self.framing.name(), "a scale for each frame")
             }
-            (Raster::Columns, _, Lens::Persp) => ("lens", self.lens.name(), "an eye"),
+            (Raster::Columns, _, Lens::Persp) => ("lens", self.lens.name(), "rays from one eye"),
             _ => return Ok(()),
         };
         Err(ChoiceError::ColumnsShareScale {

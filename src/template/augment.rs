@@ -1,50 +1,50 @@
-//! More images made of one: what the figure would look like mirrored, or without its feet.
+//! Augmentation of templates: mirrored images, and images with the lowest rows cut off.
 //!
-//! Flipping left and right, and cutting rows off the bottom and enlarging what is left: the
-//! synthetic templates of Han & Bhanu 2006, "Individual recognition using gait energy image",
-//! which stand for shoes, grass and shadows that change a silhouette's lowest part. Nothing is
+//! Images are flipped left to right; rows are cut off the bottom and the rest is enlarged. Cuts are
+//! the synthetic templates of Han & Bhanu 2006, "Individual recognition using gait energy image".
+//! They simulate shoes, grass and shadows that change a silhouette's lowest part. Nothing is
 //! random.
 
 use super::{Template, TemplateShape};
 use crate::error::{ChoiceError, Result};
 use edgegait_core::silhouette::Size;
 
-/// Rows are cut off the bottom, `rows` more in each of `steps` steps.
+/// Cuts of rows off the bottom, with `rows` more rows in each of `steps` steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crops {
-    /// K.
+    /// The number of steps, K.
     pub steps: usize,
-    /// k.
+    /// The number of rows in a step, k.
     pub rows: usize,
 }
 
 impl Default for Crops {
-    /// Four steps of one row, which is 2 to 8 % of 50 rows: ours.
+    /// Returns four steps of one row, which cut 2 to 8 % of 50 rows. Ours.
     fn default() -> Self {
         Self { steps: 4, rows: 1 }
     }
 }
 
-/// What is made of each image besides itself.
+/// The variants to make from each image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Augmentation {
-    /// Left and right change places, of the cropped ones too.
+    /// Whether to add mirrored images, of cropped ones too.
     pub flip: bool,
-    /// The bottom is cut off.
+    /// The cuts off the bottom, if any.
     pub crops: Option<Crops>,
 }
 
-/// How an image was made of another.
+/// A variant of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Variant {
-    /// Whether left and right changed places.
+    /// Whether the image is mirrored.
     pub is_flipped: bool,
-    /// Rows that were cut off.
+    /// The number of rows that are cut off.
     pub rows_cut: usize,
 }
 
 impl Variant {
-    /// The condition of its walk with what was done to it, as in `normal+flip+crop2`.
+    /// Returns the walk's condition with the changes of the variant, as in `normal+flip+crop2`.
     #[must_use]
     pub fn condition(self, of_walk: &str) -> String {
         let flip = if self.is_flipped { "+flip" } else { "" };
@@ -57,7 +57,7 @@ impl Variant {
 }
 
 impl Augmentation {
-    /// Refuses what has no sides or no bottom to cut off.
+    /// Checks that the template is an image that can be augmented.
     ///
     /// # Errors
     /// For vectors and silhouettes, and if a crop leaves fewer than half of the rows.
@@ -79,7 +79,7 @@ impl Augmentation {
         Ok(())
     }
 
-    /// What is made of each image, itself first.
+    /// Returns the variants of each image, the image itself first.
     #[must_use]
     pub fn variants(self) -> Vec<Variant> {
         let Crops { steps, rows } = self.crops.unwrap_or(Crops { steps: 0, rows: 0 });
@@ -98,7 +98,8 @@ impl Augmentation {
     }
 }
 
-/// A variant of an image template, bytes row by row from the top; of several images each.
+/// Returns a variant of an image template, with bytes row by row from the top. Each plane is
+/// changed.
 #[must_use]
 pub fn varied(bytes: &[u8], size: Size, variant: Variant) -> Vec<u8> {
     let planes = bytes.chunks_exact(size.pixels());
@@ -114,8 +115,9 @@ pub fn varied(bytes: &[u8], size: Size, variant: Variant) -> Vec<u8> {
         .collect()
 }
 
-/// The upper rows enlarged to all rows, the columns as much about their middle, which cuts off as
-/// much at the left as at the right. Between pixel centres linear; beyond the outermost as they.
+/// Enlarges the upper rows to all rows, and the columns by the same factor about their middle.
+/// Interpolates linearly between pixel centres; beyond the outermost centres, their values
+/// continue.
 fn cropped(plane: &[u8], size: Size, rows_cut: usize) -> Vec<u8> {
     if rows_cut == 0 {
         return plane.to_vec();
@@ -140,8 +142,8 @@ fn cropped(plane: &[u8], size: Size, rows_cut: usize) -> Vec<u8> {
     cropped
 }
 
-/// What a crop makes of images of one plane: from a pixel of the image, to one that is made of it,
-/// with which weight. Each that is made is of four, whose weights add up to 1.
+/// Returns the weights of a crop of one plane: (source pixel, target pixel, weight). Each target
+/// has four sources, whose weights add up to 1.
 #[cfg(feature = "train")]
 pub(crate) fn crop_weights(size: Size, rows_cut: usize) -> Vec<(usize, usize, f64)> {
     let columns = size.columns();
@@ -160,7 +162,7 @@ pub(crate) fn crop_weights(size: Size, rows_cut: usize) -> Vec<(usize, usize, f6
     weights
 }
 
-/// Between which rows and columns those of a crop lie.
+/// Returns the source rows and source columns of a crop, with their weights.
 fn crop_taps(size: Size, rows_cut: usize) -> [Vec<(usize, usize, f64)>; 2] {
     let (rows, columns) = (size.rows(), size.columns());
     let kept = rows - rows_cut;
@@ -174,8 +176,8 @@ fn crop_taps(size: Size, rows_cut: usize) -> [Vec<(usize, usize, f64)>; 2] {
     ]
 }
 
-/// For each of `count` places the two of `of` pixels that it lies between, and how near it is to
-/// the second one.
+/// Returns for each of `count` places the two of `of` pixels around it, and the weight of the
+/// second one.
 fn taps(count: usize, of: usize, place: impl Fn(f64) -> f64) -> Vec<(usize, usize, f64)> {
     let tap = |at: usize| {
         let place = place(at as f64).clamp(0.0, (of - 1) as f64);
@@ -224,7 +226,7 @@ mod tests {
 
     #[test]
     fn half_of_the_rows_become_twice_as_high_and_wide() {
-        // Rows 0 to 24 are two greys of a slope; what is below is cut off.
+        // Rows 0 to 24 are a slope in both directions; the rows below are cut off.
         let ramp = image(|row, column| {
             if row < 25 {
                 (4 * row + 3 * column) as u8
@@ -250,7 +252,7 @@ mod tests {
                 );
             }
         }
-        // Above the first centre, and below the last one that is kept, as there.
+        // Values above the first centre and below the last kept one equal those at the centres.
         assert_eq!(found[15], 44); // 3 * 14.75 = 44.25
         assert_eq!(found[49 * 30 + 15], 140); // 4 * 24 + 44.25
     }

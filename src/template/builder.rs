@@ -1,4 +1,4 @@
-//! Makes a template of frames that come one by one.
+//! Builders that make templates from single frames.
 
 use super::{Template, kfd, row_width};
 use crate::error::Result;
@@ -6,31 +6,32 @@ use edgegait_core::silhouette::{AnySilhouette, Size};
 use edgegait_core::template::{FrameError, TemplateBuilder, TemplateKind};
 use glam::DVec2;
 
-/// Makes one template after another.
+/// A builder that makes one template after another.
 pub struct Builder {
     template: Template,
     size: Size,
-    /// How many are to come, and have come.
+    /// The number of expected frames, and of added frames.
     frames: u32,
     added: u32,
     made_from: MadeFrom,
 }
 
 enum MadeFrom {
-    /// What the core makes.
+    /// A template of the core.
     Images(Box<TemplateBuilder>),
-    /// Outlines of all frames that have a figure.
+    /// The outlines of all frames with a figure.
     Outlines(Vec<Vec<DVec2>>),
-    /// Bytes of all frames.
+    /// The bytes of all frames.
     Frames(Vec<u8>),
 }
 
 impl Builder {
-    /// Most frames of one template.
+    /// The most frames of one template.
     pub const MAX_FRAMES: u32 = <TemplateBuilder>::MAX_FRAMES;
 
-    /// No frame yet; `frames` are to come for each template, at most [`Self::MAX_FRAMES`] unless it
-    /// is the silhouettes themselves: one cycle. Motion is remembered over all of it, and a silhouette fades by 1 a frame.
+    /// Creates a builder for templates of `frames` frames, one cycle, at most [`Self::MAX_FRAMES`]
+    /// except for [`Template::Silhouettes`]. Templates of motion history cover the whole cycle, and
+    /// a silhouette fades by 1 a frame.
     #[must_use]
     pub fn new(template: Template, size: Size, frames: u32) -> Self {
         let made_from = match template {
@@ -56,13 +57,13 @@ impl Builder {
         }
     }
 
-    /// Which template it makes.
+    /// Returns the template that the builder makes.
     #[must_use]
     pub const fn template(&self) -> Template {
         self.template
     }
 
-    /// How many frames are to come for each.
+    /// Returns the number of frames of a template.
     #[must_use]
     pub const fn frames(&self) -> u32 {
         self.frames
@@ -71,7 +72,7 @@ impl Builder {
     /// Adds a frame.
     ///
     /// # Errors
-    /// If it is of another size, or one more than were to come.
+    /// If the frame has another size, or the template is full.
     pub fn add(&mut self, frame: &AnySilhouette) -> Result<()> {
         let (expected, found) = (self.size, frame.size());
         if found != expected {
@@ -92,8 +93,8 @@ impl Builder {
         Ok(())
     }
 
-    /// The bytes of the template of the frames so far, which are forgotten: as many as
-    /// [`Template::shape`] says, and of silhouettes that for each frame.
+    /// Returns the bytes of the template of the frames so far, and clears the frames. A template
+    /// has as many bytes as [`Template::shape`] states; silhouettes have as many for each frame.
     #[must_use]
     pub fn finish(&mut self) -> Vec<u8> {
         self.added = 0;
@@ -181,7 +182,7 @@ mod tests {
             let frame = AnySilhouette::Binary(Silhouette::from_rows(size, &rows));
             builder.add(&frame).expect("room");
         }
-        // Columns 2 and 3 of the first row change; of the second row nothing does.
+        // Columns 2 and 3 of the first row change; the second row does not change.
         let found = builder.finish();
         assert_eq!((found.len(), &found[..3]), (50, &[17, 0, 0][..]));
     }

@@ -1,24 +1,26 @@
-//! Key Fourier Descriptors-style: which frequencies the outlines of a gait cycle hold.
+//! Key Fourier Descriptors-style vectors: the frequencies of the outlines of a gait cycle.
 //!
 //! After Yu, Wang, Hu & Tan 2004, "Gait recognition based on key Fourier descriptors": the
-//! outlines of a cycle's T silhouettes, N points each, follow one another as one curve of N T
-//! complex numbers. What is the same in all of them is in the frequencies m T; what changes once
-//! a cycle is beside them, in m T - 1 and m T + 1. How many points, and which of the
-//! frequencies are kept, is ours.
+//! outlines of a cycle's T silhouettes, N points each, form one curve of N T complex numbers.
+//! The frequencies m T hold what all outlines share; the frequencies m T - 1 and m T + 1 beside
+//! them hold what changes once a cycle. The number of points and the choice of frequencies are
+//! ours.
 
 use super::outline;
 use edgegait_core::silhouette::Silhouette;
 use glam::DVec2;
 use std::f64::consts::TAU;
 
-/// Points of each outline. Ours: about as many as a silhouette of 50 rows has on its boundary.
+/// The number of points of each outline. Ours: about as many as on the boundary of a silhouette of
+/// 50 rows.
 pub(crate) const POINTS: usize = 128;
-/// Frequencies of the outline, M: m runs from -M to M. Ours.
+/// The number of frequencies of the outline, M: m runs from -M to M. Ours.
 pub(crate) const HARMONICS: usize = 10;
-/// Numbers of a descriptor: three for each m but 0.
+/// The length of a descriptor: three numbers for each m except 0.
 pub(crate) const NUMBERS: usize = 6 * HARMONICS;
 
-/// [`POINTS`] points of the outline of the largest figure, about their mean; none if nothing is on.
+/// Returns [`POINTS`] points of the outline of the largest figure, relative to their mean, or
+/// `None` if no pixel is on.
 #[must_use]
 pub(crate) fn centred_outline(silhouette: &Silhouette) -> Option<Vec<DVec2>> {
     let mut points = outline(silhouette, POINTS)?;
@@ -27,11 +29,11 @@ pub(crate) fn centred_outline(silhouette: &Silhouette) -> Option<Vec<DVec2>> {
     Some(points)
 }
 
-/// |a_k| / |a_T| for k in (m T - 1, m T, m T + 1), m from -M to -1, then from 1 to M, of T
-/// outlines of equally many points one after another, where a_k = sum over n of
-/// s_n e^(-2 pi i k n / N T) / N T, s = x + i y: [`NUMBERS`] numbers. All 0 if a_T is.
+/// Returns the [`NUMBERS`] numbers |a_k| / |a_T| for k in (m T - 1, m T, m T + 1), m from -M to
+/// -1, then from 1 to M. `outlines` are T outlines of N points each, a_k = sum over n of
+/// s_n e^(-2 pi i k n / N T) / N T, and s = x + i y. All numbers are 0 if a_T is 0.
 ///
-/// It does not change when all figures are moved, turned or scaled alike.
+/// The numbers do not change when all figures are moved, turned or scaled in the same way.
 #[must_use]
 pub(crate) fn descriptors(outlines: &[Vec<DVec2>]) -> Vec<f64> {
     let points: Vec<DVec2> = outlines.concat();
@@ -43,7 +45,7 @@ pub(crate) fn descriptors(outlines: &[Vec<DVec2>]) -> Vec<f64> {
     let frequencies = steps.flat_map(|m| [m * cycle - 1, m * cycle, m * cycle + 1]);
     frequencies
         .map(|k| {
-            // What is left of a figure of one point is rounding.
+            // The amplitude of a figure of one point is only rounding.
             if first > 1e-9 {
                 amplitude(&points, &waves, k) / first
             } else {
@@ -53,8 +55,8 @@ pub(crate) fn descriptors(outlines: &[Vec<DVec2>]) -> Vec<f64> {
         .collect()
 }
 
-/// Descriptors as bytes: 255 (1 + log10(g) / 4), within 0..=255, so that 1 is white and a
-/// ten-thousandth black. The scale is ours.
+/// Returns descriptors as bytes: 255 (1 + log10(g) / 4), clamped to 0..=255, so that 1 is white
+/// and a ten-thousandth black. The scale is ours.
 #[must_use]
 pub(crate) fn bytes(descriptors: &[f64]) -> Vec<u8> {
     let byte = |&g: &f64| {
@@ -75,7 +77,7 @@ pub(crate) fn bytes(descriptors: &[f64]) -> Vec<u8> {
     descriptors.iter().map(byte).collect()
 }
 
-/// e^(-2 pi i n / count) as (real, imaginary) for n from 0.
+/// Returns e^(-2 pi i n / count) as (real, imaginary) for n from 0 to count - 1.
 fn waves(count: usize) -> Vec<DVec2> {
     let wave = |n: usize| {
         let (sin, cos) = libm::sincos(TAU * n as f64 / count as f64);
@@ -84,7 +86,7 @@ fn waves(count: usize) -> Vec<DVec2> {
     (0..count).map(wave).collect()
 }
 
-/// |a_k|; 0 without any point.
+/// Returns |a_k|, or 0 without points.
 fn amplitude(points: &[DVec2], waves: &[DVec2], k: i64) -> f64 {
     let count = points.len();
     if count == 0 {
@@ -131,11 +133,11 @@ mod tests {
         for (found, expected) in found.iter().zip(expected) {
             assert!((found - expected).abs() < 5e-5, "{found} {expected}");
         }
-        // Frequencies repeat: -3 is 5.
+        // Frequencies are periodic: -3 is 5.
         assert_eq!(found[5], amplitude(&points, &waves, -3));
     }
 
-    /// A figure of 20 x 11 pixels with a leg that stands out by `step`.
+    /// Returns the outline of a figure of 20 x 11 pixels with a leg that stands out by `step`.
     fn walker(step: u32, (down, right): (usize, u32)) -> Vec<DVec2> {
         let mut rows = vec![0; down];
         rows.extend([0b111_1111_1111u64 << right; 12]);
@@ -151,13 +153,13 @@ mod tests {
         for (place, g) in still.iter().enumerate() {
             assert!(place % 3 == 1 || *g < 1e-12, "{place}: {g}");
         }
-        // The tenth triple ends the negative ones: of m = 1 the middle is a_T itself.
+        // Ten triples have negative m. In the next one, of m = 1, the middle is a_T itself.
         assert_eq!(still[3 * HARMONICS + 1], 1.0);
         let strides =
             |from| -> Vec<Vec<DVec2>> { [0, 1, 3, 1].map(|step| walker(step, from)).to_vec() };
         let walks = descriptors(&strides((3, 4)));
         assert!(walks[3 * HARMONICS] > 1e-3);
-        // Wherever the figure is.
+        // The place of the figure does not matter.
         let there = descriptors(&strides((9, 12)));
         for (here, there) in walks.iter().zip(there) {
             assert!((here - there).abs() < 1e-12);

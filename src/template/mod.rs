@@ -1,4 +1,4 @@
-//! Templates: what is made of the silhouettes of a gait cycle before a recognizer sees it.
+//! Templates: images and vectors that represent the silhouettes of a gait cycle.
 
 pub mod augment;
 mod builder;
@@ -13,7 +13,7 @@ use edgegait_core::silhouette::Size;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Which template; "-style" says that the publication leaves details open, which we chose.
+/// A kind of template. "-style" means that we chose details that the publication leaves open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Template {
@@ -22,42 +22,43 @@ pub enum Template {
     /// Gait Energy Image: the mean (Han & Bhanu 2006).
     #[default]
     Gei,
-    /// Motion Energy Image: where anything moved (Bobick & Davis 2001).
+    /// Motion Energy Image: the pixels that changed (Bobick & Davis 2001).
     Mei,
-    /// Motion History Image: how recently it moved (Bobick & Davis 2001).
+    /// Motion History Image: how recently each pixel changed (Bobick & Davis 2001).
     Mhi,
-    /// Motion Silhouette Image: how recently the figure was there (Lam & Lee 2006).
+    /// Motion Silhouette Image: how recently each pixel was on (Lam & Lee 2006).
     Msi,
-    /// Gait History Image-style: what stays, and when the rest moved last (Liu & Zheng 2007).
+    /// Gait History Image-style: the constant part, and when the rest moved last (Liu & Zheng
+    /// 2007).
     Ghi,
-    /// Gait Entropy Image: how uncertain each pixel is (Bashir, Xiang & Gong 2009).
+    /// Gait Entropy Image: the entropy of each pixel (Bashir, Xiang & Gong 2009).
     Geni,
     /// Amplitudes of the frequencies 0, 1 and 2 of a cycle, stacked (Makihara et al. 2006).
     Frequency,
     /// Key Fourier Descriptors-style of the outline, a vector (Yu et al. 2004).
     Kfd,
-    /// Row-width-style: how wide each row of the GEnI is, a vector (after Nandy et al.).
+    /// Row-width-style: the width of each row of the GEnI, a vector (after Nandy et al.).
     RowWidth,
 }
 
-/// What the numbers of a template are.
+/// The shape of a template's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TemplateShape {
-    /// Images, one below the other.
+    /// One or more images, one below the other.
     Image {
-        /// How many.
+        /// The number of images.
         planes: usize,
-        /// Rows of each.
+        /// The number of rows of each image.
         rows: usize,
-        /// Columns of each.
+        /// The number of columns of each image.
         columns: usize,
     },
-    /// Numbers in a row.
+    /// A vector of this many numbers.
     Vector(usize),
 }
 
 impl TemplateShape {
-    /// How many numbers.
+    /// Returns the total of numbers.
     #[must_use]
     pub const fn numbers(self) -> usize {
         match self {
@@ -71,7 +72,7 @@ impl TemplateShape {
     }
 }
 
-/// Its sides: `3 x 50 x 30`, without the 3 if it is one image, or `60`.
+/// Writes the dimensions: `3 x 50 x 30`, `50 x 30` for a single image, or `60` for a vector.
 impl fmt::Display for TemplateShape {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
@@ -91,7 +92,7 @@ impl fmt::Display for TemplateShape {
 }
 
 impl Template {
-    /// All of them.
+    /// All kinds of templates.
     pub const ALL: [Self; 10] = [
         Self::Silhouettes,
         Self::Gei,
@@ -105,7 +106,7 @@ impl Template {
         Self::RowWidth,
     ];
 
-    /// The name under which flags, contracts and results state it.
+    /// Returns the name in flags, contracts and results.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -122,7 +123,7 @@ impl Template {
         }
     }
 
-    /// What many of them are called.
+    /// Returns the plural of the name, for messages.
     #[must_use]
     pub const fn plural(self) -> &'static str {
         match self {
@@ -139,13 +140,13 @@ impl Template {
         }
     }
 
-    /// What it is of silhouettes of this size; of [`Self::Silhouettes`] one of them.
+    /// Returns the shape for silhouettes of this size; for [`Self::Silhouettes`], of one frame.
     #[must_use]
     pub const fn shape(self, size: Size) -> TemplateShape {
         self.shape_of(size.rows(), size.columns())
     }
 
-    /// What it is of silhouettes of so many rows and columns.
+    /// Returns the shape for silhouettes of these rows and columns.
     #[must_use]
     pub const fn shape_of(self, rows: usize, columns: usize) -> TemplateShape {
         let planes = match self {

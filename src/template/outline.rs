@@ -1,9 +1,9 @@
-//! The outline of a silhouette's largest figure, as points at equal distances along it.
+//! The outline of a silhouette's largest figure, as equally spaced points.
 
 use edgegait_core::silhouette::Silhouette;
 use glam::DVec2;
 
-/// Rows down and columns to the right of the eight neighbours, clockwise from the right.
+/// The offsets to the eight neighbours, in rows down and columns right, clockwise from the right.
 const NEIGHBOURS: [(isize, isize); 8] = [
     (0, 1),
     (1, 1),
@@ -15,21 +15,21 @@ const NEIGHBOURS: [(isize, isize); 8] = [
     (-1, 1),
 ];
 
-/// A pixel's row and column.
+/// A pixel by its row and column.
 type Pixel = (usize, usize);
 
-/// `count` points at equal distances along the outer boundary of the largest figure, in pixels
-/// to the right (x) and down (y) of the upper left pixel's centre: clockwise, from the leftmost of
-/// the topmost pixels, through the centres of pixels that touch at sides or corners. None if
-/// nothing is on.
+/// Returns `count` equally spaced points along the outer boundary of the largest figure, in pixels
+/// to the right (x) and down (y) of the upper left pixel's centre. The path runs clockwise from the
+/// leftmost of the topmost pixels, through the centres of pixels that touch at sides or corners.
+/// Returns `None` if no pixel is on.
 #[must_use]
 pub fn outline(silhouette: &Silhouette, count: usize) -> Option<Vec<DVec2>> {
     let figure = largest_figure(silhouette)?;
     Some(spaced(&boundary(&figure)?, count))
 }
 
-/// The pixels that are connected by sides or corners, the most; of equally many those that
-/// begin first, row by row.
+/// Returns the largest set of pixels connected by sides or corners; ties go to the set that begins
+/// first, row by row.
 fn largest_figure(silhouette: &Silhouette) -> Option<Silhouette> {
     let size = silhouette.size();
     let mut rest = silhouette.rows().to_vec();
@@ -62,15 +62,15 @@ fn moved((row, column): Pixel, (down, right): (isize, isize)) -> Option<Pixel> {
         .zip(column.checked_add_signed(right))
 }
 
-/// The pixels of the outer boundary, clockwise: Moore's neighbour tracing, which ends where it
-/// would leave the first pixel as it did at first (Jacob's criterion).
+/// Returns the pixels of the outer boundary, clockwise, by Moore's neighbour tracing. It ends where
+/// it would leave the first pixel in the same direction as at the start (Jacob's criterion).
 fn boundary(figure: &Silhouette) -> Option<Vec<Pixel>> {
     let rows = figure.rows();
     let top = rows.iter().position(|&bits| bits != 0)?;
     let start = (top, rows[top].trailing_zeros() as usize);
     let is_on = |(row, column)| figure.is_on(row, column);
     let mut pixels = Vec::new();
-    // Nothing is on above the first pixel or to its left.
+    // No pixel is on above the first one or to its left.
     let (mut at, mut search, mut first) = (start, 5, None);
     loop {
         let next = (search..search + 8)
@@ -85,13 +85,13 @@ fn boundary(figure: &Silhouette) -> Option<Vec<Pixel>> {
         }
         first.get_or_insert(turn);
         pixels.push(at);
-        // On from the background that was seen last before the step.
+        // Continues from the last background pixel before the step.
         search = if turn % 2 == 0 { turn + 7 } else { turn + 6 };
         at = next;
     }
 }
 
-/// Points at equal distances along a closed path, from its first pixel on.
+/// Returns equally spaced points along a closed path, from its first pixel on.
 fn spaced(pixels: &[Pixel], count: usize) -> Vec<DVec2> {
     let point = |&(row, column): &Pixel| DVec2::new(column as f64, row as f64);
     let corners: Vec<DVec2> = pixels.iter().chain(pixels.first()).map(point).collect();
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
     use edgegait_core::silhouette::Size;
 
-    /// A silhouette from lines of `#` and `.`.
+    /// Returns a silhouette from lines of `#` and `.`.
     fn drawn(lines: &[&str]) -> Silhouette {
         let row = |line: &&str| {
             let bits = line.bytes().enumerate();
@@ -149,7 +149,7 @@ mod tests {
             points,
             expected.map(|(x, y)| DVec2::new(f64::from(x), f64::from(y)))
         );
-        // Twice as many are half as far apart.
+        // Twice as many points are half as far apart.
         let points = outline(&square, 16).expect("a figure");
         assert_eq!(points[1], DVec2::new(1.5, 1.0));
         assert_eq!(points[15], DVec2::new(1.0, 1.5));
@@ -186,7 +186,7 @@ mod tests {
         let spoilt = [
             "#.....", ".####.", ".#.##.", ".####.", ".####.", "......", "##....",
         ];
-        // A speck that touches at a corner is part of it.
+        // In `spoilt`, a speck that touches the figure at a corner is part of it.
         let specks = [
             "......", ".####.", ".####.", ".####.", ".####.", "......", "##....",
         ];
@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn a_boundary_that_meets_itself_is_walked_to_its_end() {
-        // Two squares that share a corner's touch: four sides each, and the touch twice.
+        // Two squares that touch at a corner: the path passes the corner's pixels twice.
         let pair = drawn(&["##..", "##..", "..##", "..##"]);
         let pixels = boundary(&pair).expect("a figure");
         assert_eq!(

@@ -1,12 +1,12 @@
-//! Row-width-style: how wide the uncertain part of each row is.
+//! Row-width-style vectors: the width of each row of a Gait Entropy Image.
 //!
-//! After Nandy, Pathak & Chakraborty, who describe each row of a Gait Entropy Image by one width.
+//! After Nandy, Pathak & Chakraborty, who describe each row by the width of its uncertain part.
 //! The threshold and the scale are ours.
 
 use edgegait_core::silhouette::Size;
 
-/// For each row how many columns there are from the first to the last one whose entropy is
-/// above `threshold`; 0 if none is. `geni` has the pixels of `size`, row by row.
+/// Returns for each row the number of columns from the first to the last one whose entropy is
+/// above `threshold`, or 0 if there is none. `geni` has the pixels of `size`, row by row.
 #[must_use]
 pub(crate) fn row_widths(geni: &[u8], size: Size, threshold: u8) -> Vec<usize> {
     let width = |row: &[u8]| {
@@ -17,7 +17,7 @@ pub(crate) fn row_widths(geni: &[u8], size: Size, threshold: u8) -> Vec<usize> {
     geni.chunks_exact(size.columns()).map(width).collect()
 }
 
-/// Widths as bytes: 255 w / columns, rounded half up.
+/// Returns widths as bytes: 255 w / columns, rounded half up.
 #[must_use]
 pub(crate) fn bytes(widths: &[usize], size: Size) -> Vec<u8> {
     let columns = size.columns();

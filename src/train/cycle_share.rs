@@ -1,8 +1,8 @@
-//! Which gait cycles are trained on, where not all are to be.
+//! Draws a share of the gait cycles to train on.
 //!
-//! What is drawn is a cycle of a person with all that was made of it: all viewpoints, all
-//! conditions, mirrored and cropped copies. So no picture of a cycle that is left out, and no
-//! variant of one, is trained on.
+//! A cycle of a person is drawn with everything made from it: all viewpoints, all conditions,
+//! mirrored and cropped copies. So no image of a cycle that is left out, and no variant of it, is
+//! trained on.
 
 use crate::error::{Result, TrainError};
 use crate::files::sha256_of_bytes;
@@ -20,10 +20,10 @@ impl CycleShare {
     /// All cycles.
     pub const ALL: Self = Self { part: 1.0, seed: 0 };
 
-    /// A share above 0 and at most 1.
+    /// Makes a share above 0 and at most 1.
     ///
     /// # Errors
-    /// For another number.
+    /// If `part` is out of this range.
     pub fn new(part: f64, seed: u64) -> Result<Self> {
         if part > 0.0 && part <= 1.0 {
             return Ok(Self { part, seed });
@@ -35,20 +35,20 @@ impl CycleShare {
         .into())
     }
 
-    /// The share as a number.
+    /// Returns the share as a number.
     #[must_use]
     pub const fn part(self) -> f64 {
         self.part
     }
 
-    /// The numbers, which rise, of those pictures whose cycles are in the share; each picture is
-    /// given by its person and what it shows.
+    /// Returns the ascending numbers of the images whose cycles are in the share; each image is
+    /// given by its person and origin.
     ///
     /// # Guarantees
-    /// Of a person's `n` cycles `part * n` are in it, rounded half up, and at least one; a walk of
-    /// which some picture shows the whole recording counts as one of them. They are
-    /// those whose SHA-256, of seed, person and cycle, is lowest: another person, another source or
-    /// another order changes nothing, and a smaller share is a part of a larger one.
+    /// Of a person's `n` cycles the share has `part * n`, rounded half up, and at least one. A walk
+    /// of which some image shows the whole recording counts as one cycle. The share has the cycles
+    /// whose SHA-256 of seed, person and cycle is lowest: another person, another source or another
+    /// order changes nothing, and a smaller share is a part of a larger one.
     #[must_use]
     pub fn kept<'a>(
         self,
@@ -95,7 +95,7 @@ impl CycleShare {
         kept.map(|(number, _)| number).collect()
     }
 
-    /// What a person's cycle draws, or the whole walk.
+    /// Returns the lot that a person's cycle, or the whole walk, draws.
     fn lot(self, person: &str, origin: &SequenceOrigin, cycle: Option<u32>) -> String {
         let SequenceOrigin {
             walk,
@@ -123,7 +123,7 @@ mod tests {
         }
     }
 
-    /// Which of these are kept, by person and cycle.
+    /// Returns those that are kept, by person and cycle.
     fn kept<'a>(
         share: CycleShare,
         all: &[(&'a str, &'a SequenceOrigin)],
@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn all_pictures_of_a_cycle_are_on_one_side() {
-        // Six pictures of each of four cycles: viewpoints, conditions and copies of it.
+        // Six images of each of four cycles: viewpoints, conditions and copies of it.
         let cycles: Vec<SequenceOrigin> = (0..4).map(|at| cycle("w", at)).collect();
         let all: Vec<_> = (0..24).map(|at| ("ann", &cycles[at % 4])).collect();
         let kept = kept(share(0.5, 3), &all);
@@ -206,7 +206,7 @@ mod tests {
         let all = [varied(0, 1), varied(0, 2), varied(1, 1), varied(1, 2)];
         let all: Vec<_> = all.iter().map(|one| ("ann", one)).collect();
         for seed in 0..20 {
-            // One of three cycles, the first of which has two pictures.
+            // One of three cycles, the first of which has two images.
             let kept = kept(share(0.33, seed), &all);
             let variations: Vec<u32> = kept.iter().map(|(_, one)| one.variation).collect();
             assert!(

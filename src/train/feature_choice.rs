@@ -1,10 +1,12 @@
-//! Features that tell people apart whatever they wear, after Nandy et al.: of the widths of the GEnI's rows
-//! those are chosen in which people differ more from each other than from themselves in other clothes.
+//! Chooses features that identify people whatever they wear, after Nandy et al.: the widths of
+//! those rows of the GEnI in which people differ more from each other than from themselves in other
+//! clothes.
 //!
-//! The publication compares the variance within a person's clothes row by row; by how much a row has to
-//! be better it leaves open. Here the variance between people's means has to be greater than that within
-//! people, and each number is measured in units of the latter's root. The numbers of any template can be
-//! chosen from. They withstand what the samples of one person differ in, be it clothes or something else.
+//! The publication compares the variance within a person's clothes row by row; it leaves open by
+//! how much a row has to be better. Here the variance between people's means has to be greater than
+//! the variance within people, and each number is measured in units of the latter's square root.
+//! The numbers of any template can be chosen from. The chosen numbers are robust to whatever the
+//! samples of one person differ in, clothes or something else.
 
 use super::lda::Classes;
 use super::{Classifier, LinearModel, Samples};
@@ -12,12 +14,12 @@ use crate::error::{Result, TrainError};
 use crate::score::Affine;
 use ndarray::{Array1, Array2};
 
-/// What the method is called in contracts.
+/// The name of the method in contracts.
 pub(crate) const METHOD: &str = "choice of features";
-/// Most numbers that contracts list.
+/// The most numbers that contracts list.
 const LISTED: usize = 64;
 
-/// The method, with the numbers that it chose, from 0, unless these are many.
+/// Describes the method with the numbers that it chose (from 0), unless these are many.
 pub(crate) fn described(recognizer: &LinearModel) -> String {
     let chosen = chosen(recognizer);
     if chosen.len() > LISTED {
@@ -27,17 +29,17 @@ pub(crate) fn described(recognizer: &LinearModel) -> String {
     format!("{METHOD} ({})", chosen.join(" "))
 }
 
-/// The numbers that it chose, from 0.
+/// Returns the numbers that it chose, from 0.
 pub(crate) fn chosen(recognizer: &LinearModel) -> Vec<usize> {
     let rows = recognizer.embedding.weights.outer_iter();
     rows.filter_map(|row| row.iter().position(|&weight| weight != 0.0))
         .collect()
 }
 
-/// Most weights of the map from a template to the chosen numbers, 16 MB: it is a plain matrix.
+/// The most weights of the map from a template to the chosen numbers, a dense matrix: 16 MB.
 const MAX_WEIGHTS: usize = 1 << 22;
 
-/// How a number varies.
+/// The variances of a number of a template.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Variances {
     /// Within people, between their samples.
@@ -47,7 +49,7 @@ struct Variances {
 }
 
 impl Variances {
-    /// Those of each number of samples.
+    /// Computes the variances of each number of the samples.
     ///
     /// # Errors
     /// As [`Classes::averaged`].
@@ -71,18 +73,17 @@ impl Variances {
         Ok((0..samples.numbers.ncols()).map(of_number).collect())
     }
 
-    /// Whether the number tells more of people than of what their samples differ in.
+    /// Returns whether the number varies more between people than within them.
     #[must_use]
     fn is_chosen(self) -> bool {
         self.between > self.within && self.within > 0.0
     }
 }
 
-/// A recognizer by the numbers that tell most of people.
+/// Fits a recognizer that uses the chosen numbers.
 ///
 /// # Errors
-/// If no number tells more of people than of what their samples differ in, and as
-/// [`Classes::averaged`].
+/// If people have one sample each, no number or too many are chosen, and as [`Classes::averaged`].
 pub(crate) fn fit(samples: &Samples) -> Result<LinearModel> {
     let (people, found) = (samples.names.len(), samples.labels.len());
     if found <= people {
@@ -127,8 +128,8 @@ mod tests {
     use crate::template::Template;
     use edgegait_core::silhouette::Size;
 
-    /// Two people in three garments each, twice: row 0 is the person's, row 1 the garment's, row 2 both,
-    /// more the person's; all others are empty.
+    /// Returns two people in three garments each, twice: row 0 depends on the person, row 1 on the
+    /// garment, row 2 on both but more on the person; all others are empty.
     fn samples() -> Samples {
         let numbers = Array2::from_shape_fn((12, 50), |(at, row)| {
             let (person, garment, again) = ((at / 6) as f32, (at % 3) as f32, (at / 3 % 2) as f32);
@@ -162,7 +163,7 @@ mod tests {
             found.expect("a number")
         };
         assert_eq!((fitted.dims(), first(0), first(1)), (2, 0, 2));
-        // Within a person six values of 0 and 0.01: 12 squares of 0.005, by 10 degrees of freedom.
+        // Six values of 0 and 0.01 within a person: 12 squares of 0.005, by 10 degrees of freedom.
         assert_eq!(described(&fitted), "choice of features (0 2)");
         let scale = 1.0 / (12.0_f64 * 0.005 * 0.005 / 10.0).sqrt();
         let found = fitted.embed(&samples.numbers.row(8).to_vec());
@@ -186,7 +187,7 @@ mod tests {
         };
         assert_eq!(
             refused(garments),
-            "no number of the templates varies more between people than within them: there is nothing to choose"
+            "no value of the templates varies more between people than within them: there is nothing to choose"
         );
         let once = Samples {
             numbers: samples.numbers.select(ndarray::Axis(0), &[0, 6]),
@@ -195,7 +196,7 @@ mod tests {
         };
         assert_eq!(
             refused(once),
-            "a choice of features needs several samples of people, to see how these vary within them: found 2 of 2 people"
+            "a choice of features needs several samples of each person, to measure the variation within them: found 2 of 2 people"
         );
         let alone = Samples {
             names: vec!["ann".into()],

@@ -1,16 +1,18 @@
-//! Gabor features of a GEI: how strongly each place shows waves of each scale and orientation.
+//! Gabor features of a GEI: how strong waves of each scale and orientation are at each place.
 //!
-//! The kernels are those that Guan & Li 2013 use, "A robust speed-invariant gait recognition system for
+//! The kernels are from Guan & Li 2013, "A robust speed-invariant gait recognition system for
 //! walker and runner identification", ICB: five scales by eight orientations,
 //!
 //! `psi(z) = (k^2 / d^2) exp(-k^2 |z|^2 / (2 d^2)) (exp(i k.z) - exp(-d^2 / 2))`
 //!
-//! with `k = k_s (cos phi, sin phi)`, `k_s = (pi / 2) / sqrt(2)^s`, `phi = pi o / 8` and `d = 2 pi`. The
-//! wide ones reach beyond an image of 50 x 30: outside of it there is nothing. Of each response the
-//! magnitude is kept, at every fourth row and column; where, the publication leaves open.
+//! with `k = k_s (cos phi, sin phi)`, `k_s = (pi / 2) / sqrt(2)^s`, `phi = pi o / 8` and
+//! `d = 2 pi`. Wide kernels reach beyond an image of 50 x 30, where pixels count as 0. The
+//! magnitude of each response is kept at every fourth row and column; the publication leaves the
+//! places open.
 //!
-//! The last term, 3e-9 of the kernel's peak, is less than f32 resolves, and is left out. What remains is a
-//! product of a function of rows and one of columns, so that a response is two products of matrices.
+//! The last term, 3e-9 of the kernel's peak, is less than f32 resolves, and is left out. The rest
+//! is the product of a function of rows and a function of columns, so a response is two matrix
+//! products.
 
 use super::linear_algebra::multiply;
 use super::onnx_file::{NodeAttribute, OnnxFile};
@@ -23,31 +25,31 @@ use std::f64::consts::{PI, SQRT_2};
 const SCALES: usize = 5;
 const ORIENTATIONS: usize = 8;
 const KERNELS: usize = SCALES * ORIENTATIONS;
-/// Every so many rows and columns a response is kept. Ours.
+/// The step in rows and columns between responses that are kept. Our choice.
 const STEP: usize = 4;
 
-/// The kernels over one size of images, as matrices.
+/// The kernels for one size of images, as matrices.
 ///
-/// A feature is a matrix: a row for each orientation and column of the image, a column for each scale
-/// and row of the image. Guan & Li choose random subspaces among combinations of columns: here these are
-/// heights of the body, which clothes and loads change one by one. The publication does not say which
-/// axis is which.
+/// A feature is a matrix: a row for each orientation and column of the image, a column for each
+/// scale and row of the image. Guan & Li choose random subspaces among combinations of columns.
+/// Here columns are heights of the body, which clothes and loads change separately; the publication
+/// does not state which axis is which.
 pub(crate) struct Gabor {
     size: Size,
-    /// Of each kernel (orientation after orientation of one scale, scale after scale) and each row that
-    /// is kept the real and the imaginary numbers by which an image's rows are multiplied.
+    /// The real and the imaginary factors of an image's rows, for each kernel (scale after scale,
+    /// in each all orientations) and each row that is kept.
     rows: Array2<f32>,
-    /// Of each kernel a block: the real numbers of an image's columns, then their imaginary ones, to the
-    /// real and the imaginary part of each column that is kept.
+    /// A block for each kernel: the map from the real, then the imaginary numbers of an image's
+    /// columns to the real and the imaginary part of each column that is kept.
     columns: Array2<f32>,
-    /// How many rows and columns are kept.
+    /// The numbers of rows and columns that are kept.
     kept: (usize, usize),
     /// Rows and columns of a feature.
     pub(crate) shape: (usize, usize),
 }
 
 impl Gabor {
-    /// The kernels over images of this size.
+    /// Makes the kernels for images of this size.
     #[must_use]
     pub(crate) fn new(size: Size) -> Self {
         let (down, across) = (kept(size.rows()), kept(size.columns()));
@@ -90,7 +92,8 @@ impl Gabor {
         }
     }
 
-    /// The features of images, one a row with pixels in 0..1: magnitudes, one feature a row.
+    /// Computes the features of images, one a row with pixels in 0..1: magnitudes, one feature a
+    /// row.
     #[must_use]
     pub(crate) fn features(&self, images: ArrayView2<'_, f32>) -> Array2<f32> {
         let mut features = Array2::zeros((images.nrows(), self.shape.0 * self.shape.1));
@@ -109,7 +112,7 @@ impl Gabor {
         features
     }
 
-    /// The magnitudes of an image, each with its kernel, row and column.
+    /// Computes the magnitudes of an image, each with its kernel, row and column.
     fn responses(&self, image: ArrayView2<'_, f32>) -> Vec<((usize, usize, usize), f32)> {
         let (down, across) = self.kept;
         let wide = 2 * self.size.columns();
@@ -135,7 +138,7 @@ impl Gabor {
         found
     }
 
-    /// Adds what makes features, as matrices, of an input of images.
+    /// Adds the operations that compute features, as matrices, from an input of images.
     pub(super) fn write(&self, file: &mut OnnxFile, input: &str, output: &str) {
         let (down, across) = self.kept;
         let (rows, columns) = (self.size.rows(), self.size.columns());
@@ -168,16 +171,16 @@ impl Gabor {
     }
 }
 
-/// Rows or columns at which responses are kept: in the middle of each four.
+/// Returns the rows or columns at which responses are kept: the middle of each four.
 fn kept(side: usize) -> Vec<usize> {
     (STEP / 2..side).step_by(STEP).collect()
 }
 
-/// `d`: how many radians of its wave a kernel's deviation is.
+/// `d`: the standard deviation of a kernel, in radians of its wave.
 const DELTA: f64 = 2.0 * PI;
 
-/// A kernel's factor along one axis, at this place from its centre: real and imaginary part. `k` is
-/// that of the kernel, `along` its part on the axis.
+/// Returns a kernel's factor along one axis, at this distance from its centre: real and imaginary
+/// part. `k` is the kernel's wave number, `along` its component on the axis.
 fn wave(k: f64, along: f64, at: f64) -> [f64; 2] {
     let envelope = libm::exp(-(k * at / DELTA).powi(2) / 2.0);
     [
@@ -190,7 +193,7 @@ fn wave(k: f64, along: f64, at: f64) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// The kernel at a place, as far right and down of its centre: real and imaginary part.
+    /// Returns the kernel `x` to the right of its centre and `y` below it: real and imaginary part.
     fn kernel(scale: usize, orientation: usize, [x, y]: [f64; 2]) -> [f64; 2] {
         let delta = 2.0 * PI;
         let k = PI / 2.0 / SQRT_2.powi(scale as i32);
@@ -215,7 +218,7 @@ mod tests {
         let envelope = 0.0625 * (-1.0_f64 / 32.0).exp();
         assert!((imaginary - envelope).abs() < 1e-15);
         assert!((real + envelope * 2.675_287_991e-9).abs() < 1e-15);
-        // Upright waves do not change downwards: orientation 4 is orientation 0 turned.
+        // Orientation 4 is orientation 0, turned by 90 degrees.
         let turned = kernel(2, 4, [3.0, 5.0]);
         let straight = kernel(2, 0, [5.0, -3.0]);
         for (a, b) in turned.iter().zip(straight) {
@@ -270,7 +273,7 @@ mod tests {
     fn an_even_image_has_no_waves_but_at_its_edges() {
         let gabor = Gabor::new(Size::S64x64);
         let features = gabor.features(Array2::ones((1, 4096)).view());
-        // The finest kernels end far from the edges of the middle.
+        // In the middle, the finest kernels do not reach the edges.
         let columns = 16;
         let middle = features[[0, (columns / 2) * gabor.shape.1 + 8]];
         assert!(middle < 1e-3, "{middle}");

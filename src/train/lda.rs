@@ -1,4 +1,4 @@
-//! Linear discriminant analysis: the directions that tell classes apart.
+//! Linear discriminant analysis: the directions that separate classes.
 //!
 //! Fisher's criterion for several classes (Rao 1948; Han and Bhanu 2006 use it
 //! on GEIs after PCA): the ratio of the scatter between class means to the
@@ -10,25 +10,26 @@ use ndarray::{Array1, Array2, ArrayView2, Axis, s};
 use super::linear_algebra::{Real, add_products_of_columns, eigen, finite, fix_sign, multiply};
 use crate::error::{Result, TrainError};
 
-/// Directions that tell classes apart, best first.
+/// Directions that separate classes, best first.
 #[derive(Clone, Debug)]
 pub(crate) struct Lda<F> {
     /// One direction a row (at most classes - 1), scaled so that the variance within classes,
     /// ridge included, is 1 along it and 0 across.
     pub directions: Array2<F>,
-    /// Variance between class means along each direction over that within, falling.
-    #[cfg_attr(not(test), expect(dead_code, reason = "what tests know of it"))]
+    /// The variance between class means over the variance within classes along each direction,
+    /// descending.
+    #[cfg_attr(not(test), expect(dead_code, reason = "read by tests only"))]
     pub ratios: Array1<F>,
 }
 
-/// How many samples each class has, and their mean, one class a row.
+/// The number of samples of each class, and their mean, one class a row.
 pub(crate) struct Classes<F> {
     pub counts: Vec<usize>,
     pub means: Array2<F>,
 }
 
 impl<F: Real> Classes<F> {
-    /// Checks the labels and averages the samples of each.
+    /// Checks the labels and averages the samples of each class.
     ///
     /// # Errors
     /// As [`Self::averaged`], and for two classes with the same mean.
@@ -42,8 +43,8 @@ impl<F: Real> Classes<F> {
         Ok(classes)
     }
 
-    /// The same where classes may have one mean, as all have along the first component of images and
-    /// their mirror images.
+    /// Checks the labels and averages the samples of each class. Classes may have the same mean, as
+    /// they do along the first component of images and their mirror images.
     ///
     /// # Errors
     /// If there are fewer than two classes, a label outside them, a number that is not finite, or a
@@ -105,7 +106,7 @@ impl<F: Real> Classes<F> {
 }
 
 impl<F: Real> Lda<F> {
-    /// Finds the directions that tell the classes of `points` (one a row) apart.
+    /// Finds the directions that separate the classes of `points` (one a row).
     ///
     /// `ridge` times the mean total variance of a dimension is added to the variance within
     /// classes in every direction, so that directions in which the few training samples happen
@@ -134,17 +135,17 @@ impl<F: Real> Lda<F> {
     }
 }
 
-/// How samples scatter.
+/// The scatter of samples within and between classes.
 pub(crate) struct Scatter<F> {
-    /// Lower triangle of the sum of the products of differences to the class mean.
+    /// Lower triangle of the sum of the products of differences from the class mean.
     pub within: Array2<F>,
-    /// Differences of class means to the mean of all, one a row, times the root of how many samples the
-    /// class has.
+    /// Differences of class means from the mean of all, one a row, times the square root of the
+    /// number of samples in the class.
     pub offsets: Array2<F>,
 }
 
 impl<F: Real> Scatter<F> {
-    /// That of samples, one a row, whose classes are these.
+    /// Computes the scatter of samples, one a row, in these classes.
     pub(crate) fn of(points: ArrayView2<'_, F>, labels: &[usize], of: &Classes<F>) -> Self {
         let (count, dims) = points.dim();
         let mean = points.sum_axis(Axis(0)) / F::nearest(count as f64);
@@ -162,10 +163,11 @@ impl<F: Real> Scatter<F> {
     }
 }
 
-/// The directions that tell `classes` apart, at most so many, of the scatter of `count` samples.
+/// Finds at most `most` directions that separate the `classes`, from the scatter of `count`
+/// samples.
 ///
 /// # Errors
-/// If the scatter within is no positive matrix in spite of the ridge.
+/// If the scatter within classes is not positive definite in spite of the ridge.
 pub(crate) fn discriminants<F: Real>(
     scatter: Scatter<F>,
     count: usize,
@@ -207,7 +209,7 @@ pub(crate) fn discriminants<F: Real>(
     })
 }
 
-/// A matrix `w` for which `w within w^T` is the identity.
+/// Returns a matrix `w` for which `w within w^T` is the identity.
 fn whitening<F: Real>(within: &Array2<F>) -> Result<Array2<F>> {
     let mut found = eigen(within)?;
     for (mut vector, &value) in found.vectors.outer_iter_mut().zip(&found.values) {
@@ -225,7 +227,7 @@ mod tests {
     use crate::train::testing::{noise, solve};
     use ndarray::array;
 
-    /// `classes` clouds of noise around different points, labelled round robin.
+    /// Draws `classes` clouds of noise around different points, labelled round robin.
     fn clouds(count: usize, dims: usize, classes: usize) -> (Array2<f64>, Vec<usize>) {
         let centres = noise(classes, dims, 77) * 2.0;
         let labels: Vec<usize> = (0..count).map(|i| i % classes).collect();
@@ -236,7 +238,7 @@ mod tests {
         (points, labels)
     }
 
-    /// Within (with ridge) and between scatter by plain loops.
+    /// Computes the scatter within (with ridge) and between classes by plain loops.
     fn scatters(
         points: &Array2<f64>,
         labels: &[usize],
@@ -345,7 +347,7 @@ mod tests {
         let text = refusal(array![[0.0], [1.0]], &[0, 0], 1);
         assert_eq!(
             text,
-            "telling classes apart needs at least 2 of them, found 1"
+            "training needs at least 2 classes, found 1"
         );
     }
 

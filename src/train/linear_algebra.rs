@@ -16,23 +16,23 @@ use ndarray::{Array1, Array2, ArrayView2, NdFloat};
 
 use crate::error::{Result, TrainError};
 
-/// The numbers that a fit computes in: `f64`, or `f32` to see whether that would do.
+/// The numbers that a fit computes in: `f64`, or `f32` to test whether that suffices.
 pub trait Real: NdFloat + faer::traits::RealField + From<f32> + Into<f64> {
-    /// What is below this share of the largest counts as zero.
+    /// The share of the largest value below which values count as zero.
     ///
-    /// Ours. In f64: 8-bit quantisation alone leaves more variance than this in any pixel that
-    /// changes (1e-7 of a GEI's largest), and above it directions found through the Gram matrix
-    /// are orthogonal to about 1e-5. In f32: some 10 units of rounding.
+    /// Our choice. In f64: 8-bit quantisation alone leaves more variance than this in any pixel
+    /// that changes (1e-7 of a GEI's largest), and above it directions found through the Gram
+    /// matrix are orthogonal to about 1e-5. In f32: some 10 units of rounding.
     const TOLERANCE: Self;
 
-    /// The share of its objective within which an iteration has converged. Ours: weights are then
-    /// right to about 5 digits in f64, and to 2 in f32, where rounding allows no more.
+    /// The share of its objective within which an iteration has converged. Our choice: weights are
+    /// then right to about 5 digits in f64, and to 2 in f32, where rounding allows no more.
     const GAP: f64;
 
-    /// The nearest number to `value`.
+    /// Returns the nearest number to `value`.
     fn nearest(value: f64) -> Self;
 
-    /// The nearest number in the precision that is exported.
+    /// Returns the nearest number in the precision that is exported.
     fn exported(self) -> f32;
 }
 
@@ -64,13 +64,13 @@ impl Real for f32 {
 
 /// Eigenvalues, largest first, and the unit eigenvectors that belong to them.
 pub(crate) struct Eigen<F> {
-    /// Largest first.
+    /// The eigenvalues, largest first.
     pub values: Vec<F>,
     /// One eigenvector a row, in the order of `values`.
     pub vectors: Array2<F>,
 }
 
-/// The matrix product `a b`.
+/// Computes the matrix product `a b`.
 pub(crate) fn multiply<F: Real>(a: ArrayView2<'_, F>, b: ArrayView2<'_, F>) -> Array2<F> {
     assert_eq!(a.ncols(), b.nrows(), "inner dimensions of a product agree");
     let (a, b) = (a.as_standard_layout(), b.as_standard_layout());
@@ -109,7 +109,8 @@ pub(crate) fn add_products_of_columns<F: Real>(a: ArrayView2<'_, F>, sum: &mut A
     );
 }
 
-/// Eigenvalues and eigenvectors of a symmetric matrix, of which only the lower triangle is read.
+/// Computes the eigenvalues and eigenvectors of a symmetric matrix, of which only the lower
+/// triangle is read.
 ///
 /// # Errors
 /// If the matrix is not finite, or the iteration does not converge.
@@ -143,8 +144,8 @@ pub(crate) fn eigen<F: Real>(symmetric: &Array2<F>) -> Result<Eigen<F>> {
     Ok(Eigen { values, vectors })
 }
 
-/// The solution of `a x = b` for a symmetric positive definite `a`, of which only the lower triangle
-/// is read; none if rounding leaves it not positive definite.
+/// Solves `a x = b` for a symmetric positive definite `a`, of which only the lower triangle is
+/// read. Returns `None` if rounding leaves it not positive definite.
 pub(super) fn solve_positive<F: Real>(a: &Array2<F>, mut b: Array1<F>) -> Option<Array1<F>> {
     let n = a.nrows();
     let mut factor = view(&a.view()).to_owned();
@@ -165,7 +166,7 @@ pub(super) fn solve_positive<F: Real>(a: &Array2<F>, mut b: Array1<F>) -> Option
     b.iter().all(|v| v.is_finite()).then_some(b)
 }
 
-/// `value`, if it is a finite number; `row` and `column` say where it was found.
+/// Returns `value` if it is finite; `row` and `column` are its place, for the error.
 pub(super) fn finite<F: Real>(value: F, row: usize, column: usize) -> Result<F> {
     if value.is_finite() {
         return Ok(value);
@@ -175,8 +176,8 @@ pub(super) fn finite<F: Real>(value: F, row: usize, column: usize) -> Result<F> 
 
 /// Turns a direction so that its largest component by magnitude is positive.
 ///
-/// Components within one part in 10^9 (10^5 in f32) of the largest count as ties, of which
-/// the first decides: rounding cannot flip the sign of `(0.7071, -0.7071)`.
+/// Components within one part in 10^9 (10^5 in f32) of the largest count as ties, and the first of
+/// them decides: rounding cannot flip the sign of `(0.7071, -0.7071)`.
 pub(crate) fn fix_sign<F: Real>(mut direction: ndarray::ArrayViewMut1<'_, F>) {
     let largest = direction.iter().fold(F::zero(), |m, c| m.max(c.abs()));
     let tie = F::TOLERANCE * F::nearest(10.0);

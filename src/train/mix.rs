@@ -1,6 +1,6 @@
-//! Several sources as one: their people joined by name, and what a contract says of all of them.
+//! Joins several training sources: people by name, and the training data that a contract states.
 //!
-//! Principal components are fitted to what is joined here and to nothing else.
+//! Principal components are fitted only to the joined samples.
 
 use super::{CycleShare, Samples};
 use crate::error::{ChoiceError, Error, Result};
@@ -11,24 +11,24 @@ use edgegait_core::silhouette::Size;
 use ndarray::Array2;
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-/// What one source gives.
+/// The samples of one source.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MixPart {
-    /// What the source is called.
+    /// The name of the source.
     pub name: String,
-    /// Which share of it the samples are.
+    /// The share of the source that the samples are.
     pub share: CycleShare,
     /// The samples.
     pub samples: Samples,
 }
 
-/// Which template, of which silhouettes, and how these were framed if that is known.
+/// The template, and the size and (if known) the framing of its silhouettes.
 pub type SampleForm = (Template, Size, Option<FramingMode>);
 
-/// Refuses sources that give different templates, sizes or framings; each is given with its name.
+/// Checks that sources have the same template, size and framing; each comes with its name.
 ///
 /// # Errors
-/// Naming the first two that differ, and in what.
+/// If they differ; the error names the setting and the first two that differ.
 pub fn require_one_form(sources: &[(&str, SampleForm)]) -> Result<()> {
     let setting = |setting, value: fn(&SampleForm) -> Option<&'static str>| {
         let mut known = sources
@@ -50,7 +50,7 @@ pub fn require_one_form(sources: &[(&str, SampleForm)]) -> Result<()> {
     Ok(())
 }
 
-/// Pairs of sources without a common person, in words.
+/// Returns a warning for each pair of sources without a common person.
 #[must_use]
 pub fn strangers(parts: &[MixPart]) -> Vec<String> {
     let people: Vec<HashSet<&String>> = parts
@@ -62,7 +62,7 @@ pub fn strangers(parts: &[MixPart]) -> Vec<String> {
         for (other, theirs) in parts[..at].iter().zip(&people) {
             if theirs.is_disjoint(&people[at]) {
                 found.push(format!(
-                    "{} and {} have no person of the same name, by which people are joined: what tells the sources apart tells people apart too",
+                    "{} and {} have no person of the same name, by which people are joined: any difference between the sources also distinguishes their people",
                     other.name, one.name
                 ));
             }
@@ -71,8 +71,8 @@ pub fn strangers(parts: &[MixPart]) -> Vec<String> {
     found
 }
 
-/// The samples of all parts, one after another: people of one name are one class, in the order of
-/// their first appearance.
+/// Joins the samples of all parts, one after another. People of one name are one class, in the
+/// order of their first appearance.
 ///
 /// # Errors
 /// If there is no part, or as [`require_one_form`].
@@ -118,7 +118,7 @@ pub fn joined(parts: Vec<MixPart>) -> Result<Samples> {
     Ok(joined)
 }
 
-/// The viewpoint of each sample, numbered as in a list of all of them.
+/// Returns the viewpoint of each sample, numbered as in the list of all viewpoints.
 fn views_among(samples: &Samples, all: &[[f64; 2]]) -> Vec<Option<usize>> {
     let own =
         { samples.training.viewpoints.iter() }.map(|own| all.iter().position(|other| other == own));
@@ -131,8 +131,8 @@ const fn form(samples: &Samples) -> SampleForm {
     (samples.template, samples.size, samples.framing)
 }
 
-/// What a contract says of all parts: what any of them was trained on. People, walks, cycles and
-/// variations are then not told apart by source, so that `score` warns rather too often.
+/// Returns the training data of all parts together. It does not state which source has which
+/// people, walks, cycles and variations, so `score` may warn too often.
 fn training(parts: &[MixPart]) -> Training {
     let all = || parts.iter().map(|part| &part.samples.training);
     let described = parts.iter().map(|part| {
@@ -164,10 +164,10 @@ fn training(parts: &[MixPart]) -> Training {
         let numbers: BTreeSet<u32> = all().flat_map(of).copied().collect();
         numbers.into_iter().collect()
     };
-    // None means that any may have been shown.
+    // An empty list means that any cycle may have been trained on.
     let has_all_known = all().all(|training| !training.cycles.is_empty());
     let walks: BTreeSet<String> = all().flat_map(|training| training.walks.clone()).collect();
-    // Recorded cycles have none.
+    // Recorded cycles have no seed.
     let varied = all().filter(|training| training.variations.iter().any(|&it| it > 0));
     let mut seeds: Vec<u64> = Vec::new();
     for seed in
@@ -204,7 +204,7 @@ mod tests {
     use edgegait_core::pack::Pack;
     use edgegait_core::raster::Rasterizer;
 
-    /// One sample of each of these people, all of whose pixels are of this grey.
+    /// Returns one sample of each person, with all pixels of this grey.
     fn samples(people: &[&str], grey: f32, training: Training) -> Samples {
         Samples {
             numbers: Array2::from_elem((people.len(), Size::S50x30.pixels()), grey),
@@ -309,7 +309,7 @@ mod tests {
             (vec![0, 1, 4], vec![0, 1, 5, 6])
         );
         assert_eq!((both.seed, both.seeds), (7, vec![8]));
-        // Recordings have no variations, so that their seed says nothing; whole ones have all cycles.
+        // Recordings have no variations, so their seed means nothing; whole ones have all cycles.
         let whole = training(of(&["nm-01"], &[], &[0], 0));
         assert_eq!((whole.cycles, whole.seed, whole.seeds), (vec![], 7, vec![]));
     }
@@ -340,7 +340,7 @@ mod tests {
             refusal((Template::Mei, size, height)),
             expected("template", "gei of a", "mei")
         );
-        // Of the first it is not known.
+        // The framing of the first is not known.
         assert_eq!(
             refusal((gei, size, Some(FramingMode::Box))),
             expected("framing", "height of b", "box")

@@ -1,9 +1,8 @@
 //! Fits linear recognizers and exports them as ONNX.
 //!
-//! PCA and LDA are both affine, so the two together are one matrix from pixels
-//! to an embedding; the nearest class mean in it is a second matrix, and so are
-//! support vector machines on principal components. A board then runs two
-//! products instead of a stack of operators.
+//! PCA and LDA are both affine, so together they are one matrix from pixels to an embedding. The
+//! nearest class mean is a second matrix, and so are support vector machines on principal
+//! components. A board then computes two matrix products.
 
 mod cycle_share;
 pub(crate) mod feature_choice;
@@ -37,7 +36,7 @@ use pca::Pca;
 use std::fmt;
 use svm::Svm;
 
-/// How many principal components are kept.
+/// The number of principal components that are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Components {
     /// As many as hold this share of the variance, above 0 and at most 1.
@@ -49,7 +48,7 @@ pub enum Components {
 /// The ridge of [`TrainMethod::LDA`].
 pub(crate) const RIDGE: f64 = 1e-3;
 
-/// How classes are told apart among the principal components.
+/// The method that separates classes along the principal components.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TrainMethod {
     /// Linear discriminants, and the nearest class mean along them.
@@ -57,10 +56,10 @@ pub enum TrainMethod {
         /// Share of the mean total variance added to the variance within classes; above 0.
         ridge: f64,
     },
-    /// The same of real and of synthetic templates, in a part of the embedding each (Han & Bhanu
+    /// LDA of real and of synthetic templates, each in its own part of the embedding (Han & Bhanu
     /// 2006).
     RealSynthetic {
-        /// What synthetic templates are made of each.
+        /// The crops that make synthetic templates.
         crops: Crops,
     },
     /// Linear support vector machines, one for each class against the rest.
@@ -71,7 +70,7 @@ pub enum TrainMethod {
 }
 
 impl TrainMethod {
-    /// LDA with a ridge of 1e-3 (ours, not tuned on real people).
+    /// LDA with a ridge of 1e-3 (our choice, not tuned on real people).
     pub const LDA: Self = Self::Lda { ridge: RIDGE };
 }
 
@@ -85,17 +84,17 @@ impl fmt::Display for TrainMethod {
     }
 }
 
-/// What can be chosen about a fit.
+/// The options of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainOptions {
     /// Principal components kept.
     pub components: Components,
-    /// What is learnt on them.
+    /// The method applied to them.
     pub method: TrainMethod,
 }
 
 impl Default for TrainOptions {
-    /// 95 % of the variance and [`TrainMethod::LDA`].
+    /// Returns 95 % of the variance and [`TrainMethod::LDA`].
     fn default() -> Self {
         Self {
             components: Components::Variance(0.95),
@@ -104,7 +103,7 @@ impl Default for TrainOptions {
     }
 }
 
-/// What turns an embedding into class scores.
+/// The map from an embedding to class scores.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Classifier {
     /// Mean embedding of each class, one a row: the nearest is the best.
@@ -113,31 +112,30 @@ pub enum Classifier {
     Svm(Affine),
 }
 
-/// A recognizer that is an affine map and a linear classifier.
+/// A recognizer that consists of an affine map and a linear classifier.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearModel {
-    /// Which template it takes.
+    /// The template that it takes.
     pub template: Template,
-    /// Rows and columns of the silhouettes that its templates are made of.
+    /// The size of the silhouettes of its templates.
     pub size: Size,
-    /// Parts of an embedding that are compared each for itself: number i of part j is at
-    /// `i * parts + j`.
+    /// Parts of an embedding, compared separately: number i of part j is at `i * parts + j`.
     pub parts: usize,
-    /// Pixels in 0..1 to an embedding. Of LDA its variance within classes is 1 in every direction;
-    /// of SVM it is the coordinates along the principal components.
+    /// The map from pixels in 0..1 to an embedding. With LDA, the variance within classes is 1 in
+    /// every direction; with SVM, an embedding has the coordinates along the principal components.
     pub embedding: Affine,
-    /// What tells classes apart in it.
+    /// The map from an embedding to class scores.
     pub classifier: Classifier,
 }
 
 impl LinearModel {
-    /// Numbers in an embedding.
+    /// Returns the length of an embedding.
     #[must_use]
     pub fn dims(&self) -> usize {
         self.embedding.weights.nrows()
     }
 
-    /// Classes that were learnt.
+    /// Returns the number of classes.
     #[must_use]
     pub fn classes(&self) -> usize {
         match &self.classifier {
@@ -146,9 +144,9 @@ impl LinearModel {
         }
     }
 
-    /// The map from an embedding to class scores; of centroids `e . mu_c - |mu_c|^2 / 2`.
+    /// Returns the map from an embedding to class scores; for centroids `e . mu_c - |mu_c|^2 / 2`.
     ///
-    /// The highest score is the nearest centroid, since `|e - mu_c|^2 = |e|^2 - 2 score_c`.
+    /// The highest score is that of the nearest centroid, since `|e - mu_c|^2 = |e|^2 - 2 score_c`.
     #[must_use]
     pub fn score_map(&self) -> Affine {
         let centroids = match &self.classifier {
@@ -165,16 +163,16 @@ impl LinearModel {
         }
     }
 
-    /// The embedding of a template with numbers in 0..1.
+    /// Returns the embedding of a template with numbers in 0..1.
     ///
     /// # Panics
-    /// If `gei` does not have the numbers of its shape.
+    /// If `gei` does not have the length of a template.
     #[must_use]
     pub fn embed(&self, gei: &[f32]) -> Array1<f32> {
         self.embedding.apply(ArrayView1::from(gei))
     }
 
-    /// The class scores of an embedding.
+    /// Returns the class scores of an embedding.
     ///
     /// # Panics
     /// If `embedding` does not have [`Self::dims`] numbers.
@@ -183,7 +181,7 @@ impl LinearModel {
         self.score_map().apply(embedding)
     }
 
-    /// [`Self::embed`] with double precision inside.
+    /// Computes [`Self::embed`] in double precision.
     ///
     /// # Panics
     /// As [`Self::embed`].
@@ -193,7 +191,7 @@ impl LinearModel {
             .apply_f64(ArrayView1::from(gei).mapv(f64::from).view())
     }
 
-    /// [`Self::scores`] with double precision inside.
+    /// Computes [`Self::scores`] in double precision.
     ///
     /// # Panics
     /// As [`Self::scores`].
@@ -203,7 +201,7 @@ impl LinearModel {
     }
 }
 
-/// Templates whose principal components are known, to fit recognizers on any number of them.
+/// Training templates with their principal components, to fit recognizers on any number of these.
 pub struct Analysed<'a, F> {
     template: Template,
     size: Size,
@@ -230,8 +228,8 @@ impl<'a, F: Real> Analysed<'a, F> {
     /// in 0..1.
     ///
     /// # Errors
-    /// If the samples are no such templates of finite numbers, there are fewer than two classes, a
-    /// class has no sample, or two classes have the same mean.
+    /// If the samples are not such templates with finite numbers, there are fewer than two classes,
+    /// a class has no sample, or two classes have the same mean.
     pub fn of(
         template: Template,
         size: Size,
@@ -258,10 +256,10 @@ impl<'a, F: Real> Analysed<'a, F> {
         })
     }
 
-    /// A recognizer of these people.
+    /// Fits a recognizer of these people.
     ///
     /// # Errors
-    /// If an option makes no sense, or the method finds no solution.
+    /// If an option is out of range, or the method finds no solution.
     pub fn fit(&self, options: TrainOptions) -> Result<LinearModel> {
         match options.method {
             TrainMethod::Lda { ridge } => self.lda(options.components, ridge),
@@ -272,7 +270,7 @@ impl<'a, F: Real> Analysed<'a, F> {
         }
     }
 
-    /// The first principal components, and the samples along them.
+    /// Returns the first principal components, and the samples along them.
     fn projected(&self, components: Components) -> Result<(ArrayView2<'_, F>, Array2<F>)> {
         let kept = self.pca.kept(components)?;
         let points = self.pca.project(self.samples, kept);
@@ -298,7 +296,7 @@ impl<'a, F: Real> Analysed<'a, F> {
         Ok(self.recognizer(components.to_owned(), Classifier::Svm(functions)))
     }
 
-    /// The recognizer whose embedding is `weights` times what differs from the mean.
+    /// Returns the recognizer whose embedding is `weights` times the difference from the mean.
     fn recognizer(&self, weights: Array2<F>, classifier: Classifier) -> LinearModel {
         let bias = -weights.dot(&self.pca.mean);
         LinearModel {
@@ -314,10 +312,10 @@ impl<'a, F: Real> Analysed<'a, F> {
     }
 }
 
-/// Learns to tell `classes` people apart from GEIs, one a row with pixels in 0..1.
+/// Fits a recognizer of `classes` people to GEIs, one a row with pixels in 0..1.
 ///
-/// PCA, then LDA or SVM, folded into one map and a classifier. 8,000 GEIs took LDA 0.4 s on one
-/// core of an AMD EPYC, and 3.5 s where every pixel is grainy
+/// PCA, then LDA or SVM, are folded into one map and a classifier. LDA of 8,000 GEIs takes 0.4 s on
+/// one core of an AMD EPYC, and 3.5 s if every pixel has noise
 /// (`cargo test --lib a_fit_of_8000 -- --ignored --nocapture`).
 ///
 /// # Errors

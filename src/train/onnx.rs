@@ -1,6 +1,6 @@
 //! Writes linear recognizers as ONNX files.
 //!
-//! What is written passes `onnx.checker.check_model(m, full_check=True)`; the ignored test
+//! The files pass `onnx.checker.check_model(m, full_check=True)`; the ignored test
 //! `writes_a_model_its_probes_and_its_scores` writes a file to check.
 
 use super::onnx_file::OnnxFile;
@@ -10,10 +10,10 @@ use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
 use ndarray::Array2;
 
-/// A model file that computes `recognizer`: Flatten, Gemm, Gemm, and a Reshape where an embedding has
-/// parts.
+/// Returns a model file that computes `recognizer`: Flatten, Gemm, Gemm, and a Reshape if the
+/// embedding has parts.
 ///
-/// The input is called as the template: f32 `[N, 1, rows, columns]` of a GEI, numbers in 0..1.
+/// The input has the template's name: f32 `[N, 1, rows, columns]` for a GEI, numbers in 0..1.
 /// `name` becomes the graph's name; `properties` are stored as model metadata, in this order.
 ///
 /// # Guarantees
@@ -49,7 +49,7 @@ pub fn write(recognizer: &LinearModel, name: &str, properties: &[(&str, &str)]) 
         file.output(EMBEDDING, &[each]);
     } else {
         file.node("Reshape", &[flat, "embedding_shape"], EMBEDDING);
-        // 0 is the size that the numbers have there: N.
+        // 0 keeps the size of the first axis: N.
         file.integers("embedding_shape", &[0, each as i64, parts as i64]);
         file.output(EMBEDDING, &[each, parts]);
     }
@@ -57,10 +57,10 @@ pub fn write(recognizer: &LinearModel, name: &str, properties: &[(&str, &str)]) 
     file.bytes(name, properties)
 }
 
-/// Adds the input of templates of silhouettes of this size; what it is called.
+/// Adds the input of templates of silhouettes of this size, and returns its name.
 pub(super) fn add_input(file: &mut OnnxFile, template: Template, size: Size) -> &'static str {
     let name = match template {
-        // No other name has a hyphen, which ONNX does not take.
+        // Only this name has a hyphen, which ONNX does not allow.
         Template::RowWidth => "row_width",
         template => template.name(),
     };

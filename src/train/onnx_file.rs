@@ -1,10 +1,9 @@
-//! An ONNX file that is being written.
+//! Writes ONNX files, without a crate.
 //!
-//! By hand, since the crates that write ONNX each fail somewhere: what onnx-rs
-//! and prost write (packed `dims`), rten cannot read, and rten-onnx 0.27 writes
-//! graphs without the name that ONNX demands. IR 8 and opset 17 load in
-//! every runtime from ONNX Runtime 1.18 on. Field numbers are those of
-//! `onnx.proto3` (onnx 1.23).
+//! The crates that write ONNX do not suffice: rten cannot read what onnx-rs and prost write (packed
+//! `dims`), and rten-onnx 0.27 writes graphs without the name that ONNX requires. IR 8 and opset 17
+//! load in every runtime from ONNX Runtime 1.18 on. Field numbers are those of `onnx.proto3` (onnx
+//! 1.23).
 
 /// `IR_VERSION` of the file.
 const IR_VERSION: u64 = 8;
@@ -89,17 +88,17 @@ impl OnnxFile {
         self.initializers.add(5, &tensor);
     }
 
-    /// Appends an input of f32, of N times these sizes.
+    /// Appends an input of f32, of shape N by these sizes.
     pub(super) fn input(&mut self, name: &str, sizes: &[usize]) {
         self.ports.add(11, &value_info(name, sizes));
     }
 
-    /// Appends an output of f32, of N times these sizes.
+    /// Appends an output of f32, of shape N by these sizes.
     pub(super) fn output(&mut self, name: &str, sizes: &[usize]) {
         self.ports.add(12, &value_info(name, sizes));
     }
 
-    /// The file: `name` becomes the graph's name, `properties` its metadata, in this order.
+    /// Returns the file: `name` becomes the graph's name, `properties` its metadata, in this order.
     pub(super) fn bytes(self, name: &str, properties: &[(&str, &str)]) -> Vec<u8> {
         let mut graph = self.nodes.text(2, name);
         graph.bytes.extend(self.initializers.bytes);
@@ -196,7 +195,7 @@ mod tests {
 
     #[test]
     fn a_negative_integer_has_ten_bytes() {
-        // Two's complement of 64 bits, as protobuf has it for int64.
+        // Two's complement of 64 bits, as protobuf encodes int64.
         let mut file = OnnxFile::default();
         file.node_with(
             "ArgMin",

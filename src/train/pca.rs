@@ -10,7 +10,7 @@ use super::Components;
 use super::linear_algebra::{Real, add_products_of_columns, eigen, finite, fix_sign, multiply};
 use crate::error::{Result, TrainError};
 
-/// Rows centred at once: bounds the copy to 6 MB at 1500 pixels.
+/// Rows that are centred in one pass: this bounds the copy to 6 MB at 1500 pixels.
 const ROWS_AT_ONCE: usize = 512;
 
 /// The mean of samples and the directions in which they vary, largest first.
@@ -74,7 +74,8 @@ impl<F: Real> Pca<F> {
         })
     }
 
-    /// The fewest components that hold `share` (0..1) of the variance; at least 1 if any varies.
+    /// Returns the fewest components that hold `share` (0..1) of the variance; at least 1 if any
+    /// varies.
     #[must_use]
     pub(crate) fn components_for(&self, share: f64) -> usize {
         let rank = self.components.nrows();
@@ -89,7 +90,7 @@ impl<F: Real> Pca<F> {
         rank
     }
 
-    /// How many components are kept.
+    /// Returns how many components are kept.
     ///
     /// # Errors
     /// If a share is not above 0 and at most 1, or a count is 0.
@@ -107,7 +108,7 @@ impl<F: Real> Pca<F> {
         Err(TrainError::OutOfRange { expected, found }.into())
     }
 
-    /// The coordinates of `samples` along the first `count` components, one sample a row.
+    /// Returns the coordinates of `samples` along the first `count` components, one sample a row.
     #[must_use]
     pub(crate) fn project<T: Copy + Into<F>>(
         &self,
@@ -130,7 +131,7 @@ impl<F: Real> Pca<F> {
     }
 }
 
-/// Refuses what is not finite; the mean, and the columns that are not constant.
+/// Checks that all numbers are finite. Returns the mean, and the columns that are not constant.
 fn mean_and_varying<T: Copy + Into<F>, F: Real>(
     samples: ArrayView2<'_, T>,
 ) -> Result<(Array1<F>, Vec<usize>)> {
@@ -149,7 +150,7 @@ fn mean_and_varying<T: Copy + Into<F>, F: Real>(
     Ok((mean, varying))
 }
 
-/// The varying columns of `samples`, centred.
+/// Returns the varying columns of `samples`, centred.
 fn centred<T: Copy + Into<F>, F: Real>(
     samples: ArrayView2<'_, T>,
     mean: &Array1<F>,
@@ -175,7 +176,8 @@ fn through_covariance<T: Copy + Into<F>, F: Real>(
     Ok((found.values, found.vectors))
 }
 
-/// If `X X^T u = s u` then `X^T X (X^T u) = s (X^T u)`: Turk and Pentland, 1991, section 2.
+/// Finds the components through the Gram matrix: if `X X^T u = s u` then
+/// `X^T X (X^T u) = s (X^T u)` (Turk and Pentland, 1991, section 2).
 fn through_gram<T: Copy + Into<F>, F: Real>(
     samples: ArrayView2<'_, T>,
     mean: &Array1<F>,
@@ -201,7 +203,7 @@ mod tests {
 
     #[test]
     fn three_points_on_a_line_have_the_eigenvalues_5_and_0() {
-        // gait-facts B12.
+        // The covariance is [[1, 2], [2, 4]]; the component is (1, 2) / sqrt(5).
         let pca =
             Pca::<f64>::fit(array![[1.0, 2.0], [2.0, 4.0], [3.0, 6.0]].view()).expect("varies");
         assert_eq!(pca.mean, array![2.0, 4.0]);

@@ -1,12 +1,13 @@
-//! Real and synthetic templates together: Han & Bhanu 2006, "Individual recognition using gait energy
-//! image", IEEE Trans. Pattern Anal. 28:316.
+//! Recognizers of real and synthetic templates together: Han & Bhanu 2006, "Individual recognition
+//! using gait energy image", IEEE Trans. Pattern Anal. 28:316.
 //!
-//! Synthetic templates are a template without its lowest rows, enlarged ([`crate::template::augment`]).
-//! Principal components and discriminants are learnt of the real ones and of the synthetic ones for
-//! themselves; the distance of two templates is the sum of both distances, each divided by the mean
-//! distance between the means of two people. A template's synthetic embedding is the mean of those
-//! of its synthetic ones, so that all of it is one affine map. (The publication takes the mean of their
-//! distances to a person's mean instead: it enrols people by the templates that it learns from.)
+//! A synthetic template is a template without its lowest rows, enlarged
+//! ([`crate::template::augment`]). Principal components and discriminants are learnt separately
+//! from real and from synthetic templates. The distance of two templates is the sum of both
+//! distances, each divided by the mean distance between the means of two people. A template's
+//! synthetic embedding is the mean of the embeddings of its synthetic templates, so the whole is
+//! one affine map. (The publication instead takes the mean of their distances to a person's mean:
+//! it enrols people by the templates that it learns from.)
 
 use super::{
     Analysed, Classifier, Components, LinearModel, Real, TrainMethod, TrainOptions, linear_algebra,
@@ -18,10 +19,10 @@ use crate::template::augment::{Augmentation, Crops, Variant, crop_weights, varie
 use ndarray::{Array1, Array2, ArrayView2, s};
 
 impl<F: Real> Analysed<'_, F> {
-    /// A recognizer of real and of synthetic templates: its embedding has two parts.
+    /// Fits a recognizer of real and of synthetic templates; its embedding has two parts.
     ///
     /// # Errors
-    /// For templates that are no images, crops that leave too little, and as [`Self::fit`].
+    /// For templates that are not images, crops that leave too little, and as [`Self::fit`].
     pub(super) fn real_and_synthetic(
         &self,
         components: Components,
@@ -48,7 +49,7 @@ impl<F: Real> Analysed<'_, F> {
         Ok(joined([real, synthetic]))
     }
 
-    /// The synthetic templates of all samples, and whose they are.
+    /// Returns the synthetic templates of all samples, and their labels.
     fn synthetic(&self, crops: Crops) -> (Array2<f32>, Vec<usize>) {
         let rows = self.samples.nrows() * crops.steps;
         let (mut numbers, mut labels) =
@@ -72,7 +73,7 @@ impl<F: Real> Analysed<'_, F> {
         (samples.expect("whole rows"), labels)
     }
 
-    /// The matrix that makes of a template the mean of its synthetic ones.
+    /// Returns the matrix that maps a template to the mean of its synthetic templates.
     fn mean_crop(&self, crops: Crops) -> Array2<f64> {
         let planes = match self.template.shape(self.size) {
             TemplateShape::Image { planes, .. } => planes,
@@ -92,8 +93,8 @@ impl<F: Real> Analysed<'_, F> {
     }
 }
 
-/// Two recognizers as one whose embedding has a part of each, scaled so that two people's means are
-/// 1 apart on average in each part.
+/// Joins two recognizers into one whose embedding has a part of each, scaled so that two people's
+/// means are 1 apart on average in each part.
 fn joined(parts: [LinearModel; 2]) -> LinearModel {
     let dims = parts.iter().map(LinearModel::dims).max().unwrap_or(0);
     let [first, _] = &parts;
@@ -130,7 +131,7 @@ fn joined(parts: [LinearModel; 2]) -> LinearModel {
     }
 }
 
-/// The mean distance of two rows.
+/// Returns the mean distance of two rows.
 fn mean_distance(rows: ArrayView2<'_, f32>) -> f32 {
     let (mut sum, mut pairs) = (0.0, 0.0);
     for (at, a) in rows.outer_iter().enumerate() {
@@ -164,7 +165,7 @@ mod tests {
             .expect("a fit")
     }
 
-    /// Numbers of a part of an embedding.
+    /// Returns the numbers of a part of an embedding.
     fn part(embedding: &Array1<f32>, part: usize) -> Vec<f32> {
         embedding.iter().skip(part).step_by(2).copied().collect()
     }

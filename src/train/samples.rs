@@ -1,4 +1,4 @@
-//! What is trained on: templates of walks that are drawn, of a dataset, or of a tree.
+//! Training samples: templates of rendered walks, of a dataset, or of a tree.
 
 use super::CycleShare;
 use crate::dataset::{Dataset, IndexRow};
@@ -14,51 +14,51 @@ use ndarray::Array2;
 use std::collections::{BTreeSet, HashSet};
 use std::path::Path;
 
-/// Templates with their people.
+/// Training templates with their people.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Samples {
-    /// A template a row, numbers in 0..1.
+    /// The templates, one a row, numbers in 0..1.
     pub numbers: Array2<f32>,
-    /// Which template they are.
+    /// The kind of template.
     pub template: Template,
-    /// Of which silhouettes.
+    /// The size of their silhouettes.
     pub size: Size,
-    /// How those were framed; none where a dataset does not say.
+    /// The framing of the silhouettes; none if a dataset does not state it.
     pub framing: Option<FramingMode>,
     /// The number of each row's person.
     pub labels: Vec<usize>,
-    /// The number of each row's viewpoint, in the order of [`Training::viewpoints`]; none where its
+    /// The number of each row's viewpoint, in the order of [`Training::viewpoints`]; none if its
     /// angles are not known.
     pub views: Vec<Option<usize>>,
     /// The people's names, in the order of their first appearance.
     pub names: Vec<String>,
-    /// How many there were before a share of them was drawn.
+    /// The number of samples before a share of them was drawn.
     pub found: usize,
-    /// What a contract says of all this.
+    /// The training data as a contract states it.
     pub training: Training,
 }
 
-/// How templates are made of walks.
+/// How training templates are made from walks.
 #[derive(Clone, Copy, Debug)]
 pub struct Recipe<'a> {
-    /// From where walks are seen.
+    /// The viewpoints.
     pub views: &'a Views,
-    /// How they are drawn, and which template is made of them: one image or vector a cycle.
+    /// How walks are rendered, and the template: one image or vector for each cycle.
     pub settings: Settings,
-    /// The stored cycle and seeded variations of it, so many together.
+    /// The number of cycles of a walk: the stored one and seeded variations of it.
     pub cycles: u32,
-    /// How many of all these cycles of each person are trained on.
+    /// The share of each person's cycles that is trained on.
     pub share: CycleShare,
-    /// What is made of each template besides itself.
+    /// The variants that are added to each template.
     pub augmentation: Augmentation,
 }
 
 impl Samples {
-    /// Templates of these walks of a pack, which is called `name`; `progress` is called for each
-    /// cycle of a walk, at first for those that are left out.
+    /// Renders templates of these walks of a pack called `name`. Calls `progress` for each cycle of
+    /// a walk, first for those that are left out.
     ///
     /// # Errors
-    /// For whole takes, for silhouettes, and what cannot be drawn or augmented.
+    /// For uncut motions, for silhouettes, and for templates that cannot be rendered or augmented.
     pub fn drawn(
         pack: &Pack<'_>,
         walks: &[usize],
@@ -143,11 +143,11 @@ impl Samples {
         rows.samples(form, (people.collect(), found), training)
     }
 
-    /// The templates of the dataset in `folder` that these rows of its index tell of, which rise, as
-    /// far as they are of the share.
+    /// Reads the templates in these ascending rows of the dataset in `folder`, if they are in the
+    /// share.
     ///
     /// # Errors
-    /// For what cannot be augmented, and a dataset that is augmented already.
+    /// For templates that cannot be augmented, and for a dataset that is augmented already.
     ///
     /// # Panics
     /// If the index has no such row.
@@ -214,11 +214,11 @@ impl Samples {
         rows.samples(form, (names, chosen.len()), training)
     }
 
-    /// The templates of a tree's recordings, or of their gait cycles, framed as the settings say, as
-    /// far as they are of the share; the tree is called `name`.
+    /// Makes templates of a tree's recordings, or of their gait cycles, framed as the settings
+    /// state, if they are in the share. The tree is called `name`.
     ///
     /// # Errors
-    /// For what cannot be read, made into such a template or augmented.
+    /// For recordings that cannot be read, made into this template, or augmented.
     pub fn of_recordings(
         source: &SequenceSource<'_>,
         name: &str,
@@ -275,8 +275,8 @@ impl Samples {
         rows.samples(form, people, training)
     }
 
-    /// The contract of a model called `name` that was fitted to these; `how` is by which method, in
-    /// words.
+    /// Returns the contract of a model called `name` that was fitted to these samples; `how`
+    /// describes the method.
     #[must_use]
     pub fn contract(&self, name: String, how: &str) -> Contract {
         let description = &self.training.description;
@@ -302,7 +302,8 @@ impl Samples {
 }
 
 impl Samples {
-    /// The same of a model that gives embeddings alone, so that these people are not its classes.
+    /// Returns the contract of a model that gives only embeddings, so these people are not its
+    /// classes.
     #[must_use]
     pub(super) fn contract_of_embeddings(&self, name: String, how: &str) -> Contract {
         let contract = self.contract(name, how);
@@ -321,7 +322,7 @@ impl Samples {
     }
 }
 
-/// Samples that are collected.
+/// Samples that are being collected.
 struct CollectedSamples {
     size: Size,
     augmentation: Augmentation,
@@ -357,7 +358,7 @@ impl CollectedSamples {
         self.views.extend(std::iter::repeat_n(view, variants.len()));
     }
 
-    /// The samples of these people, and of how many templates there were.
+    /// Returns the samples of these people; `found` templates existed before a share was drawn.
     fn samples(
         self,
         (template, framing): (Template, Option<FramingMode>),
@@ -380,7 +381,7 @@ impl CollectedSamples {
     }
 }
 
-/// What was added to samples, for their description; nothing if nothing was.
+/// Describes the variants that were added to samples; empty if there are none.
 fn described(augmentation: Augmentation) -> String {
     let flip = augmentation.flip.then(|| "flip".to_owned());
     let crop = augmentation
@@ -393,13 +394,13 @@ fn described(augmentation: Augmentation) -> String {
     }
 }
 
-/// Each of these once, in the order of their first appearance.
+/// Returns each of these once, in the order of their first appearance.
 fn each_once(all: impl Iterator<Item = usize>) -> Vec<usize> {
     let mut seen = HashSet::new();
     all.filter(|one| seen.insert(*one)).collect()
 }
 
-/// Each of these once, rising.
+/// Returns each of these once, ascending.
 fn sorted<T: Ord>(all: impl Iterator<Item = T>) -> Vec<T> {
     all.collect::<BTreeSet<T>>().into_iter().collect()
 }

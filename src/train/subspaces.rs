@@ -1,10 +1,12 @@
-//! Many weak classifiers that vote: Gabor features of GEIs in random subspaces, after Guan & Li 2013,
-//! "A robust speed-invariant gait recognition system for walker and runner identification", ICB.
+//! Many weak classifiers that vote, in random subspaces of Gabor features of GEIs, after Guan & Li
+//! 2013, "A robust speed-invariant gait recognition system for walker and runner identification",
+//! ICB.
 //!
-//! The eigenvectors of two-dimensional PCA (Yang, Zhang, Frangi & Yang 2004, IEEE Trans. Pattern Anal.
-//! 26:131) of all features are found once. Each classifier draws some of them at random, and learns
-//! two-dimensional discriminants (Li & Yuan 2005, Pattern Recognit. Lett. 26:527) along the other axis.
-//! A probe is taken for whom most classifiers take it for ([`crate::score::Distance::Votes`]).
+//! The eigenvectors of two-dimensional PCA (Yang, Zhang, Frangi & Yang 2004, IEEE Trans. Pattern
+//! Anal. 26:131) of all features are found once. Each classifier draws some of them at random, and
+//! learns two-dimensional discriminants (Li & Yuan 2005, Pattern Recognit. Lett. 26:527) along the
+//! other axis. The person with the most votes is the answer
+//! ([`crate::score::Distance::Votes`]).
 
 use super::gabor::Gabor;
 use super::lda::{Classes, Scatter, discriminants};
@@ -23,24 +25,24 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::fmt;
 
-/// How classifiers are drawn.
+/// The options of random subspaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SubspaceOptions {
-    /// How many there are.
+    /// The number of classifiers.
     pub classifiers: usize,
-    /// Eigenvectors that each draws.
+    /// Eigenvectors that each classifier draws.
     pub eigenvectors: usize,
-    /// Discriminants that each keeps, at most.
+    /// The most discriminants that each classifier keeps.
     pub discriminants: usize,
-    /// Of the drawing.
+    /// The seed of the random draw.
     pub seed: u64,
 }
 
-/// Features that vary less than this, as a share of the first eigenvector's, are no directions.
+/// Eigenvectors with less than this share of the first one's variance are left out.
 const LEAST_VARIANCE: f64 = 1e-9;
 
 impl Default for SubspaceOptions {
-    /// 300 classifiers of 2 eigenvectors and at most 10 discriminants.
+    /// Returns 300 classifiers of 2 eigenvectors and at most 10 discriminants.
     fn default() -> Self {
         Self {
             classifiers: 300,
@@ -61,7 +63,7 @@ impl fmt::Display for SubspaceOptions {
     }
 }
 
-/// Classifiers in random subspaces of Gabor features: a part of the embedding each.
+/// Classifiers in random subspaces of Gabor features, each of which is a part of the embedding.
 pub struct RandomSubspaces {
     subspaces: SubspaceOptions,
     size: Size,
@@ -69,26 +71,26 @@ pub struct RandomSubspaces {
     learnt: Learnt,
 }
 
-/// What was learnt of matrices of one shape.
+/// The classifiers that were learnt from matrices of one shape.
 struct Learnt {
     mean: Array2<f32>,
-    /// One a row, by falling variance.
+    /// The eigenvectors, one a row, by descending variance.
     eigenvectors: Array2<f32>,
     classifiers: Vec<SubspaceClassifier>,
-    /// Discriminants of each; those that are fewer are filled up with nothing.
+    /// Discriminants of each classifier; missing ones are filled with zeros.
     discriminants: usize,
 }
 
-/// A random subspace.
+/// A classifier in a random subspace.
 struct SubspaceClassifier {
-    /// Which eigenvectors.
+    /// Numbers of its eigenvectors.
     chosen: Vec<usize>,
     /// Discriminants, one a row.
     directions: Array2<f32>,
 }
 
 impl RandomSubspaces {
-    /// Learns of GEIs.
+    /// Learns from GEIs.
     ///
     /// # Errors
     /// For other templates, features that are all the same, fewer than two people, and more
@@ -115,13 +117,13 @@ impl RandomSubspaces {
         })
     }
 
-    /// Numbers in an embedding, all parts together.
+    /// Returns the length of an embedding, all parts together.
     #[must_use]
     pub fn dims(&self) -> usize {
         self.learnt.dims()
     }
 
-    /// The contract of a model called `name` that was learnt of these samples.
+    /// Returns the contract of a model called `name` that was learnt from these samples.
     #[must_use]
     pub fn contract(&self, samples: &Samples, name: String) -> Contract {
         Contract {
@@ -130,7 +132,7 @@ impl RandomSubspaces {
         }
     }
 
-    /// A model file: an embedding `[N, numbers, parts]`, compared by votes.
+    /// Returns a model file with an embedding `[N, numbers, parts]` that is compared by votes.
     ///
     /// # Guarantees
     /// Equal arguments give equal bytes.
@@ -204,13 +206,14 @@ impl Learnt {
         })
     }
 
-    /// Numbers of an embedding: of each classifier its discriminants along each of its eigenvectors.
+    /// Returns the length of an embedding: each classifier has its discriminants along each of its
+    /// eigenvectors.
     fn dims(&self) -> usize {
         let each = self.classifiers.first().map_or(0, |one| one.chosen.len());
         self.classifiers.len() * self.discriminants * each
     }
 
-    /// Adds what makes embeddings of an input of features: number i of classifier j is at
+    /// Adds the operations from an input of features to embeddings: number i of classifier j is at
     /// `i * classifiers + j`.
     fn write(&self, file: &mut OnnxFile, input: &str) {
         let (rows, columns) = self.mean.dim();
@@ -253,10 +256,11 @@ impl Learnt {
     }
 }
 
-/// The eigenvectors of two-dimensional PCA, one a row: of the mean of `(X - mean)^T (X - mean)`.
+/// Finds the eigenvectors of two-dimensional PCA, one a row: those of the mean of
+/// `(X - mean)^T (X - mean)`.
 ///
 /// # Errors
-/// If no number differs.
+/// If all features are the same.
 fn eigenvectors(features: ArrayView3<'_, f32>, mean: &Array2<f32>) -> Result<Array2<f32>> {
     let columns = mean.ncols();
     let mut sum = Array2::<f64>::zeros((columns, columns));
@@ -276,7 +280,7 @@ fn eigenvectors(features: ArrayView3<'_, f32>, mean: &Array2<f32>) -> Result<Arr
     Ok(vectors.mapv(|number| number as f32))
 }
 
-/// How vectors scatter, in f64.
+/// Computes the scatter of vectors, in f64.
 ///
 /// # Errors
 /// As [`Classes::averaged`].
@@ -286,7 +290,7 @@ fn scatter(points: ArrayView2<'_, f32>, labels: &[usize], classes: usize) -> Res
     Ok(Scatter::of(points.view(), labels, &of))
 }
 
-/// The scatter of all columns of matrices, of that of each: of one at least.
+/// Combines the scatters of the columns of matrices (at least one).
 fn together<'a>(columns: impl Iterator<Item = &'a Scatter<f64>>) -> Scatter<f64> {
     let mut all: Option<Scatter<f64>> = None;
     for one in columns {

@@ -3,7 +3,8 @@
 //! With y = 1 for the class and -1 for the rest, each minimises
 //! `|w|^2 / 2 + C sum max(0, 1 - y w.x)^2` (L2 regularisation, L2 loss; LIBLINEAR's `-s 1 -B 1`),
 //! where x ends in a 1 so that the last weight is the bias. The paper (Charalambous and Bharath,
-//! BMVC 2016) states neither kernel, C nor scheme: linear, 1 and one against the rest are ours.
+//! BMVC 2016) states neither kernel, C nor scheme: linear, 1 and one against the rest are our
+//! choices.
 
 use ndarray::{Array1, Array2, ArrayView2, Axis, s};
 use rayon::prelude::*;
@@ -12,7 +13,7 @@ use super::lda::Classes;
 use super::linear_algebra::{Real, add_products_of_columns, solve_positive};
 use crate::error::{Result, TrainError};
 
-/// Newton steps before giving up; ours, some 10 times what GEIs need.
+/// The most Newton steps. Our choice: some 10 times what GEIs need.
 const MAX_STEPS: usize = 200;
 
 /// Halvings in the search along a step: to 1e-12 of it.
@@ -23,12 +24,12 @@ const HALVINGS: usize = 40;
 pub(crate) struct Svm<F> {
     /// One class a row, one weight per dimension.
     pub weights: Array2<F>,
-    /// What is added, for each class.
+    /// The bias of each class.
     pub bias: Array1<F>,
 }
 
 impl<F: Real> Svm<F> {
-    /// Learns to tell the classes of `points` (one a row) apart, with errors weighted by `c`.
+    /// Learns to separate the classes of `points` (one a row), with errors weighted by `c`.
     ///
     /// Newton's method on the weights (Keerthi and DeCoste, "A modified finite Newton method for
     /// fast solution of large scale linear SVMs", JMLR 6, 2005), since there are never more
@@ -37,7 +38,8 @@ impl<F: Real> Svm<F> {
     /// [`Real::GAP`] of the objective.
     ///
     /// # Errors
-    /// If there are fewer than two classes, a class has no sample, a number or `c` is not finite, `c` is not above 0, or rounding keeps the gap open.
+    /// If there are fewer than two classes, a class has no sample, a number or `c` is not finite,
+    /// `c` is not above 0, or rounding keeps the gap open.
     ///
     /// # Guarantees
     /// Equal input gives equal bits, with any number of threads.
@@ -82,9 +84,10 @@ impl<F: Real> Svm<F> {
     }
 }
 
-/// The weights for `inputs` (one a row); the relative duality gap if it stays open.
+/// Finds the weights for `inputs` (one a row). The error is the relative duality gap that stays
+/// open.
 ///
-/// Solved for a small C first, each solution being the start for ten times that C: from zero, a
+/// A small C is solved first, and each solution is the start for ten times that C: from zero, a
 /// large C takes hundreds of steps.
 fn one_against_the_rest<F: Real>(
     inputs: &Array2<F>,
@@ -104,7 +107,7 @@ fn one_against_the_rest<F: Real>(
     }
 }
 
-/// Newton's method from these weights.
+/// Applies Newton's method from these weights.
 fn descend<F: Real>(
     inputs: &Array2<F>,
     signs: &Array1<F>,
@@ -125,7 +128,7 @@ fn descend<F: Real>(
             .collect();
         let gradient = &weights - &violating.t().dot(&pulls);
         // With the dual variables at their best for these weights, 2C times the slacks, the
-        // duality gap comes to exactly half the squared gradient.
+        // duality gap is exactly half the squared gradient.
         let gap: f64 = (gradient.dot(&gradient)).into() / 2.0;
         let objective =
             weights.dot(&weights).into() / 2.0 + c * Into::<f64>::into(slack.dot(&slack));
@@ -138,7 +141,7 @@ fn descend<F: Real>(
         hessian *= twice_c;
         hessian.diag_mut().mapv_inplace(|v| v + F::one());
         let step = solve_positive(&hessian, -gradient).ok_or(relative_gap)?;
-        // The objective along the step is convex: where its slope is 0, or the whole step.
+        // The objective along the step is convex: go to where its slope is 0, or the whole step.
         let changes = inputs.dot(&step) * signs;
         let slope = |share: F| {
             let slack = slacks(&(&margins + &(&changes * share)));
@@ -154,7 +157,7 @@ fn descend<F: Real>(
     Err(relative_gap)
 }
 
-/// Where in 0..1 a rising function changes its sign.
+/// Finds where in 0..1 a rising function changes its sign.
 fn root<F: Real>(rising: impl Fn(F) -> F) -> F {
     let (mut low, mut high) = (F::zero(), F::one());
     for _ in 0..HALVINGS {
@@ -174,7 +177,7 @@ mod tests {
     use crate::train::testing::noise;
     use ndarray::{array, concatenate};
 
-    /// `classes` overlapping clouds, labelled round robin.
+    /// Draws `classes` overlapping clouds, labelled round robin.
     fn clouds(count: usize, dims: usize, classes: usize) -> (Array2<f64>, Vec<usize>) {
         let centres = noise(classes, dims, 41);
         let labels: Vec<usize> = (0..count).map(|i| i % classes).collect();
@@ -185,7 +188,7 @@ mod tests {
         (points, labels)
     }
 
-    /// The objective by plain loops.
+    /// Computes the objective by plain loops.
     fn objective(points: &Array2<f64>, signs: &[f64], c: f64, w: &[f64], bias: f64) -> f64 {
         let mut sum = (w.iter().map(|w| w * w).sum::<f64>() + bias * bias) / 2.0;
         for (point, sign) in points.outer_iter().zip(signs) {
@@ -195,9 +198,10 @@ mod tests {
         sum
     }
 
-    /// The oracle: dual coordinate descent, samples in cyclic order (Hsieh, Chang, Lin, Keerthi and
-    /// Sundararajan, "A dual coordinate descent method for large-scale linear SVM", ICML 2008,
-    /// algorithm 1 for the L2 loss): another problem, another method, no linear algebra.
+    /// Solves by an independent method: dual coordinate descent, samples in cyclic order (Hsieh,
+    /// Chang, Lin, Keerthi and Sundararajan, "A dual coordinate descent method for large-scale
+    /// linear SVM", ICML 2008, algorithm 1 for the L2 loss): another problem, another method, no
+    /// linear algebra.
     fn dual_descent(points: &Array2<f64>, signs: &[f64], c: f64) -> (Vec<f64>, f64) {
         let (mut w, mut bias) = (vec![0.0; points.ncols()], 0.0);
         let mut alphas = vec![0.0; signs.len()];
@@ -313,7 +317,7 @@ mod tests {
         let two = array![[0.0], [1.0]];
         assert_eq!(
             refusal(two.clone(), &[0, 0], 1, 1.0),
-            "telling classes apart needs at least 2 of them, found 1"
+            "training needs at least 2 classes, found 1"
         );
         assert_eq!(
             refusal(two.clone(), &[0, 1], 2, 0.0),

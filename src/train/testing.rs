@@ -1,10 +1,10 @@
-//! What tests of this crate share: noise, made-up people, and slow independent solvers.
+//! Shared parts of the crate's tests: noise, made-up people, and slow independent solvers.
 
 use ndarray::{Array1, Array2};
 
 use super::{LinearModel, TrainOptions, fit};
 
-/// Numbers spread evenly in -1..1, from the splitmix64 sequence (Steele, Lea and Flood, 2014).
+/// Draws numbers evenly from -1..1, from the splitmix64 sequence (Steele, Lea and Flood, 2014).
 pub(crate) fn noise(rows: usize, columns: usize, seed: u64) -> Array2<f64> {
     let mut state = seed;
     Array2::from_shape_simple_fn((rows, columns), || {
@@ -17,7 +17,7 @@ pub(crate) fn noise(rows: usize, columns: usize, seed: u64) -> Array2<f64> {
     })
 }
 
-/// GEI-like images in 0..1: people are blobs of their own widths, corners stay empty.
+/// Draws GEI-like images in 0..1: people are blobs of their own widths, corners stay empty.
 pub(crate) fn people(count: usize, classes: usize, seed: u64) -> (Array2<f32>, Vec<usize>) {
     let traits = noise(classes, 3, 1);
     let walks = noise(count, 4, seed);
@@ -43,16 +43,16 @@ pub(crate) fn people(count: usize, classes: usize, seed: u64) -> (Array2<f32>, V
     (geis, labels)
 }
 
-/// Two people learnt from 40 made-up GEIs.
+/// Returns a recognizer of two people, learnt from 40 made-up GEIs.
 pub(crate) fn small_recognizer() -> LinearModel {
     let (geis, labels) = people(40, 2, 9);
     fit(geis.view(), &labels, 2, TrainOptions::default()).expect("two different people")
 }
 
-/// Eigenvalues (falling) and eigenvectors (one a row) by cyclic Jacobi rotations.
+/// Computes eigenvalues (descending) and eigenvectors (one a row) by cyclic Jacobi rotations.
 ///
-/// Golub and Van Loan, Matrix Computations, section 8.5. Slow, simple, shares no code with
-/// `faer`.
+/// Golub and Van Loan, Matrix Computations, section 8.5. It is slow and simple, and shares no code
+/// with `faer`.
 pub(crate) fn jacobi(mut a: Vec<Vec<f64>>) -> (Vec<f64>, Vec<Vec<f64>>) {
     let n = a.len();
     let mut v = vec![vec![0.0; n]; n];
@@ -87,7 +87,7 @@ pub(crate) fn jacobi(mut a: Vec<Vec<f64>>) -> (Vec<f64>, Vec<Vec<f64>>) {
     )
 }
 
-/// The solution of `a x = b` by Gaussian elimination with pivoting.
+/// Solves `a x = b` by Gaussian elimination with pivoting.
 pub(crate) fn solve(mut a: Array2<f64>, b: &Array1<f64>) -> Array1<f64> {
     let n = b.len();
     let mut b = b.clone();

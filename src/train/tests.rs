@@ -1,4 +1,4 @@
-//! Fits on made-up people, against slow arithmetic written down again here.
+//! Fits on made-up people, compared with slow arithmetic that is written out here.
 
 use super::testing::{noise, people, small_recognizer};
 use super::*;
@@ -200,7 +200,7 @@ fn one_analysis_serves_any_number_of_components() {
     }
 }
 
-/// Cycles that come twice change neither mean nor directions, only the divisor n - 1.
+/// Duplicated cycles change neither mean nor directions, only the divisor n - 1.
 #[test]
 fn duplicated_cycles_leave_the_directions_as_they_are() {
     let (geis, labels) = people(40, 4, 3);
@@ -352,8 +352,8 @@ fn samples_that_cannot_be_learnt_from_are_refused() {
 
 /// `cargo test --release --lib a_fit_of_8000 -- --ignored --nocapture`
 ///
-/// Once with backgrounds that stay empty, once with grain in every pixel, where nothing can be
-/// left out and 95 % of the variance are more than a thousand components: the worst case.
+/// Runs once with empty backgrounds, and once with grain in every pixel, the worst case: no pixel
+/// can be left out, and 95 % of the variance needs more than a thousand components.
 #[test]
 #[ignore = "measures time: run in release"]
 fn a_fit_of_8000_geis_takes_seconds() {

@@ -1,23 +1,23 @@
-//! View transformation: Makihara, Sagawa, Mukaigawa, Echigo & Yagi 2006, "Gait recognition using a view
-//! transformation model in the frequency domain", ECCV.
+//! View transformation: Makihara, Sagawa, Mukaigawa, Echigo & Yagi 2006, "Gait recognition using a
+//! view transformation model in the frequency domain", ECCV.
 //!
-//! What people look like from each viewpoint is one matrix: a block of rows for each viewpoint, a
-//! column for each person. Its singular value decomposition `U S V^T` gives each viewpoint `j` a block
-//! `P_j` of `U S`, with which a person `v` looks like `P_j v`. From one viewpoint `j` to another `i` a
-//! template becomes `P_i P_j^+ x`.
+//! The templates of all people from all viewpoints are one matrix: a block of rows for each
+//! viewpoint, a column for each person. Its singular value decomposition `U S V^T` gives each
+//! viewpoint `j` a block `P_j` of `U S`, so that the template of a person `v` is `P_j v`. A
+//! template `x` from viewpoint `j` is transformed to viewpoint `i` as `P_i P_j^+ x`.
 //!
-//! The publication transforms the gallery to the probe's viewpoint and compares it there. The part of a probe
-//! that no person of that viewpoint has is equally far from all of the gallery; the rest is at the
-//! distance `|R_i (v - w)|` with `R_i^T R_i = P_i^T P_i`, where `v` is of the probe and `w` of the gallery.
-//! So an embedding has a part `R_i v` for each viewpoint `i`, of which the probe's is compared
-//! ([`crate::score::Distance::View`]). That part of the probe is left out of the distance: this changes no
-//! rank, but makes distances of different probes less alike. Where both are seen from one viewpoint the
-//! publication compares the templates themselves; here only the part in which people of that viewpoint
-//! differ is compared.
+//! The publication transforms the gallery to the probe's viewpoint and compares it there. The
+//! component of a probe outside the span of that viewpoint's people is equally far from all of the
+//! gallery. The rest has the distance `|R_i (v - w)|` with `R_i^T R_i = P_i^T P_i`, for `v` of the
+//! probe and `w` of the gallery. So an embedding has a part `R_i v` for each viewpoint `i`, and the
+//! part of the probe's viewpoint is compared ([`crate::score::Distance::View`]). The outside
+//! component is left out of the distance. This changes no rank, but makes distances of different
+//! probes less comparable. For a probe and a gallery from the same viewpoint, the publication
+//! compares the templates themselves; here only their components within that span are compared.
 //!
-//! Two things are not as published. Templates are measured from the mean of all people and viewpoints, along
-//! the principal components of people's means, which makes a model small. Directions with less than
-//! 1e-10 of the variance of the first are none.
+//! Two details differ from the publication. Templates are measured from the mean of all people and
+//! viewpoints, along the principal components of people's means, which makes a model small.
+//! Directions with less than 1e-10 of the first one's variance are left out.
 
 use super::lda::Classes;
 use super::linear_algebra::{Real, add_products_of_columns, eigen, multiply};
@@ -31,20 +31,20 @@ use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, Array3, Axis, s};
 
-/// How models call the input that has each template's azimuth and elevation, degrees.
+/// The name of the input that takes each template's azimuth and elevation, degrees.
 pub const VIEW: &str = "view";
 
-/// What brings templates of people from one viewpoint to another.
+/// A view transformation: it maps templates of people from one viewpoint to another.
 pub struct ViewTransformation {
     template: Template,
     size: Size,
     viewpoints: Vec<[f64; 2]>,
-    /// A template's numbers to its principal components.
+    /// The map from a template to its principal components.
     components: Affine,
     blocks: Vec<ViewpointModel>,
 }
 
-/// What is known of a viewpoint.
+/// The maps of one viewpoint.
 struct ViewpointModel {
     /// `P^+`: from principal components to a person's `v`.
     inverse: Array2<f64>,
@@ -53,11 +53,11 @@ struct ViewpointModel {
 }
 
 impl ViewTransformation {
-    /// Learns of templates of people, each of them from each viewpoint.
+    /// Learns from templates of people, each person from each viewpoint.
     ///
     /// # Errors
-    /// For fewer than two viewpoints or people, a person who is not seen from one of the viewpoints, and
-    /// samples that are all the same.
+    /// For fewer than two viewpoints or people, a person who is not seen from one of the
+    /// viewpoints, and samples that are all the same.
     pub fn fit(samples: &Samples, components: Components) -> Result<Self> {
         let viewpoints = &samples.training.viewpoints;
         if viewpoints.len() < 2 {
@@ -93,13 +93,13 @@ impl ViewTransformation {
         })
     }
 
-    /// Numbers in an embedding, all parts together.
+    /// Returns the length of an embedding, all parts together.
     #[must_use]
     pub fn dims(&self) -> usize {
         self.blocks.iter().map(|block| block.root.nrows()).sum()
     }
 
-    /// The contract of a model called `name` that was learnt of these samples.
+    /// Returns the contract of a model called `name` that was learnt from these samples.
     #[must_use]
     pub fn contract(&self, samples: &Samples, name: String) -> Contract {
         let components = self.components.weights.nrows();
@@ -111,9 +111,10 @@ impl ViewTransformation {
         }
     }
 
-    /// A model file, which takes any viewpoint for the nearest that it was trained on: what runs it has to
-    /// refuse others ([`Contract::feed_view`]). Of templates and their viewpoints it gives an embedding `[N, numbers, viewpoints]`, of which
-    /// the probe's part is compared.
+    /// Returns a model file. From templates and their viewpoints it computes an embedding
+    /// `[N, numbers, viewpoints]`, of which the part of the probe's viewpoint is compared. It takes
+    /// any viewpoint as the nearest one of its training, so its caller has to reject others
+    /// ([`Contract::feed_view`]).
     ///
     /// # Guarantees
     /// Equal arguments give equal bytes.
@@ -176,13 +177,13 @@ impl ViewTransformation {
     }
 }
 
-/// Whether two viewpoints are one, whole turns aside.
+/// Returns whether two viewpoints are the same, apart from whole turns.
 fn is_same(one: &[f64; 2], other: &[f64; 2]) -> bool {
     let turn = (one[0] - other[0]).rem_euclid(360.0);
     turn.min(360.0 - turn) < SAME_VIEW_DEG && (one[1] - other[1]).abs() < SAME_VIEW_DEG
 }
 
-/// The mean of each person's samples from a viewpoint, one a row.
+/// Returns the mean of each person's samples from a viewpoint, one a row.
 fn of_people(samples: &Samples, view: usize) -> Result<Array2<f64>> {
     let own: Vec<usize> = (0..samples.labels.len())
         .filter(|&at| samples.views[at] == Some(view))
@@ -202,10 +203,10 @@ fn of_people(samples: &Samples, view: usize) -> Result<Array2<f64>> {
     Ok(of.means)
 }
 
-/// What is known of each viewpoint, of what people look like there, one a column.
+/// Computes the maps of each viewpoint from the people's templates there, one a column.
 ///
 /// # Errors
-/// If nobody looks like anything.
+/// If all templates are the same.
 fn blocks(people: &[Array2<f64>]) -> Result<Vec<ViewpointModel>> {
     let count = people.first().map_or(0, Array2::ncols);
     // U S is the matrix times V, whose columns are the eigenvectors of the products of its columns.
@@ -225,7 +226,7 @@ fn blocks(people: &[Array2<f64>]) -> Result<Vec<ViewpointModel>> {
     people.iter().map(block).collect()
 }
 
-/// What is known of a viewpoint with this `P`.
+/// Computes the maps of a viewpoint with this `P`.
 fn block(projection: Array2<f64>) -> Result<ViewpointModel> {
     let rank = projection.ncols();
     let mut products = Array2::zeros((rank, rank));

@@ -154,7 +154,7 @@ fn frames_a_second_make_cycles_of_their_own_length_and_whole_takes() {
         ("", "a GEI needs a gait cycle"),
         (
             "--template silhouettes --cycles 2",
-            "which is as it was recorded",
+            "which has no variations",
         ),
         ("--template silhouettes --fps 9999", "found 29798"),
     ] {
@@ -164,7 +164,7 @@ fn frames_a_second_make_cycles_of_their_own_length_and_whole_takes() {
                 at,
                 &words(&format!("{sweep} --views paper")),
                 2,
-                &["held at once"],
+                &["of a walk in memory"],
             );
         } else {
             let output = edgegait(at, &words(&sweep));

@@ -79,7 +79,7 @@ fn walks_that_the_encoder_refuses_are_left_out_and_the_others_imported() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     files(at);
-    let full = "turns full circle";
+    let full = "turns a full circle";
     for (file, more, word) in [
         ("spin_1.bvh", "", full),
         ("spin_1.bvh", " --cycles mean", full),
@@ -120,7 +120,7 @@ fn one_cycle_that_the_encoder_refuses_costs_that_cycle_only() {
         &["1 of 2 walks cannot be encoded", "--keep-going"],
     );
     let results = import(at, "once_1.bvh --keep-going");
-    let expected = "left out: once_1.bvh: the cycle at 1.25 s: joint Head turns full circle";
+    let expected = "left out: once_1.bvh: the cycle at 1.25 s: joint Head turns a full circle";
     assert!(
         results["warnings"][0]
             .as_str()

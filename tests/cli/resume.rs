@@ -51,7 +51,7 @@ fn a_run_that_was_killed_at_any_moment_ends_with_the_bytes_of_an_undisturbed_one
         assert!(!said.contains("wrote"), "{said}");
         let other = command.replace("--cycles 120", "--cycles 3");
         let other = other.replace("d.toml", "d.toml --people 1");
-        let problem = "is already complete, and of another run: settings.";
+        let problem = "is already complete, from another run: settings.";
         refused(at, &words(&other), 2, &[problem]);
         assert!(
             files(&at.join("killed")) == files(&at.join("whole")),

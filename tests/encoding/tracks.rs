@@ -81,7 +81,7 @@ fn an_error_of_zero_gives_the_finest_encoding_and_says_what_it_reached() {
     let words: Vec<&str> = cohort.split(' ').collect();
     let said = done(folder.path(), &words);
     assert!(
-        said.contains("warning: 1 of 1 walks miss the error of 0.00 mm, by up to 0."),
+        said.contains("warning: 1 of 1 walks exceed the error of 0.00 mm, by up to 0."),
         "{said}"
     );
 }
@@ -130,7 +130,7 @@ fn a_joint_that_turns_full_circle_is_refused_by_its_name() {
         let turn = |phase: f64| DQuat::from_rotation_x(turns * TAU * phase);
         let cycle = with_joint(made(0, 5.0), Joint::RightForearm, turn);
         let error = refusal(&[subject(0, vec![cycle])]);
-        let expected = "F01 walk: joint RightForearm turns full circle in a gait cycle: ";
+        let expected = "F01 walk: joint RightForearm turns a full circle in a gait cycle: ";
         assert!(error.starts_with(expected), "{error}");
     }
     // Twice round ends where it began, but is as far from any usual pose.

@@ -120,7 +120,7 @@ def main():
         lines.append(f"{name}: refused: {said.removeprefix('error: ')}")
 
     flat(folder / "usual.onnx", [1, 64, 44], 2816)
-    number("usual.onnx", ["taken for GEIs of 64x44 (NCHW)"])
+    number("usual.onnx", ["read as GEIs of 64x44 (NCHW)"])
     sequence(folder / "sequence.onnx")
     number("sequence.onnx", ["silhouettes of 64x44 (NTHW)"])
     sequence(folder / "parts.onnx", parts=True)
@@ -138,7 +138,7 @@ def main():
     flat(folder / "wide.onnx", [1, 128, 88], 128 * 88)
     refusal("wide.onnx", ["[N, 1, 128, 88]", "50x30, 64x44, 64x64"])
     two_inputs(folder / "two.onnx")
-    refusal("two.onnx", ['"scale" f32 [N, 1]', "pictures alone"])
+    refusal("two.onnx", ['"scale" f32 [N, 1]', "takes images only"])
     flat(folder / "eight.onnx", [1, 64, 44], 2816, batch=8)
     refusal("eight.onnx", ["batch axis", "dynamic_axes"])
     flat(folder / "double.onnx", [2816], 2816, element=DOUBLE)
@@ -184,7 +184,7 @@ def sklearn(tried, lines, number, refusal):
         (folder / name).write_bytes(model.SerializeToString())
     refusal("maps.onnx", ["zipmap"], *tried.runtime())
     if tried.library:
-        number("classes.onnx", ["classes for people"], *tried.runtime())
+        number("classes.onnx", ["classes as people"], *tried.runtime())
     refusal("classes.onnx", ["ai.onnx.ml", "--runtime ort"])
 
 

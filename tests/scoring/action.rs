@@ -97,7 +97,7 @@ fn a_build_passes_with_its_own_baseline_and_fails_where_a_limit_is_missed() {
     // Before there is a baseline, what is beside one is left out.
     let early = with(&[("SCORE_LIMITS", "paired.toml")]);
     assert_eq!(code(&early), 0, "{}", text(&early.stderr));
-    assert!(text(&early.stdout).contains("1 limit beside a baseline left out"));
+    assert!(text(&early.stdout).contains("1 limit relative to a baseline left out"));
 
     // One model a line, of which there is one.
     let lines = with(&[

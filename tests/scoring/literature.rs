@@ -281,7 +281,7 @@ fn random_subspaces_vote_in_one_model_file() {
         (
             "--template mhi",
             1,
-            "gabor-subspaces learns of GEIs, found MHIs",
+            "gabor-subspaces learns from GEIs, found MHIs",
         ),
         ("--components 20", 2, "no principal components"),
     ] {

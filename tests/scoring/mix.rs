@@ -89,7 +89,7 @@ fn a_tree_a_pack_and_a_dataset_train_one_model_of_all_their_people() {
         "{warnings:?}"
     );
     assert!(
-        has("own: it does not say how its figures are framed"),
+        has("own: it does not state how its figures are framed"),
         "{warnings:?}"
     );
     assert_eq!(warnings.len(), 3);
@@ -209,7 +209,7 @@ fn what_cannot_be_trained_on_together_is_refused() {
         ),
         (
             "real own --size 64x44",
-            "expected sources of one size, found 64x44 of real and 50x30 of own (--size says",
+            "expected sources of one size, found 64x44 of real and 50x30 of own (--size applies",
         ),
         (
             "own made.egp --template mei",

@@ -137,7 +137,7 @@ fn real_silhouettes_are_compared_with_those_of_twins() {
         "3 people",
         "Mean Jaccard index",
         "Subspaces",
-        "Who is it?",
+        "Recognition:",
         "What separates S from R",
         "wrote study/index.html",
     ] {
@@ -260,7 +260,7 @@ fn what_does_not_fit_together_is_refused_before_the_work() {
         at,
         "--out a",
         1,
-        &["found none that is: it has the people 101, 102, 104, the manifest 9, 8, 7"],
+        &["found none: it has the people 101, 102, 104, the manifest has 9, 8, 7"],
     );
     with(&manifest.replace("08_02.amc", "08_03.amc"));
     refuses(

@@ -71,7 +71,7 @@ fn a_model_trained_in_single_precision_says_so() {
 fn recipes_that_make_no_sense_are_refused_before_anything_is_drawn() {
     let dir = tempfile::tempdir().expect("a folder");
     for (recipe, expected) in [
-        (["--svm-c", "2"].as_slice(), "LDA has none"),
+        (["--svm-c", "2"].as_slice(), "other methods have none"),
         (&["--components", "5,7,5"], "5 appears twice"),
         (&["--components", "0"], "0 is not in 1..=4096"),
         (

@@ -112,7 +112,7 @@ fn what_a_tree_has_no_place_for_is_refused() {
         (
             "drawn",
             1,
-            "found another folder (a dataset is swept already)",
+            "found another folder (a dataset has been swept already)",
         ),
         (
             "--whole-recordings --subjects F01",
@@ -130,7 +130,7 @@ fn what_a_tree_has_no_place_for_is_refused() {
     fs::remove_dir_all(at.join("tree")).expect("removed");
     tree(at, "casia-b");
     let problem =
-        "expected views named by angles, as an index of a dataset has them, found \"seq0\"";
+        "expected views named by angles, as the index of a dataset needs them, found \"seq0\"";
     refused(at, &words("sweep tree --out set"), 1, &[problem]);
     assert!(!at.join("set").exists());
 }

@@ -45,7 +45,7 @@ for limits in "${SCORE_LIMITS:-}" "${BENCH_LIMITS:-}"; do
     [[ -z $limits || -r $limits ]] || refuse "$limits: expected a file of limits, found none"
 done
 if [[ -n $baseline && ! -d $baseline ]]; then
-    echo "::warning::EdgeGait gate: there is no folder $baseline: limits beside a baseline are left out"
+    echo "::warning::EdgeGait gate: there is no folder $baseline: limits relative to a baseline are left out"
     baseline=
 fi
 if [[ -n $baseline && -d $out && $(realpath "$baseline") == $(realpath "$out") ]]; then

@@ -1,5 +1,5 @@
-//! Writes the memory map of each program: as much RAM as it is meant to run in, so that the linker
-//! refuses more of it.
+//! Writes the memory map of each program, with only the RAM that it may use, so that the linker
+//! rejects anything larger.
 
 use std::path::PathBuf;
 use std::{env, fs};
@@ -9,7 +9,7 @@ const KIB: u32 = 1024;
 fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it"));
     let target = env::var("TARGET").expect("cargo sets it");
-    // Of the boards mps2-an505 (its secure alias; 20 MHz) and mps2-an386 (25 MHz) in QEMU.
+    // The boards mps2-an505 (its secure alias; 20 MHz) and mps2-an386 (25 MHz) in QEMU.
     let (flash, ram, tick_ns) = if target.starts_with("thumbv8m") {
         (0x1000_0000, 0x3800_0000, 50)
     } else {
@@ -20,7 +20,7 @@ fn main() {
     let (study_flash, study_ram) = match (has_skia, target.ends_with("hf")) {
         (false, _) => (256, 16),
         (true, true) => (1024, 24),
-        // Functions for floats without hardware take a kilobyte of stack more.
+        // Software floating point takes another kilobyte of stack.
         (true, false) => (1024, 26),
     };
     for (program, flash_kib, ram_kib) in [("study", study_flash, study_ram), ("golden", 4096, 2048)]

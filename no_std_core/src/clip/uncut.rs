@@ -69,7 +69,7 @@ impl<'a> UncutClip<'a> {
         let Some((table, ends, blocks)) = parts else {
             return Err(FormatError::new(
                 bytes.len(),
-                "as many blocks as the duration has",
+                "as many blocks as the duration needs",
             ));
         };
         Ok(Self {
@@ -115,7 +115,7 @@ impl<'a> UncutClip<'a> {
             let Some(block) = self.blocks.get(before..end) else {
                 return Err(FormatError::new(
                     end_at,
-                    "block ends in rising order within the take",
+                    "block ends in rising order within the clip",
                 ));
             };
             let (mut channels, mut bits) = (BitReader::new(self.table), BitReader::new(block));

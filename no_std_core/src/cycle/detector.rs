@@ -105,7 +105,7 @@ impl CycleDetector {
                 found_hz: frame_rate_hz,
             });
         }
-        // At most 4, since at most 120 / 32.
+        // At most 4, because the rate is at most 120 Hz and 120 / 32 = 3.75.
         let every = whole(libm::ceilf(frame_rate_hz / CYCLE_MOST_SAMPLES_HZ));
         let rate_hz = frame_rate_hz / f32::from(every);
         let (shortest, _) = step_range(rate_hz);

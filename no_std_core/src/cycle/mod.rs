@@ -6,11 +6,13 @@
 //! and every second maximum bounds a cycle, because left and right steps alternate. The differences
 //! are:
 //!
-//! * Two numbers are measured, the pixels of the lowest third and the width of the lowest fifth. The
-//!   paper's pixels swing well only from the side. Seen obliquely they swing once a cycle, not once
-//!   a step, and the width is better. From in front neither is good, and both together are best.
-//! * The peaks are those of the wave that fits four steps best, not of the smoothed signal: one wave
-//!   has no side peaks, its phase is a real number, and its share of the swing is a confidence.
+//! * Two numbers are measured, the pixels of the lowest third and the width of the lowest fifth.
+//!   The paper's pixels swing well only from the side. Seen obliquely they swing once a cycle, not
+//!   once a step, and the width is better. From in front neither is good, and both together are
+//!   best.
+//! * The peaks are those of the wave that fits four steps best, not of the smoothed signal. One
+//!   wave has no side peaks, its phase is a real number, and its share of the change shows how sure
+//!   it is.
 //!
 //! ```
 //! use edgegait_core::cycle::{CycleDetector, LowerBody};
@@ -24,7 +26,8 @@
 //!     found.extend(detector.push(Some(legs)));
 //! }
 //! found.extend(detector.finish());
-//! let ends: Vec<[f64; 2]> = found.iter().map(|cycle| [cycle.start.round(), cycle.end.round()]).collect();
+//! let ends: Vec<[f64; 2]> =
+//!     found.iter().map(|cycle| [cycle.start.round(), cycle.end.round()]).collect();
 //! assert_eq!(ends, [[0.0, 30.0], [30.0, 60.0]]);
 //! # Ok::<(), edgegait_core::cycle::FrameRateError>(())
 //! ```

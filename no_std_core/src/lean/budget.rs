@@ -28,8 +28,8 @@ pub struct Budget {
     pub expanded_bytes: usize,
 }
 
-/// Bytes of the values that are alive together while a GEI is made, except those that it is drawn
-/// from and with.
+/// Bytes of the values that are alive together while a GEI is made, except those of drawing: body,
+/// figure, renderer, drawing and GEI.
 const WALK_BYTES: usize = size_of::<Pack<'_>>()
     + size_of::<Avatar<'_>>()
     + size_of::<Clip<'_>>()

@@ -1,4 +1,4 @@
-//! A window whose rasteriser is chosen when the program runs.
+//! A window whose rasteriser is chosen at run time.
 
 use super::moments::AreaMoments;
 use super::placement::{Extent, Placement};
@@ -14,7 +14,7 @@ use crate::silhouette::Coverage;
 use crate::silhouette::{AnySilhouette, Silhouette, Size};
 use crate::simd::Simd;
 
-/// The window of any rasteriser, for figures of bodies that are unpacked. 43 kB.
+/// The window of any rasteriser, for figures of unpacked bodies. 43 kB.
 #[derive(Debug)]
 pub struct AnyWindow(AnyKind);
 
@@ -48,7 +48,7 @@ impl AnyWindow {
     }
 }
 
-/// What the window at hand does, whichever it is.
+/// Evaluates an expression with the window in use, whichever it is.
 macro_rules! each {
     ($self:ident, $window:ident => $does:expr) => {
         match &$self.0 {

@@ -1,11 +1,11 @@
-//! Why a figure cannot be drawn.
+//! The reasons why a figure cannot be drawn.
 
 use crate::budget::{MAX_FIGURE_COLUMNS, MAX_REACH_PIXELS};
 use crate::camera::NEAR_M;
 use core::fmt;
 use glam::Vec2;
 
-/// Why a figure cannot be drawn.
+/// The reason why a figure cannot be drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum DrawError {
@@ -15,19 +15,19 @@ pub enum DrawError {
     NotFinite,
     /// A point lies this many metres in front of the camera's eye, or behind it.
     TooNear(f32),
-    /// The figure has no height from this viewpoint, or no width where it is to be stretched
-    /// to its box, so that no scale fills the image.
+    /// The figure has no height from this viewpoint, or no width if it is to be stretched to its
+    /// box, so that no scale fills the image.
     Flat,
     /// The figure would be this many columns wide; at most 2,048 are drawn.
     TooWide(f32),
-    /// A part of the figure would lie this many pixels from the image's upper left corner,
-    /// and another part inside of the image.
+    /// A part of the figure would lie this many pixels from the image's upper left corner, and
+    /// another part inside the image.
     TooLarge(f32),
     /// The figure is so thin that no sample falls inside it.
     Vanished,
-    /// A fixed framing has this scale, pixels a metre.
+    /// A fixed framing has this scale, pixels a metre, which is not a number above 0.
     Scale(f32),
-    /// The samples are to be moved by more than half a pixel.
+    /// The samples would be moved by more than half a pixel.
     Jitter(Vec2),
 }
 

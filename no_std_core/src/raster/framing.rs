@@ -1,4 +1,4 @@
-//! How framings draw a figure, whatever carries its hulls and whatever fills its pixels.
+//! Framing of figures, independent of the type of body and the rasteriser.
 
 use super::DrawError;
 use super::moments::AreaMoments;
@@ -8,19 +8,19 @@ use crate::camera::{Camera, Framing, NEAR_M};
 use crate::silhouette::Size;
 use glam::{Vec2, Vec3};
 
-/// A figure before a camera, what it is drawn into, and the image that is kept of that.
+/// A figure before a camera, the window that it is drawn into, and the image that is cut out.
 pub(crate) struct Sitting<'a, F, W: Pixels> {
     pub figure: &'a F,
     pub camera: &'a Camera,
-    /// Which of the views that the figure was looked at from it is.
+    /// The number of the view among those given to [`Fill::look`].
     pub view: usize,
     pub window: &'a mut W,
     pub image: &'a mut W::Image,
 }
 
 impl<F, W: Fill<F>> Sitting<'_, F, W> {
-    /// Draws the figure, of this extent: where it was placed, and the share of it that does not
-    /// show.
+    /// Draws the figure, which has this extent, and returns its placement and the share of it
+    /// outside the image.
     pub fn draw(
         &mut self,
         extent: &Extent,
@@ -59,8 +59,8 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
         self.window.cut(left, self.image)
     }
 
-    /// Draws a figure that fills the rows: where it was placed, and the share of it that is cut
-    /// off.
+    /// Draws a figure that fills the rows, and returns its placement and the share of it that is
+    /// cut off.
     fn by_height(&mut self, extent: &Extent, jitter: Vec2) -> Result<(Placement, f32), DrawError> {
         let (size, limit) = (self.window.size(), self.window.width());
         let columns = |columns| self.window.columns(columns);
@@ -90,7 +90,8 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
         Ok((shifted, clipped_share))
     }
 
-    /// Draws a figure where `placement` says, whatever of it that shows; the share that does not.
+    /// Draws the visible part of a figure at `placement`, and returns the share that is not
+    /// visible.
     fn at(
         &mut self,
         extent: &Extent,
@@ -117,8 +118,8 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
         Ok(1.0 - (inside / whole).min(1.0))
     }
 
-    /// The area of a placed figure within a part of the image: the part is stretched to the
-    /// whole window, so that small ones are measured with as many samples.
+    /// Measures the area of a placed figure within a part of the image. The part is stretched to
+    /// the whole window, so that small parts are measured with as many samples.
     fn area(&mut self, part: &Extent, placement: &Placement) -> f32 {
         let columns = self.window.width();
         let window = Vec2::new(as_pixels(columns), image(self.window.size()).y);
@@ -131,12 +132,12 @@ impl<F, W: Fill<F>> Sitting<'_, F, W> {
     }
 }
 
-/// Columns and rows of an image, pixels.
+/// Returns the columns and rows of an image, pixels.
 fn image(size: Size) -> Vec2 {
     Vec2::new(as_pixels(size.columns()), as_pixels(size.rows()))
 }
 
-/// Refuses samples outside of their pixel.
+/// Checks that samples stay within their pixel.
 pub(crate) fn check_jitter(jitter: Vec2) -> Result<(), DrawError> {
     // A NaN fails the comparison.
     if jitter.abs().cmple(Vec2::splat(0.5)).all() {
@@ -146,7 +147,7 @@ pub(crate) fn check_jitter(jitter: Vec2) -> Result<(), DrawError> {
     }
 }
 
-/// Where a point appears in the image, metres to the right and up.
+/// Returns where a point appears in the image, metres to the right and up.
 ///
 /// # Errors
 /// When it is not finite, or too near to the camera.
@@ -166,7 +167,7 @@ pub fn projected(camera: &Camera, point: Vec3) -> Result<Vec2, DrawError> {
     }
 }
 
-/// The rectangle that points take in the image.
+/// Returns the rectangle that points take in the image.
 pub(crate) fn extent(
     points: impl IntoIterator<Item = Vec3>,
     camera: &Camera,

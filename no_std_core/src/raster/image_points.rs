@@ -1,4 +1,4 @@
-//! A figure as a camera sees it: its points in the image, before anything is framed.
+//! The points of a figure in the image of a camera, before framing.
 
 use super::DrawError;
 use super::framing::extent;
@@ -20,8 +20,8 @@ impl PosedHulls for Figure<'_> {
     }
 }
 
-/// Points in the image, metres to the right and up, and behind them what is read together with
-/// a hull's last one. 6 kB.
+/// Points in the image, metres to the right and up, with padding that is read together with a
+/// hull's last point. 6 kB.
 #[derive(Clone, Debug)]
 pub struct ImagePoints {
     pub x: [f32; POINTS],
@@ -30,7 +30,7 @@ pub struct ImagePoints {
 
 const POINTS: usize = MAX_POINTS + MAX_HULL_POINTS;
 
-/// What points span in the image, and whether all of them can be seen there.
+/// The rectangle that points take in the image, and whether all of them have a place there.
 struct ImageSpan {
     extent: Extent,
     is_whole: bool,
@@ -42,7 +42,7 @@ impl ImagePoints {
         y: [0.0; POINTS],
     };
 
-    /// Projects a figure's points: the rectangle that they span.
+    /// Projects a figure's points, and returns the rectangle that they take.
     pub fn project(
         &mut self,
         figure: &Figure<'_>,
@@ -56,7 +56,7 @@ impl ImagePoints {
         if sight.is_whole {
             return Ok(sight.extent);
         }
-        // What is wrong with a figure is found out one point after another.
+        // The slow path finds the error of a figure that has one.
         extent(figure.points(), camera)
     }
 }
@@ -72,7 +72,7 @@ fn see<L: Wide>(l: L, points: &mut ImagePoints, figure: &Figure<'_>, camera: &Ca
     }
 }
 
-/// [`Camera::project`] of all points, `N` at once.
+/// Projects all points as [`Camera::project`] does, `N` at a time.
 #[inline(always)]
 fn project<const N: usize, L: Lanes<N>>(
     l: L,
@@ -110,7 +110,7 @@ fn project<const N: usize, L: Lanes<N>>(
         } else {
             (dot(l, right, point), dot(l, up, point))
         };
-        // Not finite, whatever is added to what is not.
+        // Once it is not finite, the sum stays so.
         wild = l.add(wild, l.add(x, y));
         l.store(x, xs);
         l.store(y, ys);
@@ -124,18 +124,18 @@ fn project<const N: usize, L: Lanes<N>>(
             min: Vec2::new(min_x, min_y),
             max: Vec2::new(max_x, max_y),
         },
-        // It differs from itself by what is no number.
+        // A sum that is not finite minus itself is NaN.
         is_whole: l.bits(l.and(is_whole, l.not_less(l.sub(wild, wild), zero))) == (1 << N) - 1,
     }
 }
 
-/// A vector in all lanes.
+/// Copies a vector to all lanes.
 #[inline(always)]
 pub(super) fn splat<const N: usize, L: Lanes<N>>(l: L, vector: Vec3) -> [L::Floats; 3] {
     [l.splat(vector.x), l.splat(vector.y), l.splat(vector.z)]
 }
 
-/// The scalar product, in the order of [`Vec3::dot`].
+/// Computes the scalar product, in the order of [`Vec3::dot`].
 #[inline(always)]
 pub(super) fn dot<const N: usize, L: Lanes<N>>(
     l: L,

@@ -1,8 +1,8 @@
-//! From posed hulls to a silhouette: framing, outlines, rasteriser.
+//! Rendering of posed hulls to silhouettes: framing, outlines and rasterisers.
 //!
-//! Framing is part of the projection: the figure is drawn once, at the size of
-//! the silhouette, and nothing is resampled. A [`Renderer`] frames figures, whatever they are
-//! drawn into: a [`Window`] fills pixels with hulls, tells their moments, and cuts columns out.
+//! Framing is part of the projection: the figure is drawn once, at the size of the silhouette, and
+//! nothing is resampled. A [`Renderer`] frames figures for any [`Window`], which fills pixels with
+//! hulls, computes their moments, and cuts columns out.
 //!
 //! | window | figures | draws | RAM |
 //! |---|---|---|--:|
@@ -42,13 +42,16 @@ pub use skia::Skia;
 pub use window::PosedHulls;
 pub(crate) use window::{Fill, Pixels};
 
-/// How pixels are decided.
+/// The method that decides which pixels are on.
+///
+/// `skia` is the default of the `edgegait` program because the project was specified with
+/// tiny-skia, and the shipped models are trained on its images. It is neither the fastest nor the
+/// most exact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Rasterizer {
-    /// tiny-skia without anti-aliasing: one sample at the pixel's centre, after
-    /// coordinates were cut to 1/64 pixel (0.6-0.8 % of on-pixels differ from exact
-    /// sampling).
+    /// tiny-skia without anti-aliasing: one sample at the pixel's centre, with coordinates
+    /// truncated to 1/64 pixel (0.6-0.8 % of on-pixels differ from exact sampling).
     #[cfg(feature = "skia")]
     Skia,
     /// tiny-skia with anti-aliasing: 4x4 samples a pixel, hull by hull, so that
@@ -72,8 +75,8 @@ impl Rasterizer {
         Self::Rows3x3,
     ];
 
-    /// How far apart its samples are, pixels: jitter within half of it fills the gaps between
-    /// them, and more would blur.
+    /// Returns the distance between its samples, pixels: jitter within half of it fills the gaps
+    /// between them, and more would blur.
     #[must_use]
     pub const fn spacing(self) -> f32 {
         match self {
@@ -86,7 +89,7 @@ impl Rasterizer {
         }
     }
 
-    /// The name under which results state it.
+    /// Returns the name that results use for it.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -109,43 +112,44 @@ impl fmt::Display for Rasterizer {
 /// A drawn figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drawing<'a, I = AnySilhouette> {
-    /// What was drawn, which its renderer keeps until it draws the next one.
+    /// The image, which the renderer keeps until it draws the next one.
     pub frame: &'a I,
-    /// The share of the figure's area that lies outside of the image, 0..=1.
+    /// The share of the figure's area outside the image, 0..=1.
     ///
-    /// Of [`Framing::Height`] it is counted in samples; of [`Framing::Box`] it is 0. Of
-    /// [`Framing::Fixed`] it is 0 or 1 where the figure's rectangle lies inside or outside of
-    /// the image, and otherwise measured with two more drawings, the whole figure and its part
-    /// inside each stretched to the window: within 0.03 of exact areas of random bodies
-    /// (`tests/framing.rs`).
+    /// With [`Framing::Height`] it is counted in samples; with [`Framing::Box`] it is 0. With
+    /// [`Framing::Fixed`] it is 0 or 1 if the figure's rectangle lies inside or outside the image,
+    /// and otherwise measured with two more drawings, of the whole figure and of its part inside,
+    /// each stretched to the window: within 0.03 of exact areas of random bodies
+    /// (`tests/drawing/framing.rs`).
     pub clipped_share: f32,
-    /// Where points of the image appear in [`Self::frame`].
+    /// The placement of image points in [`Self::frame`].
     pub placement: Placement,
 }
 
-/// How a figure is seen and fitted into the image: what [`Renderer::draw`] takes.
+/// A camera, a framing and a jitter: the view of a figure that [`Renderer::draw_views`] takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderView {
-    /// Where it is seen from.
+    /// The camera.
     pub camera: Camera,
-    /// How it is fitted into the image.
+    /// The framing.
     pub framing: Framing,
-    /// Where pixels are sampled: x to the right and y down, each within half a pixel of their
-    /// centres.
+    /// The offset of samples from the pixels' centres: x to the right and y down, each within half
+    /// a pixel.
     pub jitter: Vec2,
 }
 
-/// What figures of the type `F` are drawn into: [`AnyWindow`], `Skia` or [`crate::lean::LeanRows`].
+/// A window into which figures of the type `F` are drawn: [`AnyWindow`], [`SampleImages`], `Skia`
+/// or [`crate::lean::LeanRows`].
 pub trait Window<F>: Fill<F> {}
 
 impl<F, W: Fill<F>> Window<F> for W {}
 
-/// Draws figures with one rasteriser in one size, reusing its memory.
+/// A renderer that draws figures with one rasteriser in one size and reuses its memory.
 ///
 /// Bit rows are held inline and take no heap. tiny-skia holds
-/// [`crate::budget::SKIA_RESIDENT_BYTES`] of it from the first figure on (its window of
-/// 64 bytes a row from the start), and takes and gives back at most
-/// [`crate::budget::SKIA_TRANSIENT_BYTES`] while it draws.
+/// [`crate::budget::SKIA_RESIDENT_BYTES`] of heap from the first figure on (its window of 64 bytes
+/// a row from the start), and allocates and frees at most [`crate::budget::SKIA_TRANSIENT_BYTES`]
+/// while it draws.
 #[derive(Debug)]
 pub struct Renderer<W: Pixels = AnyWindow> {
     window: W,
@@ -153,14 +157,14 @@ pub struct Renderer<W: Pixels = AnyWindow> {
 }
 
 impl Renderer {
-    /// A renderer of figures of bodies that are unpacked; tiny-skia allocates its window. Bit
-    /// rows use the widest registers that the processor has.
+    /// Makes a renderer for figures of unpacked bodies; tiny-skia allocates its window. Bit rows
+    /// use the widest registers of the processor.
     #[must_use]
     pub fn new(rasterizer: Rasterizer, size: Size) -> Self {
         Self::with_simd(rasterizer, size, Simd::widest())
     }
 
-    /// A renderer whose bit rows use these registers. Pictures do not depend on it.
+    /// Makes a renderer whose bit rows use these registers. Images do not depend on them.
     #[must_use]
     pub fn with_simd(rasterizer: Rasterizer, size: Size, simd: Simd) -> Self {
         Self::of(AnyWindow::new(rasterizer, size, simd))
@@ -168,35 +172,35 @@ impl Renderer {
 }
 
 impl<W: Pixels> Renderer<W> {
-    /// A renderer that draws into this window.
+    /// Makes a renderer that draws into this window.
     #[must_use]
     pub fn of(window: W) -> Self {
         let image = window.blank();
         Self { window, image }
     }
 
-    /// The rasteriser in use.
+    /// Returns the rasteriser in use.
     #[must_use]
     pub fn rasterizer(&self) -> Rasterizer {
         self.window.rasterizer()
     }
 
-    /// Rows and columns of what is drawn.
+    /// Returns the size of the images.
     #[must_use]
     pub fn size(&self) -> Size {
         self.window.size()
     }
 
-    /// Draws `figure` as `camera` sees it, fitted into the image by `framing`.
+    /// Draws `figure` as `camera` sees it, placed and scaled by `framing`.
     ///
     /// `jitter` moves the points at which pixels are sampled, x to the right and y down, each
-    /// within half a pixel: `Vec2::ZERO` samples their centres. A template of frames of
-    /// different jitter is closer to exact coverage.
+    /// within half a pixel: `Vec2::ZERO` samples their centres. A template of frames with different
+    /// jitter is closer to exact coverage.
     ///
     /// - [`Framing::Height`] fills the rows, and puts the centroid (of the sampled points,
     ///   rounded half up) on the middle column's left side: x = 15 of 30.
     /// - [`Framing::Box`] fills rows and columns.
-    /// - [`Framing::Fixed`] draws an empty frame of a figure that is wholly outside.
+    /// - [`Framing::Fixed`] draws an empty frame for a figure that is wholly outside.
     ///
     /// # Errors
     /// For figures without an image; see [`DrawError`].
@@ -219,11 +223,11 @@ impl<W: Pixels> Renderer<W> {
         self.draw_view(figure, &view, 0)
     }
 
-    /// Draws `figure` from several views, and gives each drawing to `take` with the number of its
-    /// view: the same drawings as [`Self::draw`] makes one by one, in less time.
+    /// Draws `figure` from several views, and calls `take` with the number of each view and its
+    /// drawing. The drawings are those of [`Self::draw`], in less time.
     ///
     /// # Errors
-    /// The first of `take`, which is given those of [`Self::draw`].
+    /// The first error of `take`, which also receives the errors of [`Self::draw`].
     pub fn draw_views<F, E>(
         &mut self,
         figure: &F,
@@ -243,7 +247,7 @@ impl<W: Pixels> Renderer<W> {
         Ok(())
     }
 
-    /// Draws a figure from one of the views that it was looked at from.
+    /// Draws a figure from one of the views that the window has looked at.
     fn draw_view<F>(
         &mut self,
         figure: &F,
@@ -276,7 +280,7 @@ impl<W: Pixels> Renderer<W> {
     }
 }
 
-/// Refuses what is no scale.
+/// Checks that a scale is finite and above 0.
 fn check_scale(pixels_per_metre: f32) -> Result<(), DrawError> {
     // A NaN fails the comparison.
     if pixels_per_metre > 0.0 && pixels_per_metre.is_finite() {

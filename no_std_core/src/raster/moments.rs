@@ -10,16 +10,16 @@ pub struct AreaMoments {
 }
 
 impl AreaMoments {
-    /// Adds those of a window whose first column is column `left` of the row of windows.
+    /// Adds the moments of a window whose first column is column `left` of the row of windows.
     pub fn add(&mut self, window: Self, left: usize) {
         self.area += window.area;
         self.doubled += window.doubled + 2 * left as u64 * window.area;
     }
 
-    /// The x of the centroid of sampled points, `jitter` right of the pixel centres, rounded
-    /// half up.
+    /// Returns the x of the centroid of sampled points, `jitter` right of the pixel centres,
+    /// rounded half up.
     pub fn centroid_column(&self, jitter: f32) -> isize {
-        // Both are whole numbers below 2^40, so that a tie is exact and nothing else is.
+        // Both are whole numbers below 2^40, so that ties are exact and nothing else becomes a tie.
         #[expect(clippy::cast_precision_loss, reason = "exact below 2^53")]
         let (area, doubled) = (self.area as f64, self.doubled as f64);
         let rounded =

@@ -1,19 +1,19 @@
-//! Where framings place a figure, whatever fills its pixels.
+//! Placement of figures by framings, independent of the rasteriser.
 
 use super::{DrawError, check_scale};
 use crate::budget::{MAX_FIGURE_COLUMNS, MAX_REACH_PIXELS, WINDOW_COLUMNS};
 use crate::silhouette::Size;
 use glam::Vec2;
 
-/// How many times as large a part of a figure is drawn to measure it, at most: what is then
-/// thinner than a sample is a thousandth of a pixel.
+/// The greatest factor by which a part of a figure is enlarged to measure it: parts that are then
+/// thinner than a sample are a thousandth of a pixel.
 const MAX_GROWTH: f32 = 1_024.0;
 
-/// From metres in the image, which [`projected`](super::projected) gives, to pixels, y turned
-/// downwards.
+/// The map from metres in the image, which [`projected`](super::projected) returns, to pixels, with
+/// y downwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// Pixels a metre, to the right and down.
+    /// Pixels per metre, to the right and down.
     pub scale: Vec2,
     /// An image point, metres to the right and up.
     pub origin: Vec2,
@@ -22,8 +22,8 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// The pixel coordinates of an image point: x to the right, y down, pixel
-    /// `(c, r)` covers `c..c+1` by `r..r+1`.
+    /// Returns the pixel coordinates of an image point: x to the right, y down. Pixel `(c, r)`
+    /// covers `c..c+1` by `r..r+1`.
     #[must_use]
     pub fn place(&self, point: Vec2) -> Vec2 {
         Vec2::new(
@@ -32,7 +32,7 @@ impl Placement {
         )
     }
 
-    /// The part of `extent` that falls within so many columns and rows.
+    /// Returns the part of `extent` that falls within this many columns and rows.
     pub(crate) fn shown(&self, extent: &Extent, pixels: Vec2) -> Extent {
         let corner = |x: f32, y: f32| {
             let metres = (Vec2::new(x, y) - self.at) / self.scale;
@@ -44,8 +44,7 @@ impl Placement {
         }
     }
 
-    /// The same placement seen from a window, or sampled at points, this many pixels further
-    /// right and down.
+    /// Returns the placement in a window, or for samples, this many pixels further right and down.
     #[must_use]
     pub(crate) fn moved(&self, pixels: Vec2) -> Self {
         Self {
@@ -65,22 +64,22 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// Width, metres.
+    /// Returns the width, metres.
     #[must_use]
     pub fn width(&self) -> f32 {
         self.max.x - self.min.x
     }
 
-    /// Height, metres.
+    /// Returns the height, metres.
     #[must_use]
     pub fn height(&self) -> f32 {
         self.max.y - self.min.y
     }
 }
 
-/// The placement that makes a figure of this extent fill the rows and centres it in a row
-/// of windows of at most `limit` columns, how many windows that takes, and how many columns of
-/// them: what `columns` says of a figure of so many.
+/// Returns the placement that makes a figure of this extent fill the rows and centres it in a row
+/// of windows of at most `limit` columns, the number of windows, and their columns, which `columns`
+/// returns for the figure's width.
 pub fn by_height(
     extent: &Extent,
     size: Size,
@@ -108,7 +107,7 @@ pub fn by_height(
     Ok((placement, windows, columns))
 }
 
-/// The placement that stretches a figure of this extent to so many columns and rows.
+/// Returns the placement that stretches a figure of this extent to this many columns and rows.
 pub fn stretched(extent: &Extent, pixels: Vec2) -> Result<Placement, DrawError> {
     let size = Vec2::new(extent.width(), extent.height());
     if !size.is_finite() {
@@ -125,8 +124,8 @@ pub fn stretched(extent: &Extent, pixels: Vec2) -> Result<Placement, DrawError> 
     })
 }
 
-/// A placement in which `part` fills so many columns and rows, unless it is larger than
-/// [`MAX_GROWTH`] times `placement`.
+/// Returns a placement in which `part` fills this many columns and rows, enlarged by at most
+/// [`MAX_GROWTH`] compared to `placement`.
 pub fn enlarged(part: &Extent, placement: &Placement, pixels: Vec2) -> Placement {
     let size = Vec2::new(part.width(), part.height());
     Placement {
@@ -136,7 +135,7 @@ pub fn enlarged(part: &Extent, placement: &Placement, pixels: Vec2) -> Placement
     }
 }
 
-/// The placement that shows the image point `centre` in the middle of the image.
+/// Returns the placement that shows the image point `centre` in the middle of the image.
 pub fn fixed(centre: Vec2, pixels_per_metre: f32, image: Vec2) -> Result<Placement, DrawError> {
     check_scale(pixels_per_metre)?;
     Ok(Placement {
@@ -146,18 +145,18 @@ pub fn fixed(centre: Vec2, pixels_per_metre: f32, image: Vec2) -> Result<Placeme
     })
 }
 
-/// Where a figure's rectangle lies.
+/// The relation of a figure's rectangle to the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExtentPlace {
-    /// Wholly inside of the image.
+    /// Wholly inside the image.
     Inside,
-    /// Partly inside, as far as the rectangle tells.
+    /// Possibly partly inside: the rectangle is.
     Across,
     /// Wholly outside.
     Outside,
 }
 
-/// Where a placed figure of this extent lies, in an image of so many columns and rows.
+/// Returns where a placed figure of this extent lies in an image of this many columns and rows.
 pub fn spread(
     extent: &Extent,
     placement: &Placement,
@@ -179,9 +178,10 @@ pub fn spread(
     }
 }
 
-/// Columns of a window of bit rows that a figure of so many columns is drawn in: whole words.
+/// Returns the columns of the window of bit rows in which a figure of this many columns is drawn:
+/// whole words.
 pub fn row_columns(columns: f32) -> usize {
-    // A column on each side for what rounding adds.
+    // A column on each side allows for rounding.
     match columns + 2.0 {
         narrow if narrow <= 32.0 => 32,
         middle if middle <= 64.0 => 64,
@@ -189,7 +189,7 @@ pub fn row_columns(columns: f32) -> usize {
     }
 }
 
-/// Where the `N` samples of a pixel lie along an axis.
+/// Returns where the `N` samples of a pixel lie along an axis.
 pub const fn places<const N: usize>() -> [f32; N] {
     let (mut places, mut number) = ([0.0; N], 0);
     while number < N {
@@ -199,7 +199,7 @@ pub const fn places<const N: usize>() -> [f32; N] {
     places
 }
 
-/// A small count as pixels.
+/// Converts a small count to pixels.
 pub const fn as_pixels(count: usize) -> f32 {
     #[expect(clippy::cast_precision_loss, reason = "at most a few thousand")]
     let pixels = count as f32;

@@ -1,7 +1,7 @@
-//! Filling outlines with tiny-skia: the only file that names it.
+//! Filling of outlines with tiny-skia. Only this file uses it.
 //!
-//! Hulls are filled one by one, so that what tiny-skia allocates for a fill is a
-//! constant; [`crate::budget::SKIA_TRANSIENT_BYTES`] sums it.
+//! Hulls are filled one by one, so that tiny-skia's allocations for a fill are bounded by a
+//! constant, [`crate::budget::SKIA_TRANSIENT_BYTES`].
 
 use super::moments::AreaMoments;
 use super::placement::{Extent, Placement, as_pixels};
@@ -17,7 +17,7 @@ use core::marker::PhantomData;
 use glam::Vec2;
 use tiny_skia::{FillRule, Mask, PathBuilder, Transform};
 
-/// tiny-skia's window, of 64 columns: without anti-aliasing, or with it where the image is a
+/// tiny-skia's window, of 64 columns: without anti-aliasing, or with it if the image is a
 /// [`Coverage`]; see [`Rasterizer`]. Figures may be unpacked or lean.
 #[derive(Debug)]
 pub struct Skia<I = Silhouette> {
@@ -29,7 +29,7 @@ pub struct Skia<I = Silhouette> {
 }
 
 impl Skia {
-    /// An empty window of one sample a pixel; allocates 64 bytes a row.
+    /// Makes an empty window of one sample a pixel; allocates 64 bytes a row.
     #[must_use]
     pub fn new(size: Size) -> Self {
         Self::empty(size)
@@ -37,7 +37,7 @@ impl Skia {
 }
 
 impl Skia<Coverage> {
-    /// An empty window of 4x4 samples a pixel; allocates 64 bytes a row.
+    /// Makes an empty window of 4x4 samples a pixel; allocates 64 bytes a row.
     #[must_use]
     pub fn anti_aliased(size: Size) -> Self {
         Self::empty(size)
@@ -49,7 +49,7 @@ impl<I: CutImage> Skia<I> {
         #[expect(clippy::cast_possible_truncation, reason = "64 by at most 64")]
         let mask = Mask::new(SKIA_WINDOW_COLUMNS as u32, size.rows() as u32);
         Self {
-            // tiny-skia refuses only sizes of zero and above 2^31.
+            // tiny-skia rejects only sizes of zero and above 2^31.
             mask: mask.expect("64 by at most 64 pixels"),
             size,
             path: None,
@@ -57,8 +57,8 @@ impl<I: CutImage> Skia<I> {
         }
     }
 
-    /// Most bytes that it has on the heap at once, while one hull is filled; an allocator's own
-    /// come on top.
+    /// Returns the most bytes that it has on the heap together, while it fills one hull, without an
+    /// allocator's own.
     #[must_use]
     pub const fn heap_bytes(size: Size) -> usize {
         let transient = if I::IS_GREY {
@@ -69,11 +69,11 @@ impl<I: CutImage> Skia<I> {
         skia_resident_bytes(size.rows()) + transient
     }
 
-    /// The outline of a hull, as far as the window shows it. Apart, so that its work gives back
-    /// its stack before tiny-skia begins.
+    /// Returns the outline of a hull, clipped to the window. A separate function, so that its stack
+    /// is free again before tiny-skia begins.
     #[inline(never)]
     fn outline(&self, pixels: impl Iterator<Item = Vec2>) -> Outline {
-        // One pixel of margin, so that the cut itself is never seen.
+        // One pixel of margin, so that the cut itself is never visible.
         let min = Vec2::splat(-1.0);
         let max = Vec2::new(
             as_pixels(SKIA_WINDOW_COLUMNS + 1),
@@ -153,7 +153,7 @@ impl<I: CutImage> Pixels for Skia<I> {
         moments
     }
 
-    /// Columns outside of the window are empty.
+    /// Cuts out columns; those outside the window are empty.
     fn cut(&self, left: isize, image: &mut I) -> u64 {
         let rows = self.mask.data().chunks_exact(SKIA_WINDOW_COLUMNS);
         image.cut(rows, left)
@@ -182,7 +182,7 @@ pub trait CutImage {
 
     fn empty(size: Size) -> Self;
 
-    /// Takes the columns from `left` on of the window's rows; the sum of their pixels.
+    /// Copies the columns from `left` on of the window's rows, and returns the sum of their pixels.
     fn cut<'a>(&mut self, rows: impl Iterator<Item = &'a [u8]>, left: isize) -> u64;
 }
 
@@ -228,7 +228,7 @@ impl CutImage for Coverage {
     }
 }
 
-/// The pixel in this column of a picture that begins at column `left` of a window's row.
+/// Returns the pixel in this column of an image that begins at column `left` of a window's row.
 fn shown(row: &[u8], left: isize, column: usize) -> u8 {
     let source = left.checked_add_unsigned(column);
     let source = source.and_then(|at| row.get(usize::try_from(at).ok()?));

@@ -1,4 +1,4 @@
-//! Framings and lenses on boxes whose pixels can be counted by hand.
+//! Tests of framings and lenses on boxes whose pixels can be counted by hand.
 
 use super::moments::AreaMoments;
 use super::*;
@@ -12,7 +12,7 @@ fn front() -> Camera {
     Camera::orthographic(Viewpoint::from_degrees(0.0, 0.0).expect("a viewpoint"))
 }
 
-/// An axis-parallel box, metres.
+/// Returns an axis-parallel box, metres.
 fn slab(min: [f32; 3], max: [f32; 3]) -> [Vec3; 8] {
     core::array::from_fn(|corner| {
         Vec3::from_array(core::array::from_fn(|axis| {
@@ -33,7 +33,7 @@ fn body(hulls: &[[Vec3; 8]]) -> UnpackedBody {
     body
 }
 
-/// What each rasteriser draws at 50x30 from the front, and the share that it cuts off.
+/// Returns the image of each rasteriser at 50x30 from the front, and the share that is cut off.
 fn drawn(
     body: &UnpackedBody,
     framing: Framing,
@@ -54,20 +54,21 @@ fn drawn_at(
     })
 }
 
-/// Asserts that all rasterisers refuse a figure for the same reason.
+/// Asserts that all rasterisers reject a figure for the same reason.
 fn assert_refused(body: &UnpackedBody, framing: Framing, error: DrawError) {
     for found in drawn(body, framing) {
         assert_eq!(found, Err(error));
     }
 }
 
-/// Framed by height, by each rasteriser; grey pixels are on from half coverage up.
+/// Returns the silhouettes of each rasteriser, framed by height; grey pixels are on from half
+/// coverage up.
 fn silhouettes(body: &UnpackedBody) -> impl Iterator<Item = Silhouette> {
     let drawings = drawn(body, Framing::Height);
     drawings.map(|drawing| drawing.expect("a figure").0.silhouette())
 }
 
-/// Rows `top..bottom` of columns `left..right` on.
+/// Returns a silhouette with rows `top..bottom` of columns `left..right` on.
 fn block(size: Size, [left, right]: [u32; 2], [top, bottom]: [usize; 2]) -> Silhouette {
     let bits = (u64::MAX >> (64 - (right - left))) << left;
     let rows: [u64; 64] = core::array::from_fn(|row| {
@@ -82,7 +83,7 @@ fn block(size: Size, [left, right]: [u32; 2], [top, bottom]: [usize; 2]) -> Silh
 
 #[test]
 fn a_box_fills_its_rows_and_is_centred() {
-    // 0.4 m by 2 m: 25 px a metre, so 10 columns, 10..20.
+    // 0.4 m by 2 m: 25 pixels a metre, so 10 columns, 10..20.
     let body = body(&[slab([3.0, 0.0, 0.0], [3.4, 2.0, 0.3])]);
     for found in silhouettes(&body) {
         assert_eq!(found, block(Size::S50x30, [10, 20], [0, 50]));
@@ -107,7 +108,7 @@ fn the_picture_does_not_depend_on_where_the_figure_stands_or_how_large_it_is() {
 
 #[test]
 fn what_is_cut_away_is_reported() {
-    // 60 columns wide: half of it lies outside of the 30.
+    // 60 columns wide: half of it lies outside the 30.
     let wide = body(&[slab([0.0, 0.0, 0.0], [2.4, 2.0, 0.3])]);
     for drawing in drawn(&wide, Framing::Height) {
         let (frame, clipped_share) = drawing.expect("a figure");
@@ -118,7 +119,7 @@ fn what_is_cut_away_is_reported() {
 
 #[test]
 fn a_figure_wider_than_the_window_is_measured_in_several() {
-    // 40 m by 2 m: 1,000 columns, of which 30 are kept.
+    // 40 m by 2 m: 1,000 columns; 30 are kept.
     let wide = body(&[slab([0.0, 0.0, 0.0], [40.0, 2.0, 0.3])]);
     for drawing in drawn(&wide, Framing::Height) {
         let (frame, clipped_share) = drawing.expect("a figure");
@@ -138,8 +139,8 @@ fn overlapping_hulls_do_not_cancel() {
 
 #[test]
 fn grey_pixels_tell_how_much_is_covered() {
-    // 10.5 columns: centred, the outer columns are covered by a quarter, of which tiny-skia
-    // takes one of four columns of samples and bit rows one of three.
+    // 10.5 columns: centred, the outer columns are covered by a quarter, which is one of four
+    // columns of samples for tiny-skia and one of three for bit rows.
     let body = body(&[slab([0.0, 0.0, 0.0], [0.42, 2.0, 0.3])]);
     for (drawing, rasterizer) in drawn(&body, Framing::Height).zip(Rasterizer::ALL) {
         let coverage = drawing.expect("a figure").0.to_coverage();
@@ -163,7 +164,7 @@ fn what_has_no_image_is_a_typed_error() {
     assert_refused(&needle, Framing::Height, DrawError::Vanished);
 }
 
-/// 50 pixels a metre around a point.
+/// Returns a framing of 50 pixels a metre around a point.
 fn fixed(centre: [f32; 3]) -> Framing {
     Framing::Fixed {
         centre: Vec3::from(centre),
@@ -190,7 +191,7 @@ fn a_box_stretches_to_rows_and_columns_in_every_size() {
             for (row, &bits) in found.rows().iter().enumerate() {
                 for column in 0..size.columns() {
                     let middle = column as f32 + 0.5;
-                    // On the edge itself either will do: 7.5 is the centre of column 7.
+                    // On the edge itself either is right: 7.5 is the centre of column 7.
                     if middle == left || middle == right {
                         continue;
                     }
@@ -278,13 +279,13 @@ fn jitter_moves_the_samples() {
         let still = block(Size::S50x30, [15, 25], [0, 25]);
         assert_eq!(at(0.0, 0.0), still);
         assert_eq!(at(0.3, 0.3), still);
-        // Samples at i + 0.05: those of column 25 and row 25 are inside.
+        // Samples at i + 0.05: those of column 25 or row 25 are inside.
         assert_eq!(at(-0.45, 0.0), block(Size::S50x30, [15, 26], [0, 25]));
         assert_eq!(at(0.0, -0.45), block(Size::S50x30, [15, 25], [0, 26]));
     }
 }
 
-/// Rasterisers with one sample a pixel.
+/// Returns the rasterisers with one sample a pixel.
 fn centre_samplers() -> impl Iterator<Item = Rasterizer> {
     let all = Rasterizer::ALL.iter().copied();
     all.filter(|rasterizer| matches!(rasterizer.name(), "skia" | "rows"))

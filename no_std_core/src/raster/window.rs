@@ -1,4 +1,4 @@
-//! What figures are drawn into, whatever carries their hulls and whatever fills their pixels.
+//! Traits of windows and figures, independent of the type of body and the rasteriser.
 
 use super::moments::AreaMoments;
 use super::placement::{Extent, Placement};
@@ -7,12 +7,12 @@ use crate::camera::Camera;
 use crate::silhouette::Size;
 use glam::Vec3;
 
-/// A body in a pose, as it lies in memory: [`crate::body::Figure`] or [`crate::lean::LeanFigure`].
+/// A body in a pose: [`crate::body::Figure`] or [`crate::lean::LeanFigure`].
 pub trait PosedHulls {
-    /// The points of each hull, metres.
+    /// Returns the points of each hull, metres.
     fn hulls(&self) -> impl Iterator<Item = impl Iterator<Item = Vec3>>;
 
-    /// The rectangle that all of them take in the image.
+    /// Returns the rectangle that all points take in the image.
     ///
     /// # Errors
     /// For figures without an image; see [`DrawError`].
@@ -21,50 +21,51 @@ pub trait PosedHulls {
 
 /// The pixels of a window, and the image that is cut out of them.
 pub trait Pixels {
-    /// What is drawn.
+    /// The type of the image.
     type Image;
 
-    /// Whether it draws outlines by facets.
+    /// Whether it finds outlines by facets.
     const NEEDS_FACETS: bool = true;
 
-    /// Whether pixels of the image are more than on or off.
+    /// Whether pixels of the image have more values than on and off.
     const IS_GREY: bool = false;
 
-    /// An image with nothing on.
+    /// Returns an empty image.
     fn blank(&self) -> Self::Image;
 
-    /// How pixels are decided.
+    /// Returns the rasteriser.
     fn rasterizer(&self) -> Rasterizer;
 
-    /// Rows and columns of the image.
+    /// Returns the size of the image.
     fn size(&self) -> Size;
 
-    /// How many columns the window has.
+    /// Returns the number of columns of the window.
     fn width(&self) -> usize;
 
-    /// In how many of them a figure of so many is drawn.
+    /// Returns the number of the window's columns in which a figure of `columns` columns is drawn.
     fn columns(&self, columns: f32) -> usize;
 
     /// Empties the window.
     fn clear(&mut self);
 
-    /// Area and first moment of what was drawn.
+    /// Returns the area and first moment of the drawn figure.
     fn moments(&self) -> AreaMoments;
 
-    /// The image's columns from `left` on; their area in the unit of [`Self::moments`].
+    /// Cuts the columns from `left` on out into `image`, and returns their area in the unit of
+    /// [`Self::moments`].
     fn cut(&self, left: isize, image: &mut Self::Image) -> u64;
 }
 
-/// A window that bodies in poses are drawn into as they lie in memory: `F`.
+/// A window that draws figures of the type `F`.
 pub trait Fill<F>: Pixels {
-    /// Finds out what does not depend on where a figure is drawn, for at most
+    /// Computes whatever does not depend on the placement of a figure, for at most
     /// [`crate::budget::VIEWS_AT_ONCE`] views.
     fn look(&mut self, _figure: &F, _views: &[RenderView]) {}
 
-    /// The rectangle that a figure takes in the image.
+    /// Returns the rectangle that a figure takes in the image.
     fn extent(&mut self, figure: &F, camera: &Camera) -> Result<Extent, DrawError>;
 
-    /// Draws a figure as one of the views that it was looked at from sees it, into the leftmost
-    /// `columns` and nothing else. Its extent in that view was asked for last.
+    /// Draws a figure from one of the views given to [`Self::look`], only into the leftmost
+    /// `columns` columns. The last call of [`Self::extent`] must be for that view.
     fn draw(&mut self, figure: &F, view: (&Camera, usize), placement: &Placement, columns: usize);
 }

@@ -1,7 +1,7 @@
-//! Eight numbers in a register of AVX2, of processors since Haswell and Zen.
+//! Eight numbers in a register of AVX2, for processors since Haswell and Zen.
 #![expect(
     unsafe_code,
-    reason = "intrinsics; each value of the type was made after the processor was asked"
+    reason = "intrinsics; a value of the type exists only after the processor was checked"
 )]
 
 use super::{Edges, Lanes, LineEnds, Two, Wide};
@@ -95,7 +95,7 @@ impl Lanes<8> for Avx2 {
         with! {
             let is_above = _mm256_cmp_ps::<_CMP_NLT_UQ>(top, row);
             let is_below = _mm256_cmp_ps::<_CMP_NLE_UQ>(row, bottom);
-            // All bits are a NaN, which reaches nothing.
+            // With all bits set, x is a NaN, which has no effect.
             let x = _mm256_or_ps(x, _mm256_or_ps(is_above, is_below));
             (_mm256_min_ps(x, left), _mm256_max_ps(x, right))
         }
@@ -224,7 +224,7 @@ impl Wide for Two<Avx2> {
         self.0
     }
 
-    /// The byte of each bit, and the bit in it, by tables: 32 at once.
+    /// Looks up the byte of each bit, and the bit in it, by tables: 32 at a time.
     #[inline(always)]
     fn look_up(self, bits: u64, numbers: &[u8; 64]) -> u64 {
         let mut found = 0;

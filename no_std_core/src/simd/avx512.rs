@@ -1,7 +1,7 @@
-//! Sixteen numbers in one register of AVX-512, of processors since Ice Lake and Zen 4.
+//! Sixteen numbers in one register of AVX-512, for processors since Ice Lake and Zen 4.
 #![expect(
     unsafe_code,
-    reason = "intrinsics; each value of the type was made after the processor was asked"
+    reason = "intrinsics; a value of the type exists only after the processor was checked"
 )]
 
 use super::{Edges, LANES, Lanes, LineEnds, Wide};
@@ -29,7 +29,7 @@ cpufeatures::new!(
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Avx512(());
 
-/// The same, eight numbers at once.
+/// A processor with AVX-512 that works on eight numbers at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Avx512Half(());
 
@@ -190,7 +190,7 @@ impl Lanes<LANES> for Avx512 {
         u32::from(mask)
     }
 
-    /// A matrix of bits is turned by multiplying the one with ones in its diagonal by it.
+    /// Transposes a matrix of bits by multiplying the one with ones in its diagonal by it.
     #[inline(always)]
     fn ranges(self, from: __m512i, to: __m512i) -> [u64; 2] {
         with! {
@@ -203,7 +203,7 @@ impl Lanes<LANES> for Avx512 {
         }
     }
 
-    /// Both together: the greatest is the least of what is turned about 0.
+    /// Computes both together: the greatest is the negated least of the negated numbers.
     #[inline(always)]
     fn bounds(self, low: __m512, high: __m512) -> (f32, f32) {
         with! {
@@ -228,9 +228,9 @@ impl Lanes<LANES> for Avx512 {
     }
 }
 
-/// Numbers of points, a byte each.
+/// Operations on numbers of points, a byte each.
 impl Avx512 {
-    /// Those numbers that the mask names, without gaps.
+    /// Returns the numbers that the mask selects, without gaps.
     #[inline(always)]
     fn together(self, mask: u64, numbers: &[u8; 64]) -> __m512i {
         with! {
@@ -239,20 +239,20 @@ impl Avx512 {
         }
     }
 
-    /// The first `count` of some numbers, and behind them others, 64 in all.
+    /// Returns the first `count` numbers of `first`, followed by `others`, 64 in all.
     #[inline(always)]
     fn append(self, first: __m512i, count: u32, others: __m512i) -> __m512i {
         let behind = u64::MAX.checked_shl(count).unwrap_or(0);
         with!(_mm512_mask_expand_epi8(first, behind, others))
     }
 
-    /// All numbers but the first sixteen.
+    /// Returns all numbers except the first sixteen.
     #[inline(always)]
     fn without_sixteen(self, numbers: __m512i) -> __m512i {
         with!(_mm512_alignr_epi64::<2>(numbers, numbers))
     }
 
-    /// The first eight numbers of each mask.
+    /// Returns the first eight numbers that each mask selects.
     #[inline(always)]
     fn eights(self, numbers: [__m512i; 2], masks: [u64; 2]) -> __m512i {
         with!(_mm512_castsi128_si512(_mm_unpacklo_epi64(
@@ -261,7 +261,7 @@ impl Avx512 {
         )))
     }
 
-    /// Coordinates of the points of the first sixteen numbers.
+    /// Returns coordinates of the points with the first sixteen numbers.
     #[inline(always)]
     fn pick(self, numbers: __m512i, points: &[f32; MAX_HULL_POINTS]) -> __m512 {
         with! {
@@ -296,7 +296,7 @@ impl Wide for Avx512 {
         cuts::beside(self, pairs, edges)
     }
 
-    /// The numbers of the points at the ends are moved together.
+    /// Moves the numbers of the points at the ends together, and writes their coordinates.
     #[inline(always)]
     fn ends(
         self,
@@ -314,7 +314,7 @@ impl Wide for Avx512 {
             to = self.append(to, count, self.together(outline, &edges.to));
             count += outline.count_ones();
         }
-        // A convex outline has at most 32: rounding would have to part it.
+        // A convex outline has at most 32 edges; only rounding could give more than 64.
         if count > 64 {
             return super::ends_one_by_one(self, bits, edges, points, ends);
         }

@@ -1,5 +1,5 @@
-//! Edges of a hull that the planes of columns cut, and where: what all processors do but those
-//! that move bytes together.
+//! Edges of a hull that the planes of columns cut, and where, for all processors except those that
+//! can compress bytes.
 
 use super::{Edges, LANES, Wide};
 use crate::budget::{MAX_COLUMNS, MAX_HULL_POINTS};
@@ -11,14 +11,14 @@ pub(crate) struct EdgeCuts {
     /// For each number of column centres that points have passed, the edges that end at those
     /// points an odd number of times.
     turning: [[u64; 2]; MAX_COLUMNS + 1],
-    /// Those that the last column crosses.
+    /// The edges that the last column crosses.
     crossed: [u64; 2],
 }
 
-/// [`Wide::cuts`].
+/// Implements [`Wide::cuts`].
 ///
-/// Left of a plane, an edge with both ends counts twice and one that is cut once: the exclusive
-/// or of these up to the plane are the edges that it cuts.
+/// Left of a plane, an edge with both ends counts twice, and an edge that is cut counts once: the
+/// exclusive or of all edges up to the plane gives those that it cuts.
 #[inline(always)]
 pub(super) fn cuts(
     spokes: &[[u64; 2]],
@@ -37,7 +37,7 @@ pub(super) fn cuts(
     cuts
 }
 
-/// [`Wide::crossed`].
+/// Implements [`Wide::crossed`].
 #[inline(always)]
 pub(super) fn crossed(cuts: &mut EdgeCuts, column: usize) -> [[u64; 2]; 2] {
     let turned = cuts.turning[column % (MAX_COLUMNS + 1)];
@@ -50,7 +50,7 @@ pub(super) fn crossed(cuts: &mut EdgeCuts, column: usize) -> [[u64; 2]; 2] {
     ]
 }
 
-/// [`Wide::corners`].
+/// Implements [`Wide::corners`].
 #[inline(always)]
 pub(super) fn corners<L: Wide>(
     l: L,
@@ -83,7 +83,8 @@ pub(super) fn corners<L: Wide>(
     (cut(l, a, b, plane), most)
 }
 
-/// The points of lines from `a` to `b` in a plane to the right: upwards and towards the camera.
+/// Returns where lines from `a` to `b` meet the plane at `plane` to the right: upwards and towards
+/// the camera.
 #[inline(always)]
 pub(super) fn cut<L: Wide>(
     l: L,
@@ -98,7 +99,7 @@ pub(super) fn cut<L: Wide>(
     ]
 }
 
-/// [`Wide::Cuts`] and what is done with it, of processors that go edge by edge.
+/// Implements [`Wide::Cuts`] and its functions for processors that work edge by edge.
 macro_rules! edge_by_edge {
     () => {
         type Cuts = crate::simd::cuts::EdgeCuts;

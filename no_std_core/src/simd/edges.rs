@@ -1,4 +1,4 @@
-//! Edges of hulls, and the ends of those that are outlines.
+//! Edges of hulls, and the ends of outline edges.
 
 use super::Wide;
 use crate::budget::{LANES, MAX_HULL_POINTS};
@@ -6,12 +6,12 @@ use crate::budget::{LANES, MAX_HULL_POINTS};
 /// Up to 64 edges of one hull.
 #[derive(Clone, Debug)]
 pub(crate) struct Edges {
-    /// How many; behind them are such as lie between one facet and itself.
+    /// The number of edges; unused entries lie between a facet and itself.
     pub len: usize,
-    /// Points at which they begin and end, by their numbers in the hull.
+    /// The points at which they begin and end, by number in the hull.
     pub from: [u8; 64],
     pub to: [u8; 64],
-    /// The facets on both sides, by their numbers in the hull.
+    /// The facets on both sides, by number in the hull.
     pub sides: [[u8; 64]; 2],
 }
 
@@ -27,7 +27,7 @@ impl Edges {
 /// Both ends of up to sixteen lines.
 #[derive(Clone, Debug)]
 pub(crate) struct LineEnds {
-    /// By axis.
+    /// The coordinates of the ends, by axis.
     pub from: [[f32; LANES]; 2],
     pub to: [[f32; LANES]; 2],
 }
@@ -38,7 +38,7 @@ impl LineEnds {
         to: [[0.0; LANES]; 2],
     };
 
-    /// Writes those of an edge of a hull of these points, as number `at` of all.
+    /// Writes the ends of an edge of a hull of these points, as number `at` of all.
     #[inline(always)]
     pub fn set(
         all: &mut [Self],
@@ -56,7 +56,7 @@ impl LineEnds {
     }
 }
 
-/// [`Wide::ends`] of any processor.
+/// Implements [`Wide::ends`] for any processor.
 #[inline(always)]
 pub fn ends_one_by_one<L: Wide>(
     l: L,
@@ -65,7 +65,7 @@ pub fn ends_one_by_one<L: Wide>(
     points: [&[f32; MAX_HULL_POINTS]; 2],
     ends: &mut [LineEnds],
 ) -> usize {
-    // As many as a byte has values, so that none is out of bounds.
+    // An entry for each value of a byte, so that no index is out of bounds.
     let mut named = [0; 256];
     for (byte, named) in named.chunks_exact_mut(8).enumerate().take(8) {
         named.copy_from_slice(&l.spread(bits >> (8 * byte)).to_le_bytes());

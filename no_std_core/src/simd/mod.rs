@@ -1,7 +1,8 @@
-//! Sixteen numbers at once, or eight: portably, and with the wider registers of some processors.
+//! Operations on sixteen or eight numbers at a time: portable, and with the wider registers of some
+//! processors.
 //!
-//! All do the same IEEE 754 operations in the same order, without fused ones, so that
-//! pictures do not depend on which is used; `tests/simd.rs` compares them bit for bit.
+//! All implementations do the same IEEE 754 operations in the same order, without fused ones, so
+//! that images do not depend on the choice; `tests/drawing/simd.rs` compares them bit for bit.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -32,7 +33,7 @@ pub(crate) use crate::budget::LANES;
 use crate::budget::MAX_HULL_POINTS;
 use core::fmt;
 
-/// Which instructions draw.
+/// The instruction set that draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Simd(SimdKind);
 
@@ -48,16 +49,16 @@ pub(crate) enum SimdKind {
 }
 
 impl Simd {
-    /// What the compiler makes for every processor of the target.
+    /// The code that the compiler makes for every processor of the target.
     pub const PORTABLE: Self = Self(SimdKind::Portable(Portable));
 
-    /// The widest that this processor has.
+    /// Returns the widest instruction set of this processor.
     #[must_use]
     pub fn widest() -> Self {
         Self::available().last().unwrap_or(Self::PORTABLE)
     }
 
-    /// All that this processor has, the narrowest first.
+    /// Returns all instruction sets of this processor, the narrowest first.
     pub fn available() -> impl Iterator<Item = Self> {
         #[cfg(target_arch = "x86_64")]
         let wider = [
@@ -71,7 +72,7 @@ impl Simd {
         core::iter::once(Self::PORTABLE).chain(wider.into_iter().flatten().map(Self))
     }
 
-    /// The name under which results state it.
+    /// Returns the name that results use for it.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self.0 {
@@ -96,8 +97,8 @@ impl fmt::Display for Simd {
     }
 }
 
-/// A function of `lanes` compiled for each of the instruction sets: `compiled!` makes, for a
-/// generic function of that name, those that `dispatch!` chooses from.
+/// Compiles a generic function of `lanes` for each instruction set; `dispatch!` chooses one of the
+/// results.
 macro_rules! compiled {
     (fn $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?) => {
         /// The same function for each instruction set.
@@ -148,13 +149,14 @@ macro_rules! dispatch {
 
 pub(crate) use {compiled, dispatch};
 
-/// What is worked on `N` numbers at once. A value is the proof that the processor can.
+/// Operations on `N` numbers at a time. A value is the proof that the processor has the
+/// instructions.
 pub(crate) trait Lanes<const N: usize>: Copy {
-    /// `f32`s.
+    /// `N` numbers of type `f32`.
     type Floats: Copy;
-    /// `u32`s.
+    /// `N` numbers of type `u32`.
     type Words: Copy;
-    /// Truth values.
+    /// `N` truth values.
     type Mask: Copy;
 
     fn splat(self, value: f32) -> Self::Floats;
@@ -164,56 +166,56 @@ pub(crate) trait Lanes<const N: usize>: Copy {
     fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn div(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    /// `a` where it is less than `b`, otherwise `b`.
+    /// Returns `a` where it is less than `b`, otherwise `b`.
     fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    /// `a` where it is greater than `b`, otherwise `b`.
+    /// Returns `a` where it is greater than `b`, otherwise `b`.
     fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    /// Whether `a < b`.
+    /// Returns whether `a < b`.
     fn less(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
     fn and(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
-    /// A bit for each truth value, the first one lowest.
+    /// Returns a bit for each truth value, the first one lowest.
     fn bits(self, mask: Self::Mask) -> u32;
-    /// Whether `a >= b`; not of a NaN.
+    /// Returns whether `a >= b`; false for a NaN.
     fn not_less(self, a: Self::Floats, b: Self::Floats) -> Self::Mask;
-    /// Makes the span from the first to the second number reach `x` where `top < row <= bottom`.
+    /// Extends the span from the first to the second number to `x` where `top < row <= bottom`.
     fn reach(
         self,
         span: (Self::Floats, Self::Floats),
         x: Self::Floats,
         rows: [Self::Floats; 3],
     ) -> (Self::Floats, Self::Floats);
-    /// The integer part of numbers from 0 to 2^24.
+    /// Returns the integer parts of numbers from 0 to 2^24.
     fn truncate(self, floats: Self::Floats) -> Self::Words;
-    /// The nearest integers of numbers from 0 to 2^22.
+    /// Returns the nearest integers of numbers from 0 to 2^22.
     fn round(self, floats: Self::Floats) -> Self::Words;
 
     fn splat_word(self, value: u32) -> Self::Words;
     fn load_words(self, from: &[u32; N]) -> Self::Words;
     fn store_words(self, words: Self::Words, to: &mut [u32; N]);
-    /// Wrapping.
+    /// Adds with wrapping.
     fn add_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
-    /// Wrapping.
+    /// Subtracts with wrapping.
     fn sub_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
     fn and_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
     fn or_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
-    /// `a` without the bits of `b`.
+    /// Returns `a` without the bits of `b`.
     fn without(self, a: Self::Words, b: Self::Words) -> Self::Words;
-    /// Whether `a < b`, of signed numbers.
+    /// Returns whether `a < b`, for signed numbers.
     fn less_words(self, a: Self::Words, b: Self::Words) -> Self::Mask;
-    /// The greater of signed numbers.
+    /// Returns the greater of signed numbers.
     fn max_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
-    /// The bits from each number on, none from 32 on.
+    /// Returns the bits from each number on, none from 32 on.
     fn bits_from(self, first: Self::Words) -> Self::Words;
-    /// The bits from each first number on and before the other: none from 32 on.
+    /// Returns the bits from each first number on and before the other: none from 32 on.
     #[inline(always)]
     fn between(self, from: Self::Words, to: Self::Words) -> Self::Words {
         self.without(self.bits_from(from), self.bits_from(to))
     }
-    /// All bits but so many highest ones, none from 32 on.
+    /// Returns all bits except the `highest` highest ones: none from 32 on.
     fn bits_but(self, highest: Self::Words) -> Self::Words;
     fn count_ones(self, words: Self::Words) -> Self::Words;
 
-    /// The least of the first numbers and the greatest of the others.
+    /// Returns the least of the first numbers and the greatest of the others.
     #[inline(always)]
     fn bounds(self, low: Self::Floats, high: Self::Floats) -> (f32, f32) {
         let (mut lows, mut highs) = ([0.0; N], [0.0; N]);
@@ -227,8 +229,8 @@ pub(crate) trait Lanes<const N: usize>: Copy {
         (least, greatest)
     }
 
-    /// Which lanes have the numbers 0 to 7 between theirs of `from` and of `to`, the latter left
-    /// out: a byte a number and a bit a lane, of the first eight lanes, and of the next.
+    /// Returns for each number 0 to 7 the lanes in which it is within `from..to`: a byte a number
+    /// and a bit a lane, for the first eight lanes, and for the next.
     #[inline(always)]
     fn ranges(self, from: Self::Words, to: Self::Words) -> [u64; 2] {
         let (mut froms, mut tos) = ([0; N], [0; N]);
@@ -242,7 +244,7 @@ pub(crate) trait Lanes<const N: usize>: Copy {
         [transposed(ranges[0]), transposed(ranges[1])]
     }
 
-    /// The wrapping sum.
+    /// Returns the wrapping sum.
     #[inline(always)]
     fn sum(self, words: Self::Words) -> u32 {
         let mut lanes = [0; N];
@@ -251,19 +253,19 @@ pub(crate) trait Lanes<const N: usize>: Copy {
     }
 }
 
-/// Sixteen numbers at once, or eight of them, and hulls of which sixteen facets are looked at at
-/// once.
+/// Operations on sixteen numbers at a time, or on eight of them, and on the facets and edges of
+/// hulls.
 pub(crate) trait Wide: Lanes<16> {
     type Half: Lanes<8>;
-    /// Edges that columns cut.
+    /// The edges that columns cut.
     type Cuts: Copy;
 
-    /// Whether sixteen are one register.
+    /// Whether sixteen numbers are one register.
     const IS_ONE: bool = false;
 
     fn half(self) -> Self::Half;
 
-    /// For each of 64 numbers below 64, the bit of that number.
+    /// Returns, for each of 64 numbers below 64, the bit with that number.
     #[inline(always)]
     fn look_up(self, bits: u64, numbers: &[u8; 64]) -> u64 {
         let mut found = 0;
@@ -273,8 +275,8 @@ pub(crate) trait Wide: Lanes<16> {
         found
     }
 
-    /// The edges that have on their sides a facet of each of two sets, of 64 facets at most: for
-    /// two pairs of sets.
+    /// Returns, for two pairs of sets of at most 64 facets, the edges that have on their sides a
+    /// facet of each set of the pair.
     #[inline(always)]
     fn beside(self, pairs: [[u64; 2]; 2], edges: &[Edges]) -> [[u64; 2]; 2] {
         let mut beside = [[0; 2]; 2];
@@ -289,8 +291,8 @@ pub(crate) trait Wide: Lanes<16> {
         beside
     }
 
-    /// Writes the ends of the edges that have just one of the facets named by `bits` on their
-    /// sides, as many as there is room for; how many these edges are.
+    /// Writes the ends of the edges that have exactly one facet of the set `bits` on their sides,
+    /// as many as there is room for, and returns the number of such edges.
     #[inline(always)]
     fn ends(
         self,
@@ -302,7 +304,7 @@ pub(crate) trait Wide: Lanes<16> {
         ends_one_by_one(self, bits, edges, points, ends)
     }
 
-    /// The lowest eight bits, a byte each, the lowest one first.
+    /// Returns the lowest eight bits, a byte each, the lowest one first.
     #[inline(always)]
     fn spread(self, bits: u64) -> u64 {
         const ONES: u64 = 0x0101_0101_0101_0101;
@@ -313,7 +315,7 @@ pub(crate) trait Wide: Lanes<16> {
         ((spread + 0x7f * ONES) >> 7) & ONES
     }
 
-    /// A square of bits as columns: bit `c` of word `r` is bit `r` of word `c` (Warren 2013,
+    /// Transposes a square of bits: bit `c` of word `r` becomes bit `r` of word `c` (Warren 2013,
     /// "Hacker's Delight", section 7-3).
     #[inline(always)]
     fn turn(self, columns: &[u32; 32]) -> [u32; 32] {
@@ -333,7 +335,8 @@ pub(crate) trait Wide: Lanes<16> {
         words
     }
 
-    /// Numbers of up to eight binary digits, the lowest one first: a bit a number.
+    /// Assembles 64 numbers from up to eight binary digits, the lowest one first; a digit has a bit
+    /// for each number.
     #[inline(always)]
     fn numbers(self, digits: &[u64]) -> [u8; 64] {
         let mut numbers = [0; 64];
@@ -347,7 +350,7 @@ pub(crate) trait Wide: Lanes<16> {
         numbers
     }
 
-    /// What a table has at these numbers below 128.
+    /// Replaces numbers below 128 by their entries in a table.
     #[inline(always)]
     fn find(self, table: &[u8; 128], numbers: &mut [u8; 64]) {
         for number in numbers {
@@ -355,7 +358,8 @@ pub(crate) trait Wide: Lanes<16> {
         }
     }
 
-    /// Lane `lane`, below 8, in the first half of the lanes, and lane 8 + `lane` in the other.
+    /// Returns lane `lane`, below 8, in the first half of the lanes, and lane 8 + `lane` in the
+    /// other.
     #[inline(always)]
     fn pair(self, floats: Self::Floats, lane: usize) -> Self::Floats {
         let mut lanes = [0.0; LANES];
@@ -367,7 +371,8 @@ pub(crate) trait Wide: Lanes<16> {
         self.load(&lanes)
     }
 
-    /// Of each half of the lanes lane `lane`, below 7, four times, and the one behind it four times.
+    /// Returns, in each half of the lanes, its lane `lane`, below 7, four times, and the next one
+    /// four times.
     #[inline(always)]
     fn quads(self, floats: Self::Floats, lane: usize) -> Self::Floats {
         let mut lanes = [0.0; LANES];
@@ -379,7 +384,7 @@ pub(crate) trait Wide: Lanes<16> {
         self.load(&lanes)
     }
 
-    /// The second four lanes of each half before the first four.
+    /// Swaps the first and the second four lanes of each half.
     #[inline(always)]
     fn swapped(self, floats: Self::Floats) -> Self::Floats {
         let mut lanes = [0.0; LANES];
@@ -390,8 +395,9 @@ pub(crate) trait Wide: Lanes<16> {
         self.load(&lanes)
     }
 
-    /// The edges that each of two pairs of masks names, of a hull whose points have passed so many
-    /// columns' centres; `spokes` are the edges of each point.
+    /// Returns the edges that each of two pairs of masks selects, prepared for cuts. `hull` holds
+    /// the edges and, for each point, those that begin or end at it; `passed` holds how many column
+    /// centres lie left of each point.
     fn cuts(
         self,
         hull: (&[Edges], &[[u64; 2]]),
@@ -399,14 +405,14 @@ pub(crate) trait Wide: Lanes<16> {
         passed: &[u32; MAX_HULL_POINTS],
     ) -> Self::Cuts;
 
-    /// Which of the edges a column's plane crosses. Columns are asked for one after another, from
-    /// the first one that crosses the hull.
+    /// Returns the edges that a column's plane crosses. Columns must be passed one after another,
+    /// from the first one that crosses the hull.
     fn crossed(self, cuts: &mut Self::Cuts, column: usize) -> [[u64; 2]; 2];
 
-    /// Where a plane to the right of it cuts edges that it crosses, of a hull of these points (to
-    /// the right, upwards, and towards the camera): upwards and towards the camera, in eight lanes
-    /// for each pair of masks, and how many there are in one of these at most. What lanes are left
-    /// are NaN. Takes these edges out of the masks.
+    /// Returns where a plane cuts edges that it crosses, and the greater of the two numbers of
+    /// cuts. `points` are those of the hull: to the right, upwards and towards the camera; `plane`
+    /// is at a distance to the right. Cuts are given upwards and towards the camera, in eight lanes
+    /// for each pair of masks; unused lanes are NaN. Removes these edges from the masks.
     fn corners(
         self,
         cuts: (&Self::Cuts, &[Edges]),
@@ -416,8 +422,8 @@ pub(crate) trait Wide: Lanes<16> {
     ) -> ([Self::Floats; 2], usize);
 }
 
-/// The bits of an 8 by 8 matrix, a byte a row, as columns (Warren 2013, "Hacker's Delight",
-/// section 7-3).
+/// Transposes an 8 by 8 matrix of bits, a byte a row (Warren 2013, "Hacker's Delight", section
+/// 7-3).
 #[inline(always)]
 const fn transposed(bits: u64) -> u64 {
     let turn = (bits ^ bits >> 7) & 0x00aa_00aa_00aa_00aa;

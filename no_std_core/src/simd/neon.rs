@@ -19,7 +19,7 @@ macro_rules! with {
     };
 }
 
-/// An expression for both registers.
+/// Evaluates an expression for both registers.
 macro_rules! both {
     ($k:ident => $value:expr) => {
         [
@@ -70,7 +70,7 @@ impl Lanes<8> for Neon {
     fn div(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
         both!(k => vdivq_f32(a[k], b[k]))
     }
-    // Not vminq and vmaxq: of a NaN these make a NaN.
+    // Not vminq and vmaxq: these propagate NaN.
     #[inline(always)]
     fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
         both!(k => vbslq_f32(vcltq_f32(a[k], b[k]), a[k], b[k]))
@@ -98,7 +98,7 @@ impl Lanes<8> for Neon {
         x: Self::Floats,
         [top, row, bottom]: [Self::Floats; 3],
     ) -> (Self::Floats, Self::Floats) {
-        // All bits are a NaN, which reaches nothing.
+        // With all bits set, x is a NaN, which has no effect.
         let x = both!(k => {
             let is_inside = vandq_u32(vcltq_f32(top[k], row[k]), vcleq_f32(row[k], bottom[k]));
             vreinterpretq_f32_u32(vornq_u32(vreinterpretq_u32_f32(x[k]), is_inside))
@@ -165,7 +165,7 @@ impl Lanes<8> for Neon {
     }
     #[inline(always)]
     fn bits_but(self, highest: Self::Words) -> Self::Words {
-        // A shift to the left by less than nothing.
+        // A shift to the left by a negative number.
         both!(k => vshlq_u32(
             vdupq_n_u32(u32::MAX),
             vnegq_s32(vreinterpretq_s32_u32(vminq_u32(highest[k], vdupq_n_u32(32)))),

@@ -1,4 +1,4 @@
-//! Numbers in an array, which the compiler puts into what registers there are.
+//! Numbers in arrays, which the compiler keeps in whatever registers there are.
 
 use super::{Lanes, Wide};
 
@@ -6,8 +6,8 @@ use super::{Lanes, Wide};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Portable;
 
-/// An array of a value for each lane: a plain loop, which the compiler vectorises wherever
-/// closures would be called.
+/// Makes an array of a value for each lane in a plain loop, which the compiler vectorises where it
+/// would not inline closures.
 macro_rules! each {
     ($zero:expr; $lane:ident => $value:expr) => {{
         let mut lanes = [$zero; N];
@@ -23,7 +23,7 @@ macro_rules! each {
 impl<const N: usize> Lanes<N> for Portable {
     type Floats = [f32; N];
     type Words = [u32; N];
-    /// All bits of a lane, or none, as SSE2 and NEON have it.
+    /// All bits of a lane set, or none, as in SSE2 and NEON.
     type Mask = [u32; N];
 
     #[inline(always)]
@@ -81,7 +81,7 @@ impl<const N: usize> Lanes<N> for Portable {
         x: Self::Floats,
         [top, row, bottom]: [Self::Floats; 3],
     ) -> (Self::Floats, Self::Floats) {
-        // A NaN reaches nothing.
+        // A NaN has no effect.
         let x = each!(0.0; k => {
             let is_outside = !((top[k] < row[k]) & (row[k] <= bottom[k]));
             f32::from_bits(x[k].to_bits() | if is_outside { u32::MAX } else { 0 })
@@ -103,7 +103,7 @@ impl<const N: usize> Lanes<N> for Portable {
 
     #[inline(always)]
     fn round(self, floats: Self::Floats) -> Self::Words {
-        // Adding 2^23 leaves it in the lower bits.
+        // Adding 2^23 leaves the nearest integer in the lower bits.
         each!(0; k => (floats[k] + 8_388_608.0).to_bits() & 0x7f_ffff)
     }
 

@@ -1,10 +1,10 @@
-//! Sixteen numbers as two times eight.
+//! Operations on sixteen numbers as two times eight.
 
 use super::{LANES, Lanes};
 
 const HALF: usize = LANES / 2;
 
-/// What does everything twice.
+/// Two halves of eight lanes, to each of which every operation is applied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Two<H>(pub H);
 

@@ -1,4 +1,4 @@
-//! One builder for every template.
+//! The builder of every template.
 
 use super::frame_sums::FrameSums;
 use super::frequency::Frequencies;
@@ -8,20 +8,20 @@ use super::{FrameError, Gei, TemplateKind};
 use crate::raster::Simd;
 use crate::silhouette::{AnySilhouette, Size};
 
-/// Builds a template of any kind, frame by frame. 82 kB, as the frequencies take; of the others
-/// 17 kB are touched, and 9 kB by those of motion.
+/// A builder of a template of any kind, frame by frame. 82 kB, the size of frequencies; other
+/// templates touch only 17 kB, and motion templates 9 kB.
 ///
 /// ```
 /// use edgegait_core::budget::MAX_TEMPLATE_BYTES;
-/// use edgegait_core::silhouette::{Frame, Silhouette, Size};
-/// use edgegait_core::template::{Kind, TemplateBuilder};
+/// use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
+/// use edgegait_core::template::{TemplateBuilder, TemplateKind};
 ///
 /// let size = Size::S50x30;
 /// let mut bytes = [0; MAX_TEMPLATE_BYTES];
-/// for kind in Kind::ALL {
+/// for kind in TemplateKind::ALL {
 ///     let mut builder = TemplateBuilder::of(kind, size, 2);
-///     builder.add(&Frame::Binary(Silhouette::from_rows(size, &[0b01])))?;
-///     builder.add(&Frame::Binary(Silhouette::from_rows(size, &[0b11])))?;
+///     builder.add(&AnySilhouette::Binary(Silhouette::from_rows(size, &[0b01])))?;
+///     builder.add(&AnySilhouette::Binary(Silhouette::from_rows(size, &[0b11])))?;
 ///     let template = &mut bytes[..kind.bytes(size)];
 ///     builder.finish(template);
 ///     // The first pixel was always on, the second one in the second frame.
@@ -39,10 +39,10 @@ pub struct TemplateBuilder<M = AnyMemory> {
     memory: M,
 }
 
-/// Builds a GEI, or a GEnI. 16 kB.
+/// A builder of a GEI. 16 kB.
 pub type GeiBuilder = TemplateBuilder<FrameSums>;
 
-/// That of any kind.
+/// The memory of a builder of any kind.
 #[derive(Clone, Debug)]
 #[expect(
     clippy::large_enum_variant,
@@ -55,13 +55,14 @@ pub enum AnyMemory {
 }
 
 impl GeiBuilder {
-    /// No frame yet, of a [`TemplateKind::Gei`]; at most [`Self::MAX_FRAMES`] are to come.
+    /// Makes a builder of a [`TemplateKind::Gei`], for at most [`Self::MAX_FRAMES`] frames.
     #[must_use]
     pub fn new(size: Size) -> Self {
         Self::with_simd(size, Simd::widest())
     }
 
-    /// The same, with these registers. GEIs do not depend on it.
+    /// Makes a builder of a [`TemplateKind::Gei`] that uses these registers. GEIs do not depend on
+    /// them.
     #[must_use]
     pub const fn with_simd(size: Size, simd: Simd) -> Self {
         Self::keeping(
@@ -72,7 +73,8 @@ impl GeiBuilder {
         )
     }
 
-    /// The mean of the frames so far, rounded half up; black without any. More may be added.
+    /// Returns the mean of the frames so far, rounded half up; black without frames. More frames
+    /// may be added.
     #[must_use]
     pub fn gei(&mut self) -> Gei {
         Gei::from_means(self.size, self.memory.means())
@@ -80,8 +82,8 @@ impl GeiBuilder {
 }
 
 impl TemplateBuilder {
-    /// No frame yet; `frames` are to come, at least 1 and at most [`Self::MAX_FRAMES`]: all of
-    /// one cycle. Motion is remembered over all of them, and a silhouette fades by 1 a frame.
+    /// Makes a builder for all `frames` of one cycle, at least 1 and at most [`Self::MAX_FRAMES`].
+    /// Motion is remembered over all of them, and a silhouette fades by 1 a frame.
     #[must_use]
     pub fn of(kind: TemplateKind, size: Size, frames: u32) -> Self {
         let (frames, simd) = (frames.clamp(1, Self::MAX_FRAMES), Simd::widest());
@@ -98,7 +100,7 @@ impl TemplateBuilder {
 }
 
 impl<M> TemplateBuilder<M> {
-    /// Most frames of one template: what counters hold, four minutes at 30 Hz.
+    /// Most frames of one template, as counters hold: four minutes at 30 Hz.
     pub const MAX_FRAMES: u32 = FrameSums::MAX_FRAMES;
 
     const fn keeping(kind: TemplateKind, size: Size, frames: u32, memory: M) -> Self {
@@ -112,7 +114,7 @@ impl<M> TemplateBuilder<M> {
         }
     }
 
-    /// The same, with motion remembered over `tau` steps from one frame to the next: tau of
+    /// Sets the number of steps between frames over which motion is remembered: tau of
     /// [`TemplateKind::Mei`] and [`TemplateKind::Mhi`], at least 1.
     #[must_use]
     pub const fn with_tau(mut self, tau: u32) -> Self {
@@ -120,14 +122,14 @@ impl<M> TemplateBuilder<M> {
         self
     }
 
-    /// The same, with silhouettes that fade by so much of 255 a frame: of [`TemplateKind::Msi`].
+    /// Sets by how much of 255 silhouettes fade in a frame, for [`TemplateKind::Msi`].
     #[must_use]
     pub const fn with_decrement(mut self, decrement: u8) -> Self {
         self.decrement = decrement;
         self
     }
 
-    /// Which template it builds.
+    /// Returns the kind of template that it builds.
     #[must_use]
     pub const fn kind(&self) -> TemplateKind {
         self.kind
@@ -135,26 +137,26 @@ impl<M> TemplateBuilder<M> {
 }
 
 impl<M: Memory> TemplateBuilder<M> {
-    /// Adds a frame. Of grey frames motion, silhouettes and history take the pixels that are at
-    /// least half covered, energy, entropy and frequencies the coverage: frames should be of one
-    /// rasteriser, as the first one decides how finely is counted.
+    /// Adds a frame. From grey frames, MEI, MHI, MSI and GHI take the pixels that are at least half
+    /// covered; GEI, GEnI and frequencies take the coverage. Frames should come from one
+    /// rasteriser, because the first one decides the resolution of counts.
     ///
     /// # Errors
-    /// If it is of another size, or one more than were to come.
+    /// If it is of another size, or the builder has all its frames.
     pub fn add(&mut self, frame: &AnySilhouette) -> Result<(), FrameError> {
         FrameError::check([self.size, frame.size()], self.frames(), self.frames)?;
         self.memory.add(frame)
     }
 
-    /// How many frames were added.
+    /// Returns the number of frames added so far.
     #[must_use]
     pub fn frames(&self) -> u32 {
         self.memory.frames()
     }
 
-    /// Writes the template of the frames so far, 0..=255, rounded half up, row by row from the
-    /// top: [`TemplateKind::bytes`], or as many as there is room for. Black without any frame. More may
-    /// be added.
+    /// Writes the template of the frames so far, 0..=255, rounded half up, row by row from the top:
+    /// [`TemplateKind::bytes`], or as many as there is room for. Black without frames. More frames
+    /// may be added.
     pub fn finish(&mut self, bytes: &mut [u8]) {
         let room = bytes.len().min(self.kind.bytes(self.size));
         let bytes = bytes.get_mut(..room).unwrap_or_default();
@@ -168,7 +170,7 @@ impl<M: Memory> TemplateBuilder<M> {
     }
 }
 
-/// What the memory at hand does, whichever it is.
+/// Evaluates an expression with the memory in use, whichever it is.
 macro_rules! each {
     ($self:ident, $memory:ident => $does:expr) => {
         match $self {

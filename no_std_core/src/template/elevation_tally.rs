@@ -1,8 +1,8 @@
-//! The Gait Energy Images of one azimuth at all elevations.
+//! Gait Energy Images of one azimuth at all elevations, from the column rasteriser.
 //!
-//! Bits are counted in digits: one word holds one binary digit of 32 counts. Frames wait until
-//! there are eight, which seven carry-save adders a word turn into four digits (Harley and
-//! Seal; Mula, Kurz & Lemire 2018).
+//! Bits are counted in digits: one word holds one binary digit of 32 counts. Eight frames are
+//! collected, which seven carry-save adders a word turn into four digits (Harley and Seal; Mula,
+//! Kurz & Lemire 2018).
 
 use super::Gei;
 use crate::bit_adder;
@@ -12,17 +12,17 @@ use crate::silhouette::Size;
 use crate::simd::{Simd, Wide, compiled, dispatch};
 use core::ops::Range;
 
-/// Frames that are counted at once.
+/// Frames that are counted together.
 const BATCH: usize = 8;
 
-/// Counts in how many frames of a gait cycle each pixel is on. 259 kB, which belong into a
-/// static or on a heap.
+/// A count, for each pixel, of the frames of a gait cycle in which it is on. 259 kB, which belong
+/// in a static or on a heap.
 #[derive(Clone, Debug)]
 pub struct GeiTally {
     size: Size,
     simd: Simd,
     frames: u32,
-    /// For each column, digits from the lowest on.
+    /// The digits of each column, from the lowest on.
     digits: [[ImageColumn; TALLY_DIGITS]; MAX_COLUMNS],
     waiting: [ElevationImages; BATCH],
     waits: usize,
@@ -33,13 +33,13 @@ impl GeiTally {
     /// Most frames of one cycle.
     pub const MAX_FRAMES: u32 = 1 << (TALLY_DIGITS - 1);
 
-    /// No frame yet.
+    /// Makes a tally without frames.
     #[must_use]
     pub fn new(size: Size) -> Self {
         Self::with_simd(size, Simd::widest())
     }
 
-    /// A tally that uses these registers. GEIs do not depend on it.
+    /// Makes a tally that uses these registers. GEIs do not depend on them.
     #[must_use]
     pub const fn with_simd(size: Size, simd: Simd) -> Self {
         Self {
@@ -63,8 +63,8 @@ impl GeiTally {
         self.waits = 0;
     }
 
-    /// Counts one frame more, and gives its images to draw into; they hold what was there
-    /// before. `None` when [`Self::MAX_FRAMES`] were counted.
+    /// Counts one more frame, and returns its images to draw into; they hold old content. `None`
+    /// after [`Self::MAX_FRAMES`] frames.
     pub fn next_frame(&mut self) -> Option<&mut ElevationImages> {
         if self.frames == Self::MAX_FRAMES {
             return None;
@@ -77,13 +77,14 @@ impl GeiTally {
         self.waiting.get_mut(self.waits - 1)
     }
 
-    /// How many frames were counted.
+    /// Returns the number of frames counted.
     #[must_use]
     pub const fn frames(&self) -> u32 {
         self.frames
     }
 
-    /// The mean of the frames so far at one elevation, rounded half up; black without any.
+    /// Returns the mean of the frames so far at one elevation, rounded half up; black without
+    /// frames.
     #[must_use]
     pub fn gei(&mut self, elevation: usize) -> Gei {
         self.settle();
@@ -102,7 +103,7 @@ impl GeiTally {
         }
     }
 
-    /// How many digits the count of all frames has.
+    /// Returns the number of digits of the count of all frames.
     const fn used(&self) -> usize {
         (u32::BITS - self.frames.leading_zeros()) as usize
     }
@@ -111,12 +112,12 @@ impl GeiTally {
 compiled!(fn count(tally: &mut GeiTally));
 compiled!(fn means(tally: &GeiTally, elevation: usize, pixels: &mut [u8; MAX_PIXELS]));
 
-/// Columns that are turned into rows at once, and as many rows.
+/// Columns that are transposed into rows together, and as many rows.
 const SQUARE: usize = 32;
 /// Digits of a count that fit into a byte.
 const BYTE: usize = 8;
 
-/// The means of counts, those of the usual ones by table.
+/// The means of counts, with a table for the usual counts.
 #[derive(Clone, Debug)]
 struct CountMeans {
     frames: u32,
@@ -129,7 +130,7 @@ impl CountMeans {
         known: [0; 512],
     };
 
-    /// Makes the table for so many frames.
+    /// Makes the table for this many frames.
     fn make(&mut self, frames: u32) {
         if self.frames != frames {
             self.frames = frames;
@@ -145,13 +146,14 @@ impl CountMeans {
     }
 }
 
-/// Of frames in which a pixel is 255 or 0, rounded half up.
+/// Returns the mean of a pixel that is 255 in `count` of `frames` frames and otherwise 0, rounded
+/// half up.
 fn mean_of(count: u32, frames: u32) -> u8 {
     let frames = frames.max(1);
     u8::try_from((255 * count + frames / 2) / frames).unwrap_or(u8::MAX)
 }
 
-/// The means of all pixels, of frames that are all counted.
+/// Computes the means of all pixels. All frames must have been counted.
 #[inline(always)]
 fn means<L: Wide>(l: L, tally: &GeiTally, elevation: usize, pixels: &mut [u8; MAX_PIXELS]) {
     let (used, width, rows) = (tally.used(), tally.size.columns(), tally.size.rows());
@@ -160,8 +162,8 @@ fn means<L: Wide>(l: L, tally: &GeiTally, elevation: usize, pixels: &mut [u8; MA
         .known
         .split_first_chunk()
         .unwrap_or((&[0; 128], &[]));
-    // The columns on the right first: what stands behind a row's last one is black, and is
-    // overwritten by the next row.
+    // The columns on the right first: bytes after a row's last column are black, and the next row
+    // overwrites them.
     for left in (0..width).step_by(SQUARE).rev() {
         let (mut low, mut high) = ([[0; BYTE]; MAX_ROWS / 2], [[0; BYTE]; MAX_ROWS / 2]);
         planes(l, tally, (elevation, left), 0..used.min(BYTE), &mut low);
@@ -186,8 +188,8 @@ fn means<L: Wide>(l: L, tally: &GeiTally, elevation: usize, pixels: &mut [u8; MA
     }
 }
 
-/// Writes digits of the counts in a square's columns, for each pair of rows: of the upper one's
-/// pixels, and of the lower one's.
+/// Writes digits of the counts in a square's columns, for each pair of rows: first of the upper
+/// row's pixels, then of the lower row's.
 #[inline(always)]
 fn planes<L: Wide>(
     l: L,
@@ -200,7 +202,7 @@ fn planes<L: Wide>(
         let [mut upper, mut lower] = [[0; SQUARE]; 2];
         let columns = tally.digits.as_chunks::<SQUARE>().0;
         let columns = &columns[left / SQUARE % columns.len()];
-        // Two at a time: a processor that gathers many words at once takes longer.
+        // Two at a time: a gather of many words takes longer.
         for at in (0..SQUARE).step_by(2) {
             let [a, b] = [at, at + 1].map(|at| columns[at][digit % TALLY_DIGITS].halves(elevation));
             [upper[at], upper[at + 1]] = [a[0], b[0]];
@@ -260,7 +262,7 @@ fn add_eight(
     eights
 }
 
-/// `digit + carry` as `digit + 2 carry`, bit by bit.
+/// Replaces `digit + carry` by `digit + 2 carry`, bit by bit.
 #[inline(always)]
 fn half_add(digit: &mut [u32; LANES], carry: &mut [u32; LANES]) {
     for (digit, carry) in digit.iter_mut().zip(carry) {

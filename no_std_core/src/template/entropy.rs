@@ -1,6 +1,6 @@
 //! The Gait Entropy Image, from the same sums as the Gait Energy Image.
 
-/// Entropies of sums, the more usual ones by table.
+/// The entropies of sums, with a table for the usual sums.
 pub(super) struct EntropyTable {
     whole: u32,
     known: [f64; Self::KNOWN],
@@ -24,7 +24,7 @@ impl EntropyTable {
     }
 }
 
-/// The entropy of a pixel that is on in `sum` of `whole`, bits: 0..=1.
+/// Returns the entropy of a pixel that is on in `sum` of `whole` samples, bits: 0..=1.
 fn entropy(sum: u32, whole: u32) -> f64 {
     let term = |part: u32| {
         let share = f64::from(part) / f64::from(whole);

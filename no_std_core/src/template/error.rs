@@ -1,28 +1,28 @@
-//! Why a frame is not part of a template.
+//! The error of template builders.
 
 use crate::silhouette::Size;
 use core::fmt;
 
-/// Why a builder refuses a frame; what it had before is as it was.
+/// The reason why a builder rejects a frame. The builder is unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FrameError {
     /// The frame has another size than the template.
     Size {
-        /// Of the template.
+        /// The size of the template.
         expected: Size,
-        /// Of the frame.
+        /// The size of the frame.
         found: Size,
     },
-    /// The template has all the frames that it can have, or that were to come.
+    /// The template has all the frames that it can hold, or that were announced.
     Full {
-        /// How many.
+        /// The number of frames.
         frames: u32,
     },
 }
 
 impl FrameError {
-    /// That a frame of size `found` comes after `frames` others of at most `most`.
+    /// Checks that a frame of size `found` can follow `frames` others of at most `most`.
     #[inline]
     pub(crate) fn check([expected, found]: [Size; 2], frames: u32, most: u32) -> Result<(), Self> {
         if found != expected {

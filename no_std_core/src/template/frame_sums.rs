@@ -1,4 +1,4 @@
-//! Sums of frames for each pixel, which every template is made from.
+//! Sums of frames for each pixel, from which GEI, GEnI and frequency 0 are computed.
 //!
 //! Bits are counted in planes: plane `k` holds the bits of worth 2^k of all pixels' counts,
 //! so that one operation counts 64 pixels. Eight frames at a time go through carry-save
@@ -20,7 +20,7 @@ const PLANES: usize = 16;
 /// Frames that are counted together.
 const BATCH: usize = 8;
 
-/// For each pixel, the sum of the frames added. 16 kB.
+/// The sum of the frames for each pixel. 16 kB.
 #[derive(Clone, Debug)]
 pub struct FrameSums {
     size: Size,
@@ -37,16 +37,16 @@ pub struct FrameSums {
 enum SumKind {
     /// No frame yet.
     None,
-    /// Of bits, 1 a frame.
+    /// Sums of bits, 1 a frame.
     Bits(Counter),
-    /// Of ninths, 9 a frame.
+    /// Sums of ninths, 9 a frame.
     Ninths(Counter),
-    /// Of bytes, 255 a frame.
+    /// Sums of bytes, 255 a frame.
     Grey([u32; MAX_PIXELS]),
 }
 
 impl FrameSums {
-    /// Most frames: what the planes count of ninths.
+    /// Most frames, for which the planes can count ninths.
     pub const MAX_FRAMES: u32 = 0xffff / 9;
 
     pub const fn new(size: Size, simd: Simd) -> Self {
@@ -62,7 +62,8 @@ impl FrameSums {
         self.size
     }
 
-    /// The mean of each pixel over the frames so far, 0..=255, rounded half up; 0 without any.
+    /// Returns the mean of each pixel over the frames so far, 0..=255, rounded half up; 0 without
+    /// frames.
     pub fn means(&mut self) -> [u8; MAX_PIXELS] {
         if let SumKind::Grey(_) = self.kind {
             let frames = self.frames;
@@ -72,7 +73,7 @@ impl FrameSums {
         self.map(0, |sum| scale.mean(sum))
     }
 
-    /// The sum of a pixel that is on in all frames.
+    /// Returns the sum of a pixel that is on in all frames.
     pub const fn whole(&self) -> u32 {
         self.frames
             * match self.kind {
@@ -82,8 +83,8 @@ impl FrameSums {
             }
     }
 
-    /// What `of` makes of each pixel's sum, row by row, and `none` beyond the size; `none` of all
-    /// if there is no frame.
+    /// Maps each pixel's sum by `of`, row by row; `none` beyond the size, or everywhere without
+    /// frames.
     #[inline(always)]
     pub fn map<T: Copy>(&mut self, none: T, mut of: impl FnMut(u32) -> T) -> [T; MAX_PIXELS] {
         let mut mapped = [none; MAX_PIXELS];
@@ -104,7 +105,7 @@ impl FrameSums {
         for (row, pixels) in rows.enumerate() {
             for (byte, pixels) in pixels.chunks_mut(8).enumerate() {
                 let low = counter.eight_counts(row, byte, 0..bits.min(8));
-                // Of counts above 255 only.
+                // Only for counts above 255.
                 let high = counter.eight_counts(row, byte, 8..bits.max(8));
                 for ((mapped, low), high) in pixels.iter_mut().zip(low).zip(high) {
                     *mapped = of(u32::from(low) + 256 * u32::from(high));
@@ -116,8 +117,9 @@ impl FrameSums {
 }
 
 impl FrameSums {
-    /// For each pixel Shannon's entropy of whether it is on, bits (Bashir, Xiang & Gong 2009), spread
-    /// from the image's least (0) to its largest (255) and rounded half up. Black if all are the same.
+    /// Returns for each pixel Shannon's entropy of whether it is on (Bashir, Xiang & Gong 2009),
+    /// scaled from the image's least (0) to its largest (255) and rounded half up. Black if all are
+    /// equal.
     fn entropies(&mut self) -> [u8; MAX_PIXELS] {
         let table = EntropyTable::new(self.whole());
         let (mut least, mut largest) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -146,7 +148,8 @@ impl FrameSums {
 }
 
 impl Memory for FrameSums {
-    /// The first frame decides what is summed: later ones of another kind are turned into it.
+    /// Adds a frame. The first frame decides the kind of sum, and later frames of another kind are
+    /// converted.
     fn add(&mut self, frame: &AnySilhouette) -> Result<(), FrameError> {
         FrameError::check([self.size, frame.size()], self.frames, Self::MAX_FRAMES)?;
         self.frames += 1;
@@ -168,7 +171,7 @@ impl Memory for FrameSums {
                 dispatch!(simd, count_ninths(counter, ninths.planes()));
             }
             (SumKind::Ninths(counter), frame) => {
-                // Nine samples of it: one and eight.
+                // Nine samples: one and eight.
                 let silhouette = frame.silhouette();
                 counter.ripple(silhouette.all_rows(), 0);
                 counter.ripple(silhouette.all_rows(), 3);
@@ -202,7 +205,7 @@ impl Memory for FrameSums {
     }
 }
 
-/// Means of counts, the more usual ones by table.
+/// The means of counts, with a table for the usual counts.
 pub(super) struct CountScale {
     all: u32,
     table: [u8; Self::TABLE],
@@ -226,7 +229,7 @@ impl CountScale {
     }
 }
 
-/// A mean of at most 255, rounded half up.
+/// Returns a mean of at most 255, rounded half up.
 fn rounded(sum: u32, of: u32) -> u8 {
     u8::try_from((sum + of / 2) / of).unwrap_or(u8::MAX)
 }
@@ -259,7 +262,7 @@ impl Counter {
         }
     }
 
-    /// Adds 2^`worth` where there is a bit.
+    /// Adds 2^`worth` to the counts of the pixels whose bits are set.
     #[inline(always)]
     fn ripple(&mut self, rows: &BitPlane, worth: usize) {
         let mut carries = *rows;
@@ -285,7 +288,7 @@ impl Counter {
         self.waits = 0;
     }
 
-    /// These bits, at most eight, of the counts of eight columns, but for frames that wait.
+    /// Returns these bits, at most eight, of the counts of eight columns, without frames that wait.
     fn eight_counts(&self, row: usize, byte: usize, bits: Range<usize>) -> [u8; 8] {
         const ONES: u64 = 0x0101_0101_0101_0101;
         /// Bit k of byte k.
@@ -305,7 +308,7 @@ impl Counter {
 compiled!(fn count(counter: &mut Counter));
 compiled!(fn count_ninths(counter: &mut Counter, planes: &[BitPlane; 4]));
 
-/// Counts ninths by the worth of their bits.
+/// Counts ninths by the worth of their bits, without waiting.
 #[inline(always)]
 fn count_ninths<L: Wide>(_: L, counter: &mut Counter, planes: &[BitPlane; 4]) {
     for (worth, plane) in planes.iter().enumerate() {
@@ -379,7 +382,7 @@ mod tests {
             }
         }
         assert_eq!(sums.means(), parts.means());
-        // Bits among them are nine ninths.
+        // Bits among ninths count as nine ninths.
         sums.add(&AnySilhouette::Binary(images[0])).expect("room");
         for _ in 0..9 {
             parts.add(&AnySilhouette::Binary(images[0])).expect("room");

@@ -1,4 +1,5 @@
-//! Frequency-domain features: how much each pixel swings once and twice a cycle.
+//! Frequency-domain features: the mean of each pixel, and how much it varies once and twice a
+//! cycle.
 
 use super::frame_sums::FrameSums;
 use super::memory::Memory;
@@ -11,11 +12,11 @@ use core::f64::consts::TAU;
 /// Sums of waves for each pixel. 82 kB.
 #[derive(Clone, Debug)]
 pub struct Frequencies {
-    /// Frequency 0.
+    /// The sums for frequency 0.
     sums: FrameSums,
     /// Frames of the cycle.
     period: u32,
-    /// For each frequency from 1 on the sums of the coverage (0..=255) times cosine and sine.
+    /// For each frequency from 1 on, the sums of the coverage (0..=255) times cosine and sine.
     waves: [[[f32; MAX_PIXELS]; 2]; FREQUENCIES - 1],
 }
 
@@ -58,8 +59,8 @@ impl Memory for Frequencies {
         Ok(())
     }
 
-    /// The amplitudes of one frequency after the other (Makihara et al. 2006), rounded half up:
-    /// A_k(x, y) = |sum over n of g(x, y, n) e^(-2 pi i k n / N)| / N.
+    /// Writes the amplitudes of one frequency after the other (Makihara et al. 2006), rounded half
+    /// up: A_k(x, y) = |sum over n of g(x, y, n) e^(-2 pi i k n / N)| / N.
     fn write(&mut self, _: TemplateKind, _: u32, _: u8, bytes: &mut [u8]) {
         let pixels = self.sums.size().pixels();
         let mut planes = bytes.chunks_mut(pixels);

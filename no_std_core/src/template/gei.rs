@@ -1,4 +1,7 @@
 //! The Gait Energy Image: the mean silhouette of a gait cycle.
+//!
+//! The averaging is in `frame_sums.rs`, on boards in `in_place.rs`, and for the column rasteriser
+//! in `elevation_tally.rs`.
 
 use crate::budget::MAX_PIXELS;
 use crate::silhouette::Size;
@@ -8,23 +11,23 @@ use crate::silhouette::Size;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gei {
     size: Size,
-    /// Those beyond the size are zero.
+    /// Bytes beyond the size are zero.
     pixels: [u8; MAX_PIXELS],
 }
 
 impl Gei {
-    /// Means of pixels; those beyond the size are zero.
+    /// Makes a GEI from means of pixels, which are zero beyond the size.
     pub(super) const fn from_means(size: Size, pixels: [u8; MAX_PIXELS]) -> Self {
         Self { size, pixels }
     }
 
-    /// Rows and columns.
+    /// Returns the rows and columns.
     #[must_use]
     pub const fn size(&self) -> Size {
         self.size
     }
 
-    /// Row by row from the top, as many bytes as the size has pixels.
+    /// Returns the pixels row by row from the top, as many bytes as the size has pixels.
     #[must_use]
     pub fn pixels(&self) -> &[u8] {
         self.pixels.get(..self.size.pixels()).unwrap_or_default()

@@ -1,19 +1,20 @@
-//! When each pixel changed last, or was on last: what the templates of motion are made from.
+//! The time of each pixel's last change, or when it was last on, from which motion templates are
+//! computed.
 //!
-//! Motion is the difference of consecutive silhouettes, so that only the pixels at a figure's
-//! edge are touched from frame to frame, and ages are told when the template is asked for.
+//! Motion is the difference of consecutive silhouettes, so that each frame touches only the pixels
+//! at a figure's edge. Ages are computed when the template is written.
 
 use super::memory::Memory;
 use super::{FrameError, TemplateKind};
 use crate::budget::{MAX_PIXELS, MAX_ROWS};
 use crate::silhouette::{AnySilhouette, Silhouette, Size};
 
-/// Which pixels get the number of the step before a frame.
+/// The event of a pixel whose number is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PixelEvent {
-    /// Those that the frame changes: the number of the step that leads to it, from 1.
+    /// A frame changes the pixel: the number of the step that leads to the frame, from 1.
     Change,
-    /// Those that it turns off: the number of the last frame in which they were on, from 1.
+    /// A frame turns the pixel off: the number of the last frame in which it was on, from 1.
     End,
 }
 
@@ -41,8 +42,8 @@ impl History {
         }
     }
 
-    /// How bright each pixel is with motion in the last `tau` steps (at least 1): white in the
-    /// last one, and a tau-th less for each step before.
+    /// Writes the brightness of each pixel with motion in the last `tau` steps (at least 1): white
+    /// in the last one, and a tau-th less for each step before.
     fn motion(&self, tau: u32, bytes: &mut [u8]) {
         let tau = tau.max(1);
         let steps = u32::from(self.frames.saturating_sub(1));
@@ -57,7 +58,7 @@ impl History {
         }
     }
 
-    /// White where it is not black with motion in the last `tau` steps.
+    /// Writes white for each pixel with motion in the last `tau` steps, otherwise black.
     fn moved(&self, tau: u32, bytes: &mut [u8]) {
         let steps = u32::from(self.frames.saturating_sub(1));
         for (byte, &number) in bytes.iter_mut().zip(&self.numbers) {
@@ -66,7 +67,8 @@ impl History {
         }
     }
 
-    /// White where the last frame is on, and `decrement` less for each frame since it was.
+    /// Writes white for each pixel that is on in the last frame, and `decrement` less for each
+    /// frame since it was on.
     fn presence(&self, decrement: u8, bytes: &mut [u8]) {
         let is_on = Self::pixels(self.last.size(), self.last.all_rows());
         for ((byte, &number), is_on) in bytes.iter_mut().zip(&self.numbers).zip(is_on) {
@@ -79,8 +81,8 @@ impl History {
         }
     }
 
-    /// White where all frames are on, and of P steps t/P (1 - 1/P) where step t was the last
-    /// that changed the pixel.
+    /// Writes white for each pixel that is on in all frames, and t/P (1 - 1/P) if step t of P was
+    /// the last that changed it.
     fn lasting(&self, bytes: &mut [u8]) {
         let always = if self.frames == 0 {
             &[0; MAX_ROWS]
@@ -98,7 +100,7 @@ impl History {
         }
     }
 
-    /// Whether each pixel is on, row by row.
+    /// Returns whether each pixel is on, row by row.
     fn pixels(size: Size, rows: &[u64; MAX_ROWS]) -> impl Iterator<Item = bool> {
         let columns = move |row: &u64| {
             let row = *row;
@@ -157,7 +159,7 @@ impl Memory for History {
     }
 }
 
-/// 255 times a share of 0..=1, rounded half up.
+/// Returns 255 times a share of 0..=1, rounded half up.
 fn share(part: u64, whole: u64) -> u8 {
     u8::try_from((255 * part + whole / 2) / whole).unwrap_or(u8::MAX)
 }

@@ -1,20 +1,20 @@
-//! A Gait Energy Image counted in the bytes that it ends in.
+//! A Gait Energy Image that is counted in its own bytes.
 
 use super::FrameError;
 use crate::silhouette::{Silhouette, Size};
 use core::fmt;
 
-/// [`super::GeiBuilder`] in bytes of the caller's, for silhouettes of one sample a pixel: as many
-/// bytes as the size has pixels, and no others.
+/// A builder of a GEI in a buffer of the caller, for silhouettes of one sample a pixel: it needs
+/// only as many bytes as the size has pixels.
 #[derive(Debug)]
 pub struct GeiInPlace<'a> {
     size: Size,
     frames: u8,
-    /// In how many frames each pixel is on, row by row from the top.
+    /// The number of frames in which each pixel is on, row by row from the top.
     counts: &'a mut [u8],
 }
 
-/// A buffer is smaller than the template.
+/// The error that a buffer is smaller than the template.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BufferTooSmall {
     /// Bytes that the template takes.
@@ -36,10 +36,10 @@ impl fmt::Display for BufferTooSmall {
 impl core::error::Error for BufferTooSmall {}
 
 impl<'a> GeiInPlace<'a> {
-    /// Most frames of one GEI: what a byte counts.
+    /// Most frames of one GEI: the range of a byte.
     pub const MAX_FRAMES: u8 = u8::MAX;
 
-    /// No frame yet, in the first bytes of `buffer`.
+    /// Makes a builder without frames in the first bytes of `buffer`.
     ///
     /// # Errors
     /// When the buffer has fewer bytes than the size has pixels.
@@ -77,14 +77,14 @@ impl<'a> GeiInPlace<'a> {
         Ok(())
     }
 
-    /// How many frames were added.
+    /// Returns the number of frames added.
     #[must_use]
     pub const fn frames(&self) -> u8 {
         self.frames
     }
 
-    /// Turns the counts into the mean of the frames, 0..=255, rounded half up, row by row from
-    /// the top; black without any.
+    /// Turns the counts into the mean of the frames, 0..=255, rounded half up, row by row from the
+    /// top; black without frames.
     pub fn finish(self) -> &'a [u8] {
         let all = u32::from(self.frames);
         for count in self.counts.iter_mut().filter(|count| **count > 0) {

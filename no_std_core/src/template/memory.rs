@@ -1,9 +1,9 @@
-//! What a template builder keeps of the frames.
+//! The memory of a template builder.
 
 use super::{FrameError, TemplateKind};
 use crate::silhouette::AnySilhouette;
 
-/// What a builder keeps of the frames.
+/// The data that a template builder keeps of the frames.
 pub trait Memory {
     fn add(&mut self, frame: &AnySilhouette) -> Result<(), FrameError>;
     fn frames(&self) -> u32;

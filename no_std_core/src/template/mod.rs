@@ -1,11 +1,11 @@
-//! Templates: one image that stands for a gait cycle, built frame by frame.
+//! Templates: images that stand for a gait cycle, built frame by frame.
 //!
-//! Builders take frames with `add`, and give bytes row by row from the top:
+//! Builders receive frames, and give bytes row by row from the top:
 //!
 //! | builder | builds | of | RAM |
 //! |---|---|---|--:|
 //! | [`TemplateBuilder`] | any [`TemplateKind`] | any frames | 82 kB |
-//! | [`GeiBuilder`], the same | the GEI | any frames | 16 kB |
+//! | [`GeiBuilder`], its alias | the GEI | any frames | 16 kB |
 //! | [`GeiInPlace`] | the GEI | 255 silhouettes | a byte a pixel |
 //! | [`GeiTally`] | GEIs at many elevations | `raster::columns` | 259 kB |
 
@@ -29,40 +29,39 @@ pub use in_place::{BufferTooSmall, GeiInPlace};
 use crate::budget::FREQUENCIES;
 use crate::silhouette::Size;
 
-/// Which template. Those called "-style" follow an idea whose publication leaves details
-/// open, which are ours.
+/// The kind of template. "-style" marks a template whose publication leaves details open; those are
+/// ours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum TemplateKind {
     /// Gait Energy Image, the mean: Han & Bhanu 2006, "Individual recognition using gait energy
     /// image", equation 1.
     Gei,
-    /// Motion Energy Image, where anything moved in the last tau steps: Bobick & Davis 2001,
-    /// "The recognition of human movement using temporal templates", with the difference of
-    /// consecutive silhouettes as motion; from the first frame to the last, without a step
-    /// from there back to the first.
+    /// Motion Energy Image, where anything moved in the last tau steps: Bobick & Davis 2001, "The
+    /// recognition of human movement using temporal templates", with the difference of consecutive
+    /// silhouettes as motion, from the first frame to the last, without a step back to the first.
     Mei,
-    /// Motion History Image, how recently it moved, of tau steps: Bobick & Davis 2001, with the
-    /// same motion, over tau.
+    /// Motion History Image, how recently anything moved within tau steps: Bobick & Davis 2001,
+    /// with motion as in the Motion Energy Image, divided by tau.
     Mhi,
-    /// Motion Silhouette Image, how recently the figure was there: Lam & Lee 2006, "Human
+    /// Motion Silhouette Image, how recently the figure covered a pixel: Lam & Lee 2006, "Human
     /// identification by using the motion and static characteristic of gait".
     Msi,
-    /// Gait History Image-style: white where the figure always was, grey where it changed, the
-    /// brighter the later. After Liu & Zheng 2007, "Gait history image: a novel temporal template
-    /// for gait recognition"; of P steps the last change in step t is t/P (1 - 1/P), which is ours.
+    /// Gait History Image-style: white where the figure always is, grey where it changes, brighter
+    /// for later changes. After Liu & Zheng 2007, "Gait history image: a novel temporal template
+    /// for gait recognition"; a last change in step t of P gives t/P (1 - 1/P), which is ours.
     Ghi,
-    /// Gait Entropy Image, Shannon's entropy of each pixel, from its least to its largest: Bashir,
-    /// Xiang & Gong 2009, "Gait recognition using gait entropy image".
+    /// Gait Entropy Image, Shannon's entropy of each pixel, scaled from its least to its largest
+    /// value: Bashir, Xiang & Gong 2009, "Gait recognition using gait entropy image".
     Geni,
     /// Amplitudes of the frequencies 0, 1 and 2 of a cycle, one below the other, times 255:
-    /// Makihara et al. 2006, "Gait recognition using a view transformation model in the
-    /// frequency domain".
+    /// Makihara et al. 2006, "Gait recognition using a view transformation model in the frequency
+    /// domain".
     Frequency,
 }
 
 impl TemplateKind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 7] = [
         Self::Gei,
         Self::Mei,
@@ -73,7 +72,7 @@ impl TemplateKind {
         Self::Frequency,
     ];
 
-    /// The name under which results state it.
+    /// Returns the name that results use for it.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -87,7 +86,7 @@ impl TemplateKind {
         }
     }
 
-    /// How many images of the silhouettes' size it is, one below the other.
+    /// Returns the number of images of the silhouettes' size, one below the other.
     #[must_use]
     pub const fn planes(self) -> usize {
         match self {
@@ -96,7 +95,7 @@ impl TemplateKind {
         }
     }
 
-    /// How many bytes it has.
+    /// Returns its size, bytes.
     #[must_use]
     pub const fn bytes(self, size: Size) -> usize {
         self.planes() * size.pixels()

@@ -1,11 +1,11 @@
-//! Gait cycles begin and end at the same bits on every target.
+//! A test that gait cycles begin and end at the same bits on every target.
 
 use edgegait_core::cycle::{CycleDetector, LowerBody};
 
-/// A step of six samples, left and right ones of different widths.
+/// Steps of six samples: a left one, and a right one of other widths.
 const STEP: [[u8; 6]; 2] = [[33, 38, 47, 52, 45, 37], [34, 40, 50, 57, 48, 38]];
 
-/// Legs at a frame, in whole numbers.
+/// Returns the legs at a frame, in whole numbers.
 fn legs(frame: usize) -> LowerBody {
     let width = STEP[frame / 6 % 2][frame % 6];
     LowerBody {

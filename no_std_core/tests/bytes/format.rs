@@ -1,4 +1,4 @@
-//! `FORMAT.md`'s pack and recognizer by hand mean what is written there.
+//! Tests of the pack and the recognizer that `FORMAT.md` writes out by hand.
 
 use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::Framing;
@@ -11,8 +11,8 @@ use glam::Vec3;
 
 const COHORT: &[u8] = include_bytes!("../golden/cohort.egp");
 
-/// The bytes of the dump behind this heading of `FORMAT.md`: lines of a four-digit offset and the
-/// bytes there, and zeros where lines are left out.
+/// Returns the bytes of the dump after this heading of `FORMAT.md`: lines of a four-digit offset
+/// and the bytes there, with zeros where lines are left out.
 fn documented(heading: &str) -> Vec<u8> {
     let mut bytes = Vec::new();
     let text = include_str!("../../FORMAT.md").split_once(heading);

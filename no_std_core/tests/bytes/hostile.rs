@@ -1,4 +1,4 @@
-//! Damaged and forged packs: an error or a decode, never a panic.
+//! Tests of damaged and forged packs: they are rejected or decoded, without a panic.
 
 use crate::random::Random;
 use crate::small_pack::{avatar, fix_header, small_pack, wild_clip};
@@ -26,7 +26,8 @@ const PHASES: [f32; 10] = [
     -1e30,
 ];
 
-/// Draws with all rasterisers, each in another size, with one of five cameras and one of three framings in turn.
+/// Draws with all rasterisers, each in another size, with one of five cameras and one of three
+/// framings in turn.
 struct Viewer {
     renderers: Vec<Renderer>,
     cameras: Vec<Camera>,
@@ -53,7 +54,7 @@ impl Viewer {
         }
     }
 
-    /// Draws the figure once; whether it has an image.
+    /// Draws the figure once, and returns whether it has an image.
     fn look(&mut self, figure: &Figure<'_>) -> bool {
         self.turn += 1;
 
@@ -73,11 +74,11 @@ impl Viewer {
                 true
             })
         });
-        // Each draws, whether or not the first one does.
+        // Every rasteriser draws, even if the first one fails.
         drawn.fold(true, |all, drawn| all & drawn)
     }
 
-    /// Reads everything that the bytes hold, if they are a pack; whether they are.
+    /// Reads everything that the bytes hold if they are a pack, and returns whether they are.
     fn read(&mut self, bytes: &[u8]) -> bool {
         let Ok(pack) = Pack::parse(bytes) else {
             return false;
@@ -164,7 +165,7 @@ fn every_truncation_is_refused_with_a_byte_within_the_file() {
     for length in 0..bytes.len() {
         let error = Pack::parse(&bytes[..length]).expect_err("a truncated pack");
         assert!(error.byte <= length, "{length}: {error}");
-        // With a true length and checksum, the sections themselves fall short.
+        // With a correct length and checksum, the sections themselves are too short.
         let mut cut = bytes[..length].to_vec();
         fix_header(&mut cut);
         let error = Pack::parse(&cut).expect_err("a truncated pack");
@@ -174,7 +175,7 @@ fn every_truncation_is_refused_with_a_byte_within_the_file() {
 
 #[test]
 fn a_damaged_byte_is_noticed() {
-    // A CRC-32 notices whatever is wrong within 32 bits, and the fields before it are all checked.
+    // A CRC-32 detects any damage within 32 bits, and the fields before it are all checked.
     let mut bytes = small_pack();
     for at in 0..bytes.len() {
         let whole = bytes[at];
@@ -197,7 +198,7 @@ fn a_pack_that_is_opened_again_is_the_same_and_is_not_read_again() {
     *bytes.last_mut().expect("a byte") ^= 1;
     assert!(Pack::parse(&bytes).is_err());
     assert!(Pack::reopen(&bytes).is_ok());
-    // Without its sections there is nothing to open.
+    // Without all of its sections it cannot be opened.
     for length in 0..bytes.len() {
         assert!(Pack::reopen(&bytes[..length]).is_err(), "{length}");
     }
@@ -285,7 +286,7 @@ fn random_bytes_are_no_avatars_or_are_drawn() {
         viewer.look(&figure);
         true
     };
-    // Whole avatars with a few bits turned: most are points and offsets.
+    // Whole avatars with a few bits flipped: most are points and offsets.
     const DAMAGED: usize = 4_000;
     let mut accepted = 0;
     for _ in 0..DAMAGED {
@@ -299,8 +300,8 @@ fn random_bytes_are_no_avatars_or_are_drawn() {
         accepted += usize::from(look(&mut random, &bytes));
     }
     assert!((DAMAGED / 4..DAMAGED).contains(&accepted), "{accepted}");
-    // Nothing but random bits behind a header with up to two hulls, cut everywhere and
-    // with 0 to 7 bits left over.
+    // Only random bits after a header with up to two hulls, cut everywhere and with 0 to 7 bits
+    // left over.
     let mut accepted = 0;
     for _ in 0..1_000 {
         let mut bytes: Vec<u8> = (0..150).map(|_| random.bits() as u8).collect();

@@ -1,4 +1,5 @@
-//! Linear recognizers: what they answer, against sums in i64 and f64, and which bytes are refused.
+//! Tests of linear recognizers: their answers against sums in i64 and f64, and bytes that are
+//! rejected.
 
 use crate::random::Random;
 use edgegait_core::camera::Framing;
@@ -6,7 +7,7 @@ use edgegait_core::format::{FormatError, crc32};
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::silhouette::Size;
 
-/// A class as `FORMAT.md` has it.
+/// A class as in `FORMAT.md`.
 #[derive(Clone)]
 struct Class {
     scale: f32,
@@ -36,7 +37,7 @@ impl Class {
     }
 }
 
-/// A file of these classes.
+/// Returns a file of these classes.
 fn file(size: Size, classes: &[Class]) -> Vec<u8> {
     let mut bytes = b"EGLR\0\0\0\0\x01\0".to_vec();
     let small = |number: usize| u8::try_from(number).expect("a byte");
@@ -192,7 +193,7 @@ fn what_is_wrong_is_refused_with_its_byte() {
     let size = Size::S50x30;
     let bytes = file(size, &[Class::of(size, 1), Class::of(size, 2)]);
     let names_at = 14 + 2 * 8 + 2 * 1_500;
-    // The checksum agrees, so that only what is meant is wrong.
+    // The checksum is correct, so that only the intended field is wrong.
     let with = |at: usize, values: &[u8]| {
         let mut bytes = bytes.clone();
         bytes[at..at + values.len()].copy_from_slice(values);
@@ -204,18 +205,20 @@ fn what_is_wrong_is_refused_with_its_byte() {
     assert_eq!(with(11, &[31]), 10);
     assert_eq!(with(12, &[2]), 12);
     assert_eq!(with(13, &[0]), 13);
-    // A class less leaves its weights for names; a class more, or larger images, need more bytes.
+    // With one class fewer its weights are read as names; one class more, or larger images, need
+    // more bytes.
     assert!(with(13, &[1]) > 14 + 8 + 1_500);
     assert_eq!(with(13, &[3]), bytes.len());
     assert_eq!(with(10, &[64, 64]), bytes.len());
     assert_eq!(with(14, &f32::NAN.to_le_bytes()), 14);
     assert_eq!(with(26, &f32::NEG_INFINITY.to_le_bytes()), 26);
-    // The first name a byte longer and a byte shorter, the second one beyond the end, no UTF-8.
+    // The first name a byte longer and a byte shorter, the second one beyond the end, invalid
+    // UTF-8.
     assert_eq!(with(names_at, &[9]), names_at + 10);
     assert_eq!(with(names_at, &[7]), names_at + 8);
     assert_eq!(with(names_at + 9, &[9]), names_at + 9);
     assert_eq!(with(names_at + 1, &[0xff]), names_at);
-    // Bytes behind the end.
+    // Bytes after the end.
     let longer = with_true_crc([bytes.as_slice(), &[0]].concat());
     assert_eq!(error(&longer).byte, bytes.len());
     let plain = LinearRecognizer::parse(&bytes).expect("a recognizer");

@@ -1,5 +1,5 @@
-//! Bytes: packs and recognizers that are read, types that hold them, and what is made of them
-//! everywhere alike.
+//! Tests of bytes: reading packs and recognizers, sizes of types, and results that are equal on
+//! every target.
 
 mod cycles;
 mod format;

@@ -1,8 +1,8 @@
-//! Poses, silhouettes and templates are the same bytes here as everywhere: a committed list of
-//! hashes, which the firmware in `examples/firmware` is held to as well.
+//! A test that poses, silhouettes and templates are the same bytes on every target, by a committed
+//! list of hashes, which the firmware in `examples/firmware` must match as well.
 //!
-//! `UPDATE_GOLDEN=1 cargo test -p edgegait-core --test bytes same_bytes` writes the list again: for
-//! a change of what is drawn that was meant, and looked at.
+//! `UPDATE_GOLDEN=1 cargo test -p edgegait-core --test bytes same_bytes` rewrites the list, after
+//! an intended change of the images that was inspected.
 
 use crate::golden;
 use crate::golden::HASHES;

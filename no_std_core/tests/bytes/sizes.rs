@@ -1,4 +1,4 @@
-//! How many bytes each type takes: the memory table of this crate's README.
+//! Tests of the size of each type against the memory table of this crate's README.
 //!
 //! `cargo test -p edgegait-core --test bytes sizes -- --nocapture` prints it.
 
@@ -21,10 +21,10 @@ use edgegait_core::template::{Gei, GeiBuilder, GeiInPlace, GeiTally, TemplateBui
 
 const README: &str = include_str!("../../README.md");
 
-/// Prints a line of the table.
+/// Prints a line of the table, and checks it against the README.
 ///
 /// # Panics
-/// If the README states another number of bytes for `T` on such a target, or none.
+/// If the README states another number of bytes for `T` on this target, or none.
 fn assert_size<T>(name: &str) {
     let bytes = size_of::<T>();
     println!("{name:<24}{bytes:>7}");
@@ -51,9 +51,9 @@ fn types_take_what_the_readme_says() {
     assert_size::<Pose>("Pose");
     assert_size::<ModelPose>("ModelPose");
     assert_size::<Camera>("Camera");
-    assert_size::<lean::LeanBody<488, 896>>("lean::Body<488, 896>");
-    assert_size::<lean::LeanFigure<'_>>("lean::Posed");
-    assert_size::<Renderer<LeanRows>>("Renderer<Rows>");
+    assert_size::<lean::LeanBody<488, 896>>("lean::LeanBody<488, 896>");
+    assert_size::<lean::LeanFigure<'_>>("lean::LeanFigure");
+    assert_size::<Renderer<LeanRows>>("Renderer<LeanRows>");
     #[cfg(feature = "skia")]
     assert_size::<Renderer<Skia>>("Renderer<Skia>");
     assert_size::<GeiInPlace<'_>>("GeiInPlace");
@@ -61,19 +61,19 @@ fn types_take_what_the_readme_says() {
     assert_size::<CycleDetector>("CycleDetector");
     assert_size::<LowerBody>("LowerBody");
     assert_size::<Silhouette>("Silhouette");
-    assert_size::<UnpackedBody>("Body");
+    assert_size::<UnpackedBody>("UnpackedBody");
     assert_size::<Figure<'_>>("Figure");
     assert_size::<Renderer>("Renderer");
     assert_size::<Drawing<'_>>("Drawing");
     assert_size::<Outline>("Outline");
     assert_size::<Ninths>("Ninths");
     assert_size::<Coverage>("Coverage");
-    assert_size::<AnySilhouette>("Frame");
+    assert_size::<AnySilhouette>("AnySilhouette");
     assert_size::<Gei>("Gei");
     assert_size::<GeiBuilder>("GeiBuilder");
     assert_size::<TemplateBuilder>("TemplateBuilder");
-    assert_size::<columns::ColumnRenderer>("columns::Renderer");
-    assert_size::<columns::ElevationImages>("columns::Images");
+    assert_size::<columns::ColumnRenderer>("columns::ColumnRenderer");
+    assert_size::<columns::ElevationImages>("columns::ElevationImages");
     assert_size::<GeiTally>("GeiTally");
 }
 
@@ -116,7 +116,7 @@ fn the_heap_of_tiny_skia_is_bounded() {
         ("resident", SKIA_RESIDENT_BYTES, 4_430),
         ("transient", SKIA_TRANSIENT_BYTES, 5_315),
         ("heap", SKIA_HEAP_BYTES, 9_745),
-        // Anti-aliasing takes 195 of them, and 14 rows of 64 columns 896.
+        // Of the heap, anti-aliasing takes 195 bytes, and 14 rows of 64 columns take 896.
         ("lean, 64 rows", lean(Size::S64x44), 9_550),
         ("lean, 50 rows", lean(Size::S50x30), 8_654),
     ] {

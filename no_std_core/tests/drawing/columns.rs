@@ -1,5 +1,5 @@
-//! The column rasteriser against plain f64 code that shares nothing with it: sampling from
-//! the definition, over all pairs of points instead of a hull's edges.
+//! Tests of the column rasteriser against independent plain f64 code: sampling from the definition,
+//! over all pairs of points instead of a hull's edges.
 
 use crate::random::Random;
 use edgegait_core::body::{Figure, UnpackedBody};
@@ -16,7 +16,7 @@ use glam::{Vec2, Vec3};
 
 type V3 = [f64; 3];
 
-/// What is seen, and how.
+/// Hulls, and how they are seen.
 struct Scene {
     hulls: Vec<Vec<Vec3>>,
     azimuth_deg: f32,
@@ -26,7 +26,7 @@ struct Scene {
     jitter: Vec2,
 }
 
-/// Elevation 0, 5, ..., 90.
+/// Returns the elevations 0, 5, ..., 90.
 fn paper() -> Vec<f32> {
     (0..19u8).map(|step| 5.0 * f32::from(step)).collect()
 }
@@ -69,7 +69,7 @@ impl Scene {
         images
     }
 
-    /// The rows of one column at all elevations, sampled from the definition.
+    /// Returns the rows of one column at all elevations, sampled from the definition.
     fn expected(&self, size: Size, column: usize) -> Vec<u64> {
         let jitter = [self.jitter.x, self.jitter.y].map(f64::from);
         let (sin_a, cos_a) = f64::from(self.azimuth_deg).to_radians().sin_cos();
@@ -110,7 +110,7 @@ impl Scene {
         rows
     }
 
-    /// Wrong pixels, and pixels that should be on.
+    /// Returns the number of wrong pixels, and of pixels that should be on.
     fn compare(&self, images: &ElevationImages) -> [u32; 2] {
         let mut sums = [0; 2];
         for column in 0..images.size().columns() {
@@ -127,7 +127,7 @@ fn point_within(random: &mut Random, reach: [f64; 3]) -> Vec3 {
     Vec3::from(reach.map(|reach| random.between(-reach, reach) as f32))
 }
 
-/// A person-sized heap of 19 hulls of 16 points on ellipsoids, 48 rows tall.
+/// Returns a person-sized heap of 19 hulls of 16 points on ellipsoids, 48 rows tall.
 fn body(random: &mut Random) -> Scene {
     let hulls = (0..19)
         .map(|_| {
@@ -150,7 +150,7 @@ fn body(random: &mut Random) -> Scene {
     }
 }
 
-/// Bodies from above the horizon, and from everywhere.
+/// Compares bodies from above the horizon, and from everywhere.
 fn bodies(count: usize, seed: u64) -> [u32; 2] {
     let mut random = Random(seed);
     let mut sums = [0; 2];
@@ -182,8 +182,8 @@ fn at_most_one_pixel_of_a_million_is_wrong() {
     assert!(f64::from(wrong) <= f64::from(on) * 1e-6, "{wrong} of {on}");
 }
 
-/// Boxes with corners on pixel centres, borders and column planes, often without a volume
-/// and often outside of the picture.
+/// Draws boxes with corners on pixel centres, borders and column planes, often without a volume and
+/// often outside the image.
 #[test]
 fn ties_are_decided_as_tiny_skia_does() {
     let mut random = Random(33);
@@ -203,7 +203,7 @@ fn ties_are_decided_as_tiny_skia_does() {
             scale: 1.0,
             jitter: Vec2::ZERO,
         };
-        // x to the right, y down; the depth towards the camera is down at 90 and up at -90.
+        // x is to the right, y down; the depth towards the camera is down at 90 and up at -90.
         let turned = 1.0 - 2.0 * (turn % 2) as f32;
         let span = |a: f32, b: f32, half: f32| [a.min(b) + half, a.max(b) + half];
         let high = low + size;
@@ -231,7 +231,8 @@ fn ties_are_decided_as_tiny_skia_does() {
     }
 }
 
-/// Hulls of 1 to 13 points: needles, slivers, flat and repeated ones, far outside too.
+/// Returns a hull of 1 to 13 points: needles, slivers, flat hulls and repeated points, also far
+/// outside.
 fn odd_hull(random: &mut Random) -> Vec<Vec3> {
     let reach = [0; 3].map(|_| [1.0, 1.0, 0.3, 1e-3, 1e-7, 0.0][random.below(6)]);
     let far = [[0.3; 3], [2.0; 3]][random.below(2)];
@@ -268,7 +269,7 @@ fn odd_hulls_are_drawn_as_in_exact_arithmetic() {
     assert!(sums[0] <= 2 && sums[1] > 50_000, "{sums:?}");
 }
 
-/// Draws scenes with every set of instructions; returns how many hulls were drawn with each.
+/// Draws scenes with every instruction set, and returns the number of hulls drawn with each.
 fn assert_all_sets_agree(scenes: usize, seed: u64) -> usize {
     let mut random = Random(seed);
     let mut hulls = 0;
@@ -425,7 +426,7 @@ fn whether_all_of_a_figure_is_inside_is_known() {
         };
         scene.draw(Size::S50x30, Simd::widest()).is_whole()
     };
-    // 30 columns, and 50 rows for a cube whose diagonal turns upwards.
+    // 30 columns, and 50 rows for a cube whose diagonal may point upwards.
     assert!(is_whole(30.0, 0.0) && !is_whole(30.1, 0.0));
     assert!(is_whole(20.0, 0.25) && !is_whole(20.0, 0.26));
     assert!(!is_whole(20.0, 40.0));

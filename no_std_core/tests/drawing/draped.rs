@@ -1,5 +1,5 @@
-//! Hulls whose points hang on several joints, against hulls that are given where those points
-//! are, and rolled cameras against plain f64 code.
+//! Tests of draped hulls against rigid hulls with their points in the same places, and of rolled
+//! cameras against plain f64 code.
 
 use crate::plain::{dot, image_axes, random_angles, random_quaternion, single};
 use crate::random::Random;
@@ -12,10 +12,10 @@ use edgegait_core::silhouette::{Silhouette, Size};
 use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
 use glam::{Mat3, Quat, Vec2, Vec3};
 
-/// A hull: where each point hangs.
+/// The points of a hull, each with its joint.
 type Hung = Vec<(Joint, Vec3)>;
 
-/// Rigid and draped hulls in turn.
+/// Rigid and draped hulls.
 struct Dressed {
     hulls: Vec<(bool, Hung)>,
 }
@@ -29,7 +29,7 @@ fn some_joint(random: &mut Random) -> Joint {
 }
 
 impl Dressed {
-    /// Up to 4 draped hulls among rigid ones: solid, flat, or of a few points.
+    /// Returns up to 4 draped hulls among rigid ones: solid, flat, or of a few points.
     fn random(random: &mut Random) -> Self {
         let draped = 1 + random.below(4);
         let hulls = (0..draped + random.below(6)).map(|hull| {
@@ -70,7 +70,7 @@ impl Dressed {
         body
     }
 
-    /// The same, but that draped hulls are rigid ones of the pelvis, at `places`.
+    /// Returns the body with its draped hulls as rigid hulls of the pelvis, at `places`.
     fn where_they_are(&self, places: &[Vec<Vec3>]) -> UnpackedBody {
         let mut body = UnpackedBody::default();
         for ((is_draped, points), places) in self.hulls.iter().zip(places) {
@@ -90,7 +90,7 @@ fn push_rigid(body: &mut UnpackedBody, points: &Hung) -> Result<(), OverBudget> 
     body.push(joint, points.iter().map(|(_, point)| *point))
 }
 
-/// Every joint anywhere, but for the pelvis, which is the world.
+/// Returns a pose with every joint anywhere, except the pelvis, which is at the origin.
 fn random_pose(random: &mut Random) -> ModelPose {
     let skeleton = Skeleton {
         offsets: [Vec3::ZERO; JOINTS],
@@ -102,7 +102,7 @@ fn random_pose(random: &mut Random) -> ModelPose {
         pose.orientations[joint] = Mat3::from_quat(Quat::from_array(turn));
     }
     if random.below(6) == 0 {
-        // All in one plane, so that what is flat stays flat.
+        // All in one plane, so that flat hulls stay flat.
         pose.orientations = [Mat3::IDENTITY; JOINTS];
         for place in &mut pose.positions {
             place.z = 0.0;
@@ -167,7 +167,7 @@ fn a_draped_hull_is_drawn_as_a_rigid_one_that_has_its_points_where_they_are() {
     for _ in 0..150 {
         let dressed = Dressed::random(&mut random);
         let body = dressed.body();
-        // One figure through all poses: nothing of an earlier one is left.
+        // One figure through all poses, so that remains of an earlier pose would show.
         let mut figure = Figure::at_rest(&body);
         for frame in 0..4 {
             let pose = random_pose(&mut random);

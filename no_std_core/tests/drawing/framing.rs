@@ -1,5 +1,5 @@
-//! Framings, lenses, sizes and sample jitter against plain f64 code that shares nothing
-//! with the crate. Framing by height has its own tests in `oracle.rs`.
+//! Tests of framings, lenses, sizes and sample jitter against independent plain f64 code. Framing
+//! by height has its own tests in `oracle.rs`.
 
 use crate::plain::*;
 use crate::random::Random;
@@ -10,12 +10,12 @@ use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::Joint;
 use glam::{Vec2, Vec3};
 
-/// How figures are seen.
+/// The camera, size and jitter of a comparison.
 #[derive(Clone, Copy)]
 struct Scene {
     angles: V2,
     aim: V3,
-    /// Metres; without one, rays are parallel.
+    /// The camera's distance, metres; without one, rays are parallel.
     distance_m: Option<f64>,
     size: Size,
     jitter: V2,
@@ -26,7 +26,7 @@ impl Scene {
         let single = |value: f64| f64::from(value as f32);
         Self {
             angles: random_angles(random, frame),
-            // About where the bodies are.
+            // Near the bodies.
             aim: [3.0, 0.9, -2.0].map(|c| single(c + random.between(-0.3, 0.3))),
             distance_m: is_perspective.then(|| single(random.between(2.5, 8.0))),
             size: Size::ALL[frame % 3],
@@ -46,7 +46,7 @@ impl Scene {
         }
     }
 
-    /// Image metres right and up of where the aim appears.
+    /// Projects a point to the image, metres to the right and up from where the aim appears.
     fn project(&self, point: V3) -> V2 {
         let (right, up) = image_axes(self.angles[0], self.angles[1]);
         let from_aim: V3 = std::array::from_fn(|axis| point[axis] - self.aim[axis]);
@@ -65,7 +65,7 @@ impl Scene {
     }
 }
 
-/// Smallest and largest coordinates.
+/// Returns the smallest and largest coordinates.
 fn bounds(hulls: &[Vec<V2>]) -> [V2; 2] {
     let all = || hulls.iter().flatten();
     let fold = |axis: usize, pick: fn(f64, f64) -> f64| {
@@ -77,12 +77,12 @@ fn bounds(hulls: &[Vec<V2>]) -> [V2; 2] {
     ]
 }
 
-/// Whether a point lies in any hull.
+/// Returns whether a point lies in any hull.
 fn covers(hulls: &[Vec<V2>], at: V2) -> bool {
     hulls.iter().any(|hull| is_inside(hull, at))
 }
 
-/// How many of `4 x 4` samples a pixel lie in any hull, within these bounds.
+/// Returns how many of `4 x 4` samples a pixel lie in any hull, within these bounds.
 fn area(hulls: &[Vec<V2>], [min, max]: [V2; 2]) -> f64 {
     let steps = |axis: usize| {
         let first = (4.0 * min[axis]).floor() as i64;
@@ -97,7 +97,7 @@ fn area(hulls: &[Vec<V2>], [min, max]: [V2; 2]) -> f64 {
     count
 }
 
-/// What a comparison over many frames found of one rasteriser.
+/// The result of a comparison over many frames for one rasteriser.
 #[derive(Debug)]
 struct Found {
     rasterizer: Rasterizer,
@@ -107,7 +107,7 @@ struct Found {
     /// Figures that lie partly outside.
     across: f64,
     outside: f64,
-    /// Greatest error of a clipped share.
+    /// The greatest error of a clipped share.
     share_error: f64,
 }
 
@@ -124,18 +124,18 @@ impl Found {
         }
     }
 
-    /// The share of on-pixels that differ from samples at the centres.
+    /// Returns the share of on-pixels that differ from samples at the centres.
     fn error(&self) -> f64 {
         self.differing / self.on
     }
 
-    /// How large [`Self::error`] may be.
+    /// Returns the largest acceptable [`Self::error`].
     fn tolerance(&self) -> f64 {
         match self.rasterizer {
-            // tiny-skia cuts coordinates to 1/64 pixel.
+            // tiny-skia truncates coordinates to 1/64 pixel.
             #[cfg(feature = "skia")]
             Rasterizer::Skia => 0.006,
-            // Half a pixel's area is not its centre.
+            // Half of a pixel's area may be covered without its centre.
             #[cfg(feature = "skia")]
             Rasterizer::SkiaAa => 0.045,
             Rasterizer::Rows => 2e-5,
@@ -145,8 +145,9 @@ impl Found {
     }
 }
 
-/// Draws random people with every rasteriser, and samples them in f64. `framing` gives the core's framing and the
-/// same as pixels of image metres: scales to the right and up, and where the aim appears.
+/// Draws random people with every rasteriser, and samples them in f64. `framing` returns the core's
+/// framing, and the same as a map from image metres to pixels: scales to the right and up, and
+/// where the aim appears.
 fn compare(
     frames: usize,
     is_perspective: bool,
@@ -218,7 +219,7 @@ fn compare(
     all
 }
 
-/// Stretched to the bounding box.
+/// Returns the framing that stretches a figure to the image.
 fn boxed(_: &mut Random, scene: &Scene, images: &[Vec<V2>]) -> (Framing, V2, V2) {
     let [min, max] = bounds(images);
     let scale = [
@@ -228,7 +229,7 @@ fn boxed(_: &mut Random, scene: &Scene, images: &[Vec<V2>]) -> (Framing, V2, V2)
     (Framing::Box, scale, [-min[0] * scale[0], max[1] * scale[1]])
 }
 
-/// A random scale, and a random centre within `reach` metres around the aim.
+/// Returns a framing of a random scale, and a random centre within `reach` metres around the aim.
 fn fixed(reach: f64) -> impl Fn(&mut Random, &Scene, &[Vec<V2>]) -> (Framing, V2, V2) {
     move |random, scene, _| {
         let rows = scene.size.rows() as f64;
@@ -278,7 +279,7 @@ fn figures_partly_and_wholly_outside_are_drawn_with_the_share_that_is_missing() 
     }
 }
 
-/// A number of any size, small ones as often as large ones, and now and then none at all.
+/// Returns a number of any magnitude, small as often as large, and sometimes not a finite one.
 fn wild(random: &mut Random) -> f32 {
     match random.below(64) {
         0 => f32::NAN,
@@ -298,7 +299,7 @@ fn wild_figures_cameras_and_scales_are_drawn_or_refused() {
         .collect();
     let (mut drawn, mut across) = (0, 0);
     for turn in 0..30_000 {
-        // One magnitude for all, or another for each number.
+        // One magnitude for all numbers, or another for each.
         let unit = wild(&mut random).abs();
         let number = |random: &mut Random| match turn % 3 {
             0 => wild(random),

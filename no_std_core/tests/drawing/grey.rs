@@ -1,5 +1,5 @@
-//! How far the GEIs of each rasteriser are from exact coverage: the error of the rasteriser
-//! alone, since figures, frames and framing are the same on both sides.
+//! A test of the distance of each rasteriser's GEIs from exact coverage. It is the error of the
+//! rasteriser alone, because figures, frames and framing are the same on both sides.
 
 use crate::plain::{body, dot, image_axes, posed, single, wrapped};
 use crate::random::Random;
@@ -14,13 +14,13 @@ type V3 = [f64; 3];
 
 const FRAMES: usize = 48;
 const PIXELS_PER_METRE: f64 = 24.0;
-/// Where the bodies stand, in the middle of the image.
+/// The place of the bodies, in the middle of the image.
 const CENTRE: V3 = [3.0, 0.9, -2.0];
 /// Samples of a pixel along each axis.
 const SAMPLES: usize = 16;
 
-/// A heap of hulls at a moment of the cycle: every third is still, the others swing by up to
-/// 12 cm, each in its own way.
+/// Returns a heap of hulls at a moment of the cycle: every third is still, the others swing by up
+/// to 12 cm, each in its own way.
 fn swung(hulls: &[Vec<V3>], frame: usize) -> Vec<Vec<V3>> {
     let phase = std::f64::consts::TAU * frame as f64 / FRAMES as f64;
     let swing = |hull: usize, axis: usize| {
@@ -33,7 +33,7 @@ fn swung(hulls: &[Vec<V3>], frame: usize) -> Vec<Vec<V3>> {
     hulls.iter().enumerate().map(moved).collect()
 }
 
-/// Adds how much of each pixel is covered, 0..=1, by 16 x 16 samples.
+/// Adds the covered share of each pixel, 0..=1, by 16 x 16 samples.
 fn add_coverage(hulls: &[Vec<V3>], (azimuth, elevation): (f64, f64), sums: &mut [f64; 1_500]) {
     let (right, up) = image_axes(azimuth, elevation);
     let mut rows = vec![[false; 30 * SAMPLES]; 50 * SAMPLES];
@@ -73,7 +73,7 @@ fn add_coverage(hulls: &[Vec<V3>], (azimuth, elevation): (f64, f64), sums: &mut 
     }
 }
 
-/// The sampling offset of a frame (Roberts 2018, the R2 sequence).
+/// Returns the sampling offset of a frame (Roberts 2018, the R2 sequence).
 fn r2(frame: usize) -> Vec2 {
     let step = |share: f64| ((0.5 + frame as f64 * share).fract() - 0.5) as f32;
     Vec2::new(step(0.754_877_666_246_692_7), step(0.569_840_290_998_053_2))

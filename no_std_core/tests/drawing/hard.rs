@@ -1,5 +1,5 @@
-//! Figures and cameras that are hard to draw, each with what every rasteriser makes of it:
-//! a picture that can be checked by hand, or the error that says why there is none.
+//! Tests of figures and cameras that are hard to draw, each with the result of every rasteriser: an
+//! image that can be checked by hand, or an error.
 
 use DrawError::{Empty, Flat, NotFinite, TooLarge, TooNear, Vanished};
 use edgegait_core::body::{Figure, UnpackedBody};
@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3};
 
 type Hull = Vec<Vec3>;
 
-/// A box between two corners.
+/// Returns a box between two corners.
 fn slab(min: [f32; 3], max: [f32; 3]) -> Hull {
     let corner =
         |corner: usize| Vec3::from([0, 1, 2].map(|axis| [min, max][corner >> axis & 1][axis]));
@@ -35,7 +35,7 @@ fn front() -> Camera {
     Camera::orthographic(viewpoint(0.0, 0.0))
 }
 
-/// A pixel a metre, the origin in the middle: x = 15 and y = 25.
+/// A framing of a pixel a metre, with the origin in the middle: x = 15 and y = 25.
 const METRES: Framing = Framing::Fixed {
     centre: Vec3::ZERO,
     pixels_per_metre: 1.0,
@@ -50,7 +50,7 @@ fn fixed(pixels_per_metre: f32) -> Framing {
 
 const FRAMINGS: [Framing; 3] = [Framing::Height, Framing::Box, METRES];
 
-/// What a rasteriser draws at 50x30, and the share that lies outside.
+/// Returns the silhouette of a rasteriser at 50x30, and the share that lies outside.
 fn draw(
     rasterizer: Rasterizer,
     hulls: &[Hull],
@@ -63,7 +63,7 @@ fn draw(
     Ok((drawing.frame.silhouette(), drawing.clipped_share))
 }
 
-/// Of every rasteriser.
+/// Draws with every rasteriser.
 fn drawn(
     hulls: &[Hull],
     camera: &Camera,
@@ -74,7 +74,7 @@ fn drawn(
         .collect()
 }
 
-/// A silhouette of rows `rows` and columns `columns` on.
+/// Returns a silhouette with rows `rows` and columns `columns` on.
 fn block(columns: [u32; 2], rows: [usize; 2]) -> Silhouette {
     let bits = (1 << columns[1]) - (1 << columns[0]);
     let rows: Vec<u64> = (0..50)
@@ -89,13 +89,13 @@ fn block(columns: [u32; 2], rows: [usize; 2]) -> Silhouette {
     Silhouette::from_rows(Size::S50x30, &rows)
 }
 
-/// How many pixels differ.
+/// Returns the number of pixels that differ.
 fn difference(a: &Silhouette, b: &Silhouette) -> u32 {
     let rows = a.rows().iter().zip(b.rows());
     rows.map(|(a, b)| (a ^ b).count_ones()).sum()
 }
 
-/// Rasterisers with one sample, at the centre of a pixel.
+/// Returns whether a rasteriser takes one sample, at the centre of a pixel.
 fn is_of_centres(rasterizer: Rasterizer) -> bool {
     matches!(rasterizer.name(), "skia" | "rows")
 }
@@ -137,11 +137,11 @@ fn a_box_of_any_finite_size_fills_the_image_or_is_refused() {
             }
         }
     }
-    // Twice 1e38 is finite, and 1e38 by the sine and cosine of 45 degrees, too; its width is.
+    // Twice 1e38, the width of this box, is finite.
     for found in drawn(&[slab([-1e38; 3], [1e38; 3])], &front(), Framing::Box) {
         assert_eq!(found.map(|(found, _)| found), Ok(all));
     }
-    // The height of this one is not.
+    // The height of this box is not.
     for framing in [Framing::Height, Framing::Box] {
         for found in drawn(&[slab([-3e38; 3], [3e38; 3])], &front(), framing) {
             assert!(found.is_err(), "{framing:?}");
@@ -153,7 +153,7 @@ fn a_box_of_any_finite_size_fills_the_image_or_is_refused() {
             assert_eq!(found, Err(Flat));
         }
     }
-    // At a pixel a metre, too large, or too small to be seen.
+    // At a pixel a metre: too large, or too small to be visible.
     for found in drawn(&[slab([-1e38; 3], [1e38; 3])], &front(), METRES) {
         assert_eq!(found, Err(TooLarge(1e38)));
     }
@@ -164,7 +164,7 @@ fn a_box_of_any_finite_size_fills_the_image_or_is_refused() {
 
 #[test]
 fn boxes_of_any_size_are_drawn_in_perspective() {
-    // As far away as ten times its size, its near side fills the image.
+    // At a distance of ten times its size, its near side fills the image.
     for exponent in -1..5 {
         let reach = 10f32.powi(exponent);
         let hulls = [slab([-reach; 3], [reach; 3])];
@@ -196,7 +196,7 @@ fn a_board_seen_edge_on_is_refused_or_empty() {
             );
         }
     }
-    // From the side it is whole: 10 pixels to the left of the middle, whose right is behind.
+    // From the side it is fully visible: 10 pixels to the left of the middle.
     let side = Camera::orthographic(viewpoint(90.0, 0.0));
     for found in drawn(&board, &side, fixed(5.0)) {
         assert_eq!(found, Ok((block([5, 15], [15, 25]), 0.0)));
@@ -211,7 +211,7 @@ fn slivers_thinner_than_a_pixel_show_where_they_cover_samples() {
         for (left, on) in [(2.45, 20), (2.15, 0), (2.75, 0)] {
             let found = draw(rasterizer, &sliver(left), &front(), METRES);
             let (found, clipped_share) = found.expect("a sliver");
-            // The others do not see half of a pixel covered.
+            // For the others, less than half of a pixel is covered.
             let expected = if is_of_centres(rasterizer) { on } else { 0 };
             assert_eq!(
                 (found.area(), clipped_share),
@@ -225,7 +225,7 @@ fn slivers_thinner_than_a_pixel_show_where_they_cover_samples() {
 
 #[test]
 fn samples_on_an_edge_count_on_the_right_and_on_the_lower_one() {
-    // From the centre of column 12 and row 22 to that of 17 and 27, and on pixels' corners.
+    // From the centre of column 12 and row 22 to the centre of 17 and 27, and on pixels' corners.
     for (min, max, columns, rows) in [
         ([-2.5, -2.5], [2.5, 2.5], [13, 18], [23, 28]),
         ([-3.0, -3.0], [3.0, 3.0], [12, 18], [22, 28]),
@@ -260,7 +260,7 @@ fn hulls_wholly_and_partly_outside_show_what_is_inside() {
         ([10.0, -5.0], [20.0, 5.0], [25, 30], [20, 30], 0.5),
         ([-5.0, 20.0], [5.0, 30.0], [10, 20], [0, 5], 0.5),
         ([-5.0, -30.0], [5.0, -20.0], [10, 20], [45, 50], 0.5),
-        // At a corner a quarter is left.
+        // At a corner, a quarter is visible.
         ([10.0, 20.0], [20.0, 30.0], [25, 30], [0, 5], 0.75),
         // Wholly outside.
         ([15.0, -5.0], [25.0, 5.0], [0, 0], [0, 0], 1.0),
@@ -306,7 +306,7 @@ fn points_behind_the_camera_or_nearer_than_ten_centimetres_are_refused() {
             }
         }
     }
-    // The camera is inside of the body.
+    // The camera is inside the body.
     let hulls = [slab([-1.0; 3], [1.0; 3])];
     let camera = Camera::perspective(viewpoint(77.0, 12.0), Vec3::ZERO, 0.3);
     for found in drawn(&hulls, &camera.expect("a camera"), Framing::Height) {
@@ -314,7 +314,7 @@ fn points_behind_the_camera_or_nearer_than_ten_centimetres_are_refused() {
     }
 }
 
-/// A person of a trunk, a head and two legs.
+/// Returns a person of a trunk, a head and two legs.
 fn person() -> [Hull; 4] {
     [
         slab([-0.21, 0.83, -0.12], [0.22, 1.43, 0.13]),
@@ -410,7 +410,7 @@ fn bodies_of_nothing_of_a_point_and_of_two_have_no_image() {
         (std::slice::from_ref(&two), Framing::Height, Err(Vanished)),
         (std::slice::from_ref(&two), Framing::Box, Err(Vanished)),
         (std::slice::from_ref(&two), METRES, Ok(0)),
-        // As two hulls of a point each they have a height, too.
+        // As two hulls of a point each, they have a height too.
         (
             &[vec![Vec3::ZERO], vec![Vec3::ONE]],
             Framing::Height,

@@ -1,5 +1,5 @@
-//! What is drawn hull by hull out of a pack is, byte for byte, what the rasterisers that unpack
-//! a body first draw of it: silhouettes, shares, GEIs and errors.
+//! Tests that lean bodies, drawn hull by hull, give the same bytes as unpacked bodies: silhouettes,
+//! shares, GEIs and errors.
 
 use crate::plain_avatar;
 use crate::random::Random;
@@ -27,7 +27,7 @@ fn loaded(avatar: &Avatar<'_>) -> LeanBody {
     body
 }
 
-/// Straight ahead, sideways and above, where facets are seen edge-on and points meet; a hair
+/// Straight ahead, sideways and above, where facets are seen edge-on and points coincide; slightly
 /// off; and in between.
 const VIEWS: [[f32; 2]; 9] = [
     [0.0, 0.0],
@@ -78,7 +78,7 @@ fn framings(random: &mut Random) -> [Framing; 4] {
     [Framing::Height, Framing::Box, near, fixed(2_000.0)]
 }
 
-/// Either frame and share, or the error, as text: of NaN as well.
+/// Returns frame and share, or the error, as text, which compares NaN too.
 fn told(drawn: Result<(AnySilhouette, f32), DrawError>) -> String {
     match drawn {
         Ok((AnySilhouette::Binary(silhouette), share)) => {
@@ -89,7 +89,8 @@ fn told(drawn: Result<(AnySilhouette, f32), DrawError>) -> String {
     }
 }
 
-/// Draws random bodies in random poses both ways; how many pictures there were.
+/// Draws random bodies in random poses both ways, and returns how many images were drawn and how
+/// many rejected.
 fn compare<W, I: Copy>(
     rasterizer: Rasterizer,
     window: impl Fn(Size) -> W,
@@ -237,7 +238,8 @@ fn room_is_the_points_and_the_facets_of_all_hulls() {
     let wedge = vec![[0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9]];
     let square = vec![[0, 0, 5], [9, 0, 5], [9, 9, 5], [0, 9, 5]];
     let line = vec![[0, 0, 0], [1, 1, 1]];
-    // By hand: two triangles for each of 6 squares; 4; 4 sides; a line and a point have none.
+    // By hand: two triangles for each of 6 squares; 4 triangles; 4 sides; none for a line and a
+    // point.
     for (hulls, expected) in [
         (vec![cube.clone()], [1, 8, 12]),
         (vec![wedge.clone()], [1, 4, 4]),
@@ -273,7 +275,7 @@ fn a_budget_is_enough_for_every_walk_of_a_pack() {
         facets,
     };
     assert_eq!(budget.room, room);
-    // The longest loop has a buffer, and one number fewer is too few for it.
+    // The buffer is long enough for the longest loop, and one number fewer is not.
     let mut buffer = vec![0.0; (budget.expanded_bytes - size_of::<Expanded<'_>>()) / 4];
     let expands = |buffer: &mut [f32]| {
         let clips = (0..pack.clip_count()).map(|number| pack.clip(number).expect("a clip"));
@@ -284,7 +286,7 @@ fn a_budget_is_enough_for_every_walk_of_a_pack() {
     };
     assert!(expands(&mut buffer));
     assert!(!expands(&mut buffer[1..]));
-    // A larger image takes its pixels; larger pictures in bits take none.
+    // A larger image takes its pixels; larger bit images take nothing more.
     let [small, large] =
         [Size::S50x30, Size::S64x64].map(|size| budget.ram_bytes::<LeanRows>(size));
     assert_eq!(large - small, 64 * 64 - 50 * 30);

@@ -1,4 +1,4 @@
-//! What is drawn, against plain code that shares nothing with it.
+//! Tests of drawing against independent plain code.
 
 mod columns;
 mod draped;

@@ -1,5 +1,5 @@
-//! Kinematics, projection and rasterisation against plain f64 code that
-//! shares nothing with the crate: written from the conventions of its front page.
+//! Tests of kinematics, projection and rasterisation against independent plain f64 code, written
+//! from the conventions of the crate's front page.
 
 use crate::plain::*;
 use crate::random::Random;
@@ -15,8 +15,8 @@ type M4 = [[f64; 4]; 4];
 
 // ---- kinematics
 
-/// Carriers of pelvis, spine, thorax, neck, head, left arm (4), right arm (4), left leg
-/// (3), right leg (3); 99 is none.
+/// The parents of pelvis, spine, thorax, neck, head, left arm (4), right arm (4), left leg (3),
+/// right leg (3); 99 is none.
 const PARENTS: [usize; 19] = [
     99, 0, 1, 2, 3, 2, 5, 6, 7, 2, 9, 10, 11, 0, 13, 14, 0, 16, 17,
 ];
@@ -27,7 +27,7 @@ fn product(a: &M4, b: &M4) -> M4 {
     })
 }
 
-/// Rotation by a unit quaternion (x, y, z, w), then translation (Shoemake 1985).
+/// Returns the rotation by a unit quaternion (x, y, z, w), then translation (Shoemake 1985).
 fn rigid([x, y, z, w]: [f64; 4], t: V3) -> M4 {
     [
         [
@@ -108,8 +108,7 @@ fn cameras_see_what_the_conventions_say() {
         (180.0, 0.0, [(-1.0, 0.0), (0.0, 1.0), (0.0, 0.0)]),
         (270.0, 0.0, [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0)]),
         (45.0, 0.0, [(h, 0.0), (0.0, 1.0), (-h, 0.0)]),
-        // From above and in front the walker comes down the image; from above and
-        // behind he goes up.
+        // From above and in front the walker moves down the image; from above and behind, up.
         (0.0, 90.0, [(1.0, 0.0), (0.0, 0.0), (0.0, -1.0)]),
         (180.0, 90.0, [(-1.0, 0.0), (0.0, 0.0), (0.0, 1.0)]),
         (90.0, 90.0, [(0.0, -1.0), (0.0, 0.0), (-1.0, 0.0)]),
@@ -169,13 +168,13 @@ fn azimuths_a_million_turns_apart_are_the_same_viewpoint() {
 /// A convex figure in the image: hulls of points, x to the right and y down, pixels.
 struct Picture {
     hulls: Vec<Vec<V2>>,
-    /// Columns that it takes at most; an even number.
+    /// The most columns that it takes; an even number.
     columns: usize,
 }
 
 impl Picture {
-    /// Framed by height: 50 rows from the highest point to the lowest, and the middle
-    /// of the figure's width on the border between two columns. `None` if it is wider than `columns`.
+    /// Frames hulls by height: 50 rows from the highest point to the lowest, and the middle of the
+    /// figure's width on the border between two columns. `None` if it is wider than `columns`.
     fn new(hulls: &[Vec<V3>], columns: usize, [azimuth_deg, elevation_deg]: V2) -> Option<Self> {
         let (right, up) = image_axes(azimuth_deg, elevation_deg);
         let mut images: Vec<Vec<V2>> = hulls
@@ -203,7 +202,7 @@ impl Picture {
         })
     }
 
-    /// Whether each of `50 n` by `columns n` samples, evenly spaced, lies in any hull.
+    /// Returns whether each of `50 n` by `columns n` samples, evenly spaced, lies in any hull.
     fn samples(&self, n: usize) -> Vec<Vec<bool>> {
         let mut samples = vec![vec![false; self.columns * n]; 50 * n];
         let at = |index: usize| (index as f64 + 0.5) / n as f64;
@@ -225,7 +224,7 @@ impl Picture {
     }
 }
 
-/// The centroid's x in columns of a picture of weights, pixel centres at i + 0.5.
+/// Returns the centroid's x in columns of an image of weights, with pixel centres at i + 0.5.
 fn centroid(weights: &[Vec<f64>]) -> f64 {
     let (mut sum, mut moment) = (0.0, 0.0);
     for row in weights {
@@ -237,7 +236,7 @@ fn centroid(weights: &[Vec<f64>]) -> f64 {
     moment / sum
 }
 
-/// The 30 columns that have the centroid at x = 15, moved by `shift` columns.
+/// Returns the 30 columns with the centroid at x = 15, moved by `shift` columns.
 fn cut(weights: &[Vec<f64>], centre: f64, shift: isize) -> Vec<Vec<f64>> {
     let left = (centre + 0.5).floor() as isize - 15 + shift;
     let cell = |row: &[f64], column: isize| {
@@ -253,7 +252,7 @@ fn cut(weights: &[Vec<f64>], centre: f64, shift: isize) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// The sum of the differences' sizes.
+/// Returns the sum of absolute differences.
 fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     a.iter()
         .flatten()
@@ -262,15 +261,15 @@ fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
         .sum()
 }
 
-/// What is compared.
+/// The figures that are compared.
 #[derive(Clone, Copy)]
 struct Figures {
     frames: usize,
-    /// Most hulls of a figure.
+    /// The most hulls of a figure.
     hulls: usize,
-    /// How many times as wide and deep as people they are.
+    /// Their width and depth as multiples of a person's.
     stretch: f64,
-    /// Most columns that they take; wider ones are left out.
+    /// The most columns that they take; wider figures are left out.
     columns: usize,
 }
 
@@ -281,16 +280,16 @@ const PEOPLE: Figures = Figures {
     columns: 128,
 };
 
-/// What a comparison over many frames found.
+/// The result of a comparison over many frames.
 #[derive(Default)]
 struct Found {
     frames: f64,
     ties: f64,
     differing: f64,
     on: f64,
-    /// Sum over frames of the mean difference of 1,500 pixels.
+    /// The sum over frames of the mean difference of 1,500 pixels.
     mean: f64,
-    /// Signed, drawn minus true.
+    /// The signed difference, drawn minus true.
     bias: f64,
 }
 
@@ -349,8 +348,8 @@ fn compare(rasterizer: Rasterizer, n: usize, figures: Figures) -> Found {
             let own = centroid(&drawn);
             assert!((14.5..15.5).contains(&own), "{own}");
         }
-        // A half is a tie between two columns. tiny-skia's edges lie up to 1/32 pixel too
-        // far left, and a steep edge between two pixel centres takes many rows along.
+        // A half is a tie between two columns. tiny-skia's edges lie up to 1/32 pixel too far left,
+        // and a steep edge between two pixel centres affects many rows.
         if ((centre + 0.5) - (centre + 0.5).round()).abs() < 0.1 {
             found.ties += 1.0;
             for shift in [-1, 1] {
@@ -386,9 +385,9 @@ fn compare(rasterizer: Rasterizer, n: usize, figures: Figures) -> Found {
     found
 }
 
-/// A centre-sampling rasteriser, and which share of on-pixels may differ.
+/// The centre-sampling rasterisers, and the share of on-pixels that may differ.
 const CENTRES: &[(Rasterizer, f64)] = &[
-    // Measured: 0.40 %, since tiny-skia cuts coordinates to 1/64 pixel.
+    // Measured: 0.40 %, because tiny-skia truncates coordinates to 1/64 pixel.
     #[cfg(feature = "skia")]
     (Rasterizer::Skia, 0.005),
     // Measured: none.
@@ -425,8 +424,8 @@ fn figures_over_several_windows_are_drawn_and_centred_as_exactly() {
     }
 }
 
-/// A rasteriser of several samples a pixel; by how much of 255 it may differ from coverage,
-/// of one hull and of many.
+/// The rasterisers with several samples a pixel, and by how much of 255 they may differ from
+/// coverage, for one hull and for many.
 const GREYS: &[(Rasterizer, [f64; 2])] = &[
     // Measured: 0.62, and 1.10 hull by hull.
     #[cfg(feature = "skia")]

@@ -1,9 +1,8 @@
-//! Bit rows against exact samples in plain f64 code.
+//! Tests of bit rows against exact samples in plain f64 code.
 //!
-//! What a sample shows is decided in f64 from the figure's points and the camera's own
-//! directions on: projection, framing (its scale, and where the centroid puts the columns),
-//! outline and crossings. All that the crate rounds to f32 from there on counts as wrong, the
-//! framing's part of it, too.
+//! From the figure's points and the camera's own directions on, everything is computed in f64:
+//! projection, framing (its scale, and where the centroid puts the columns), outline and crossings.
+//! Whatever the crate rounds to f32 from there on counts as wrong, including the framing.
 
 use crate::plain::*;
 use crate::random::Random;
@@ -13,11 +12,11 @@ use edgegait_core::raster::{DrawError, Rasterizer, Renderer};
 use edgegait_core::silhouette::Size;
 use glam::Vec2;
 
-/// How figures are seen.
+/// The camera, framing, size and jitter of a comparison.
 struct Scene {
     size: Size,
     camera: Camera,
-    /// The same for f64: the image's right and up, and the eye's distance from the origin.
+    /// The image's right and up in f64; `distance_m` is the eye's distance from the origin.
     axes: (V3, V3),
     distance_m: Option<f64>,
     framing: Framing,
@@ -47,8 +46,8 @@ impl Scene {
                 pixels_per_metre: random.between(10.0, 60.0) as f32,
             },
         };
-        // What a camera of f32 sees is not what is counted here, so that its directions are
-        // taken as they are.
+        // Errors of the camera's f32 directions are not counted here, so they are taken as they
+        // are.
         let axis = |axis: glam::Vec3| axis.to_array().map(f64::from);
         Self {
             size,
@@ -63,7 +62,7 @@ impl Scene {
         }
     }
 
-    /// Image metres right and up of where the origin appears.
+    /// Projects a point to the image, metres to the right and up from where the origin appears.
     fn project(&self, point: V3) -> V2 {
         let (right, up) = self.axes;
         let [x, y] = [dot(right, point), dot(up, point)];
@@ -75,7 +74,7 @@ impl Scene {
         [x * share, y * share]
     }
 
-    /// The figure's hulls in pixels, y down, where the framing puts them.
+    /// Returns the figure's hulls in pixels, y down, where the framing puts them.
     fn placed(&self, hulls: &[Vec<V3>]) -> Vec<Vec<V2>> {
         let images: Vec<Vec<V2>> = hulls
             .iter()
@@ -121,8 +120,8 @@ impl Scene {
             .collect()
     }
 
-    /// The column of [`Self::placed`] that the left column of the image shows, by the centroid
-    /// of all samples.
+    /// Returns the column of [`Self::placed`] that the left column of the image shows, by the
+    /// centroid of all samples.
     fn left_column(&self, outlines: &[Vec<V2>], places: &[f64]) -> i64 {
         if self.framing != Framing::Height {
             return 0;
@@ -148,10 +147,10 @@ impl Scene {
     }
 }
 
-/// Where a row of samples at `y` enters and leaves a convex outline: `top < y <= bottom`.
+/// Returns where a row of samples at `y` enters and leaves a convex outline: `top < y <= bottom`.
 fn span(outline: &[V2], y: f64) -> Option<V2> {
     let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
-    // A line covers nothing, and is not to be rounded to something.
+    // A line covers nothing, and must not be rounded to something.
     let corners = outline.iter().filter(|_| outline.len() > 2);
     for (i, a) in corners.enumerate() {
         let b = outline[(i + 1) % outline.len()];
@@ -163,7 +162,7 @@ fn span(outline: &[V2], y: f64) -> Option<V2> {
     (left <= right).then_some([left, right])
 }
 
-/// One to 32 hulls of one to 32 points within a metre or so.
+/// Returns one to 32 hulls of one to 32 points within about a metre.
 fn bodies(random: &mut Random) -> Vec<Vec<V3>> {
     let most = [4, 12, 20, 32][random.below(4)];
     let mut left = 768;
@@ -189,12 +188,12 @@ fn bodies(random: &mut Random) -> Vec<Vec<V3>> {
     hulls
 }
 
-/// Samples that should be on, and those that are not what they should be.
+/// The numbers of samples that should be on, and of wrong samples.
 #[derive(Clone, Copy, Default)]
 struct Count {
     on: u64,
     wrong: u64,
-    /// Wrong within 1e-9 pixel of an edge: f64 does not decide on which side they are. The
+    /// Wrong samples within 1e-9 pixel of an edge: f64 does not decide on which side they are. The
     /// diagonal of a figure that is stretched to 64 by 64 pixels meets 64 centres.
     ties: u64,
 }
@@ -205,8 +204,8 @@ impl Count {
     }
 }
 
-/// Draws random bodies until so many samples should be on; the sample's places along a pixel
-/// are `places`. Each rasteriser's grey is counted in as many steps.
+/// Draws random bodies until `on` samples should be on; `places` are the samples' places along a
+/// pixel. Each rasteriser's grey values are counted in as many steps.
 fn compare(rasterizers: &[Rasterizer], places: &[f64], on: u64) -> Vec<Count> {
     let mut random = Random(41);
     let mut counts = vec![Count::default(); rasterizers.len()];
@@ -222,7 +221,7 @@ fn compare(rasterizers: &[Rasterizer], places: &[f64], on: u64) -> Vec<Count> {
         let figure = Figure::at_rest(&body);
         let jitter = Vec2::from(scene.jitter.map(|c| c as f32));
         let (rows, columns) = (scene.size.rows(), scene.size.columns());
-        // Samples that are on, and those which are so if an edge that they lie on says so.
+        // For each pixel, the samples that are on, and those that lie on an edge.
         let mut expected = vec![(0u64, 0u64); rows * columns];
         for (row, expected) in expected.chunks_mut(columns).enumerate() {
             for down in places {
@@ -281,7 +280,7 @@ fn compare(rasterizers: &[Rasterizer], places: &[f64], on: u64) -> Vec<Count> {
 const CENTRE: &[f64] = &[0.5];
 const NINTHS: &[f64] = &[1.0 / 6.0, 0.5, 5.0 / 6.0];
 
-/// Bit rows, and tiny-skia beside them where it is there.
+/// Bit rows, and tiny-skia if the feature is on.
 const CENTRE_SAMPLERS: &[Rasterizer] = &[
     Rasterizer::Rows,
     #[cfg(feature = "skia")]

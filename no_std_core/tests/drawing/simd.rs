@@ -1,5 +1,5 @@
-//! Pictures do not depend on the registers that draw them: all instruction sets of this
-//! processor draw the same bits of random and of hostile hulls.
+//! Tests that images do not depend on the registers: all instruction sets of this processor draw
+//! the same bits for random and hostile hulls.
 
 use crate::plain::random_angles;
 use crate::random::Random;
@@ -10,10 +10,10 @@ use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::Joint;
 use glam::{Vec2, Vec3};
 
-/// Kinds of hulls.
+/// The number of kinds of hulls.
 const KINDS: usize = 9;
 
-/// A hull of one of the kinds, about where `centre` is.
+/// Returns a hull of one of the kinds, near `centre`.
 fn hull(random: &mut Random, kind: usize, centre: Vec3) -> Vec<Vec3> {
     let points = 1 + random.below(32);
     let between = |random: &mut Random, reach: f64| random.between(-reach, reach) as f32;
@@ -28,8 +28,8 @@ fn hull(random: &mut Random, kind: usize, centre: Vec3) -> Vec<Vec3> {
             match kind {
                 // Anywhere.
                 0 => centre + Vec3::from([0; 3].map(|_| between(random, size))),
-                // A grid of sixteenths and of halves: at 16 pixels a metre on pixels' edges and
-                // centres.
+                // A grid of sixteenths and one of halves of these: at 16 pixels a metre, on pixels'
+                // edges and centres.
                 1 => Vec3::from([0; 3].map(|_| cell(random, 33) / 16.0 - 1.0)),
                 2 => Vec3::from([0; 3].map(|_| cell(random, 65) / 32.0 - 1.0)),
                 // The corners of a box.
@@ -55,7 +55,7 @@ fn hull(random: &mut Random, kind: usize, centre: Vec3) -> Vec<Vec3> {
             }
         })
         .collect();
-    // Some of the points twice.
+    // Some points occur twice.
     for _ in 0..random.below(4) {
         let (from, to) = (random.below(points), random.below(points));
         all[to] = all[from];
@@ -63,7 +63,7 @@ fn hull(random: &mut Random, kind: usize, centre: Vec3) -> Vec<Vec3> {
     all
 }
 
-/// Draws figures until they have had so many hulls.
+/// Draws figures until they have had this many hulls.
 fn compare(seed: u64, hulls: usize) {
     let mut random = Random(seed);
     let samplings = [Rasterizer::Rows, Rasterizer::Rows3x3];
@@ -82,7 +82,7 @@ fn compare(seed: u64, hulls: usize) {
             break;
         }
         let mut body = UnpackedBody::default();
-        // All of one kind, or of any.
+        // All hulls of one kind, or of any.
         let kind = random.below(2 * KINDS);
         let centre = Vec3::from([0; 3].map(|_| random.between(-1.0, 1.0) as f32));
         for _ in 0..=random.below(24) {
@@ -143,7 +143,7 @@ fn compare(seed: u64, hulls: usize) {
     assert!(drawn > refused, "{drawn} drawn, {refused} refused");
 }
 
-/// More than are looked at at once, of all kinds; the last ones have no image.
+/// Returns views of all kinds, more than are handled together; the last two have no image.
 fn views(random: &mut Random) -> Vec<RenderView> {
     let mut views: Vec<RenderView> = (0..21)
         .map(|turn| {
@@ -206,7 +206,7 @@ fn views_at_once_are_drawn_as_one_by_one() {
             assert_eq!((all, seen), (Ok(()), views.len()));
             assert!((2..views.len()).contains(&refused), "{refused} refused");
         }
-        // The first error of what takes them is the last thing that happens.
+        // Drawing stops at the first error of the callback.
         let mut renderer = Renderer::new(Rasterizer::Rows, Size::S50x30);
         let mut seen = 0;
         let stopped = renderer.draw_views(&figure, &views, |number, _| {

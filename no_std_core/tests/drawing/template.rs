@@ -1,4 +1,4 @@
-//! Templates against plain f64 code.
+//! Tests of templates against plain f64 code.
 
 use crate::plain::{body, posed};
 use crate::random::Random;
@@ -9,7 +9,7 @@ use edgegait_core::silhouette::{AnySilhouette, Coverage, Silhouette, Size};
 use edgegait_core::template::{GeiBuilder, TemplateBuilder, TemplateKind};
 use glam::Vec2;
 
-/// A frame of any bytes, of any bits, or of a drawn person's ninths.
+/// Returns a frame of random bytes, of random bits, or of a drawn person's ninths.
 fn frame(random: &mut Random, kind: usize, size: Size) -> AnySilhouette {
     match kind {
         0 => {
@@ -55,7 +55,7 @@ fn a_gei_is_the_mean_in_f64_rounded_half_up() {
             let is_ninths = matches!(frame, AnySilhouette::Ninths(_));
             let coverage = frame.to_coverage();
             for (sum, &pixel) in sums.iter_mut().zip(coverage.pixels()) {
-                // A byte tells which ninth it is.
+                // The ninth follows from the byte.
                 let ninths = (f64::from(pixel) * 9.0 / 255.0).round();
                 *sum += if is_ninths {
                     ninths * 255.0 / 9.0
@@ -66,14 +66,14 @@ fn a_gei_is_the_mean_in_f64_rounded_half_up() {
         }
         let found = builder.gei();
         for (&pixel, sum) in found.pixels().iter().zip(sums) {
-            // Sums of ninths carry f64's rounding; a half is a multiple of 1 / (18 frames).
+            // Sums of ninths have rounding errors in f64; a half is a multiple of 1 / (18 frames).
             let mean = sum / f64::from(frames) + 1e-9;
             assert_eq!(f64::from(pixel), (mean + 0.5).floor(), "{mean} of {frames}");
         }
     }
 }
 
-/// What a template should be, from all of its frames at once, before it is rounded to bytes.
+/// Computes a template from all of its frames together, before rounding to bytes.
 fn expected(kind: TemplateKind, frames: &[AnySilhouette], (tau, decrement): (u32, u8)) -> Vec<f64> {
     let size = frames[0].size();
     let count = frames.len();
@@ -84,7 +84,7 @@ fn expected(kind: TemplateKind, frames: &[AnySilhouette], (tau, decrement): (u32
             coverage.pixels().iter().map(|&byte| byte > 0).collect()
         })
         .collect();
-    // What is covered, 0 to 1; ninths exactly.
+    // The covered share, 0 to 1; ninths exactly.
     let covered: Vec<Vec<f64>> = frames
         .iter()
         .map(|frame| {
@@ -215,7 +215,7 @@ fn every_template_is_what_its_definition_gives_of_all_frames_at_once() {
             assert_eq!(found.len(), expected.len());
             for (&byte, value) in found.iter().zip(expected) {
                 let off = f64::from(byte) - value;
-                // Rounded half up; what cannot be told apart from a half may be either.
+                // Rounded half up; a value too near a half may be either.
                 assert!(
                     (-0.5 - 1e-3..0.5 + 1e-3).contains(&off),
                     "{kind:?} of {count} frames: {byte} for {value}"

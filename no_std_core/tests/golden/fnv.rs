@@ -1,6 +1,6 @@
-//! A hash of what is drawn.
+//! The hash of drawn images.
 
-/// FNV-1a, 64 bits (Fowler, Noll & Vo 1991).
+/// An FNV-1a hash of 64 bits (Fowler, Noll & Vo 1991).
 #[derive(Clone, Copy)]
 pub struct Fnv(pub u64);
 

@@ -1,6 +1,6 @@
-//! What has to be the same bytes on every target, as a list of hashes: poses, silhouettes by
-//! each rasteriser from viewpoints that are hard, GEIs and other templates. Without `std`, so that
-//! firmware makes the same list of the same code.
+//! A list of hashes of bytes that must be equal on every target: poses, silhouettes by each
+//! rasteriser from hard viewpoints, GEIs and other templates. Without `std`, so that firmware
+//! computes the list with the same code.
 
 mod fnv;
 
@@ -22,16 +22,16 @@ use glam::{Vec2, Vec3};
 
 /// The built-in cohort: 26 people at 10 speeds.
 const COHORT: &[u8] = include_bytes!("cohort.egp");
-/// A take that does not repeat, and the bodies of the format's golden packs.
+/// A pack with an uncut motion, and the bodies of the format's golden packs.
 const TAKE: &[u8] = include_bytes!("take.egp");
-/// The list: a line of a name, a space, and a hash of 16 digits.
+/// The list of hashes: lines of a name, a space, and a hash of 16 digits.
 pub const HASHES: &str = include_str!("hashes.txt");
 
-/// A subject of the study and one of that person's walks, by their places in the pack.
+/// Subjects of the built-in cohort and one of each person's walks, by their places in the pack.
 const WALKS: [[usize; 2]; 3] = [[0, 2], [1, 7], [12, 9]];
 
-/// Azimuth and elevation, degrees: along each axis, where facets are seen edge-on and
-/// points fall onto each other; a hair off; and in between.
+/// Azimuth and elevation, degrees: along each axis, where facets are seen edge-on and points
+/// coincide; slightly off; and in between.
 const VIEWS: [[f32; 2]; 9] = [
     [0.0, 0.0],
     [90.0, 0.0],
@@ -57,7 +57,7 @@ impl Fnv {
         }
     }
 
-    /// The pose and where it puts the joints.
+    /// Adds a pose, and the joint places that follow from it.
     fn pose(&mut self, avatar: &Avatar<'_>, pose: &Pose) {
         self.floats(pose.root.to_array());
         for rotation in pose.rotations {
@@ -71,10 +71,10 @@ impl Fnv {
     }
 }
 
-/// Takes a line of the list.
+/// A callback for a line of the list.
 pub type Line<'a> = &'a mut dyn FnMut(Arguments<'_>, Fnv);
 
-/// Makes the whole list.
+/// Computes the whole list.
 pub fn list(line: Line<'_>) {
     let pack = Pack::parse(COHORT).expect("the cohort");
     poses(&pack, line);
@@ -98,7 +98,7 @@ pub fn list(line: Line<'_>) {
     }
 }
 
-/// The body of a person, and one of that person's walks.
+/// Returns the body of a person, and one of that person's walks.
 fn walk_of<'a>(pack: &Pack<'a>, subject: usize, walk: usize) -> (Avatar<'a>, Loop<'a>) {
     let person = pack.subject(subject).expect("a subject");
     let avatar = pack.avatar(person.avatar).expect("an avatar");
@@ -126,7 +126,7 @@ fn poses(pack: &Pack<'_>, line: Line<'_>) {
     }
 }
 
-/// Poses of a take in seconds, which are f64.
+/// Adds poses of uncut motions at times in seconds, which are f64.
 fn takes(line: Line<'_>) {
     let pack = Pack::parse(TAKE).expect("the take's pack");
     let avatar = pack.avatar(0).expect("an avatar");
@@ -168,8 +168,8 @@ const FRAMINGS: [(&str, Framing); 3] = [
     ),
 ];
 
-/// How two frames of a walk are drawn, from every viewpoint with every framing, a line for
-/// each lens and framing.
+/// Adds two frames of a walk from every viewpoint with every framing, a line for each size and
+/// framing.
 fn silhouettes(
     (subject, avatar): (usize, &Avatar<'_>),
     (body, cycle): (&UnpackedBody, &Loop<'_>),
@@ -209,7 +209,7 @@ fn add_frame(hash: &mut Fnv, frame: &AnySilhouette) {
     }
 }
 
-/// The same by what draws hull by hull.
+/// Adds the same silhouettes drawn hull by hull.
 fn lean_silhouettes<W>(
     window: impl Fn(Size) -> W,
     (name, subject): (&str, usize),
@@ -247,7 +247,7 @@ fn lean_silhouettes<W>(
     }
 }
 
-/// Every template of eight frames, from three viewpoints.
+/// Adds every template of eight frames, from three viewpoints.
 fn templates(
     (subject, avatar): (usize, &Avatar<'_>),
     (body, cycle): (&UnpackedBody, &Loop<'_>),

@@ -1,5 +1,5 @@
-//! The studies that firmware repeats: GEIs of several people, speeds and viewpoints, and whom a
-//! recognizer takes them for.
+//! The studies that firmware repeats: GEIs of several people, speeds and viewpoints, and the
+//! answers of a recognizer.
 
 #[path = "fnv.rs"]
 mod fnv;
@@ -17,21 +17,20 @@ const VIEWS: [[i16; 2]; 3] = [[90, 0], [0, 0], [45, 30]];
 /// Frames of a cycle.
 pub const FRAMES: u8 = 32;
 
-/// Walks of a pack, each seen from all viewpoints.
+/// A study: walks of a pack, each seen from all viewpoints.
 #[derive(Clone, Copy)]
 pub struct Study {
     pub pack: &'static [u8],
-    /// A line for each GEI: person, walk, azimuth, elevation, hash, who it is taken for, and the
-    /// score's bits.
+    /// The expected answers, a line for each GEI: rasteriser, person, walk, azimuth, elevation,
+    /// hash, the person found, and the score's bits.
     pub answers: &'static str,
-    /// Subjects by their places in the pack.
+    /// The subjects, by their places in the pack.
     subjects: &'static [usize],
-    /// Walks of each, by their places.
+    /// The walks of each subject, by their places.
     walks: &'static [usize],
 }
 
-/// The built-in cohort, of whom three are drawn, of both sexes, who walk at 4, 5 and 7 km/h and
-/// run at 12.
+/// Three people of the built-in cohort, of both sexes, who walk at 4, 5 and 7 km/h and run at 12.
 pub const BARE: Study = Study {
     pack: include_bytes!("cohort.egp"),
     answers: include_str!("study.txt"),
@@ -58,12 +57,12 @@ pub struct Job<'a> {
 }
 
 impl Study {
-    /// How many GEIs it has.
+    /// Returns the number of its GEIs.
     pub const fn jobs(&self) -> usize {
         self.subjects.len() * self.walks.len() * VIEWS.len()
     }
 
-    /// One of them by its number: the viewpoints of a walk one after another.
+    /// Returns a GEI by its number: the viewpoints of a walk follow each other.
     pub fn job<'a>(&self, pack: &Pack<'a>, number: usize) -> Job<'a> {
         let (walk, view) = (number / VIEWS.len(), VIEWS[number % VIEWS.len()]);
         let subject = self.subjects[walk / self.walks.len()];

@@ -1,5 +1,5 @@
-//! Geometry in plain f64, and random figures: written from the conventions of the crate's
-//! front page, and shared with nothing in it.
+//! Geometry in plain f64, and random figures, written from the conventions of the crate's front
+//! page and independent of its code.
 
 use crate::random::Random;
 use edgegait_core::body::UnpackedBody;
@@ -23,11 +23,11 @@ pub fn single(v: V3) -> Vec3 {
     Vec3::from(v.map(|c| c as f32))
 }
 
-/// The directions of the image's right and up.
+/// Returns the directions of the image's right and up.
 ///
-/// The camera stands at `towards` from the walker: in front (+Z) at azimuth 0, on the
-/// walker's left (+X) at 90, above at elevation 90. Up is the vertical as far as it is
-/// seen; from straight above it is the horizontal away from the camera.
+/// The camera stands at `towards` from the walker: in front (+Z) at azimuth 0, on the walker's left
+/// (+X) at 90, above at elevation 90. Up is the visible part of the vertical; from straight above
+/// it is the horizontal direction away from the camera.
 pub fn image_axes(azimuth_deg: f64, elevation_deg: f64) -> (V3, V3) {
     let (sin_a, cos_a) = azimuth_deg.to_radians().sin_cos();
     let (sin_e, cos_e) = elevation_deg.to_radians().sin_cos();
@@ -52,12 +52,12 @@ pub fn dot(a: V3, b: V3) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Twice the area of the triangle, positive if it turns left in x right, y up.
+/// Returns twice the area of the triangle, positive if it turns left with x to the right and y up.
 pub fn turn(a: V2, b: V2, c: V2) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// The convex hull by gift wrapping (Jarvis 1973), counter-clockwise.
+/// Returns the convex hull by gift wrapping (Jarvis 1973), counter-clockwise.
 pub fn wrapped(points: &[V2]) -> Vec<V2> {
     let first = points
         .iter()
@@ -83,7 +83,7 @@ pub fn is_inside(hull: &[V2], sample: V2) -> bool {
     (0..hull.len()).all(|i| turn(hull[i], hull[(i + 1) % hull.len()], sample) > 0.0)
 }
 
-/// A person-sized heap of ellipsoids: a trunk, a head and limbs at random.
+/// Returns a person-sized heap of ellipsoids: a trunk, a head and random limbs.
 pub fn body(random: &mut Random) -> Vec<Vec<V3>> {
     let mut hulls = Vec::new();
     for hull in 0..=random.below(22) {
@@ -103,7 +103,7 @@ pub fn body(random: &mut Random) -> Vec<Vec<V3>> {
             (0..points)
                 .map(|_| {
                     let [x, y, z, w] = random_quaternion(random);
-                    // The image of an axis under a random rotation: evenly on a sphere.
+                    // The image of an axis under a random rotation: uniform on a sphere.
                     let direction = [
                         2.0 * (x * z + w * y),
                         2.0 * (y * z - w * x),
@@ -111,7 +111,7 @@ pub fn body(random: &mut Random) -> Vec<Vec<V3>> {
                     ];
                     std::array::from_fn(|axis| {
                         let size = if hull == 0 { 1.0 } else { stretch[axis] };
-                        // What f32 holds, so that both sides get the same figure.
+                        // Rounded to f32, so that both sides get the same figure.
                         f64::from((centre[axis] + radii[axis] * size * direction[axis]) as f32)
                     })
                 })

@@ -1,10 +1,10 @@
-//! An avatar of hulls that a test states, written from the layout in `FORMAT.md`.
+//! An avatar of given hulls, written from the layout in `FORMAT.md`.
 
 /// A point, steps.
 pub type Point = [i32; 3];
 
-/// Hulls on the pelvis of up to 32 points: coordinates from -16,384 to 16,383
-/// steps of so many micrometres. All joints are in one place.
+/// Returns an avatar of hulls on the pelvis of up to 32 points, with coordinates from -16,384 to
+/// 16,383 steps of `step_um` micrometres. All joints are in one place.
 pub fn avatar(step_um: u16, hulls: &[Vec<Point>]) -> Vec<u8> {
     let mut bits: Vec<bool> = Vec::new();
     let mut push = |value: i32, width: u32| {

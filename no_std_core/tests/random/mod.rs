@@ -1,10 +1,10 @@
 //! Seeded random numbers for tests: the same on every machine.
 
-/// SplitMix64 (Steele, Lea & Flood 2014).
+/// A SplitMix64 generator (Steele, Lea & Flood 2014).
 pub struct Random(pub u64);
 
 impl Random {
-    /// The next 64 bits.
+    /// Returns the next 64 bits.
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -13,12 +13,12 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// A whole number below `end`, which is above 0.
+    /// Returns a whole number below `end`, which is above 0.
     pub fn below(&mut self, end: usize) -> usize {
         (self.bits() % end as u64) as usize
     }
 
-    /// A number within `low..high`.
+    /// Returns a number within `low..high`.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * ((self.bits() >> 11) as f64 / (1u64 << 53) as f64)
     }

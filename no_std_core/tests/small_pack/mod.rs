@@ -4,7 +4,7 @@
 use crate::random::Random;
 use edgegait_core::format::crc32;
 
-/// Length and CRC-32 of the header made true again after a change.
+/// Corrects the length and CRC-32 of the header after a change.
 pub fn fix_header(bytes: &mut [u8]) {
     if bytes.len() >= 16 {
         let length = (bytes.len() as u32).to_le_bytes();
@@ -14,7 +14,7 @@ pub fn fix_header(bytes: &mut [u8]) {
     }
 }
 
-/// The pack. Names, two subjects, three walks (one a run), two avatars, two clips.
+/// Returns the pack: names, two subjects, three walks (one a run), two avatars, two clips.
 pub fn small_pack() -> Vec<u8> {
     let mut random = Random(7);
     let names = b"AnnBobslowfast".to_vec();
@@ -34,7 +34,7 @@ pub fn small_pack() -> Vec<u8> {
     ] {
         walks.extend(at.to_le_bytes());
         walks.extend([4, gait]);
-        // Bob wears Ann's body.
+        // Bob walks with Ann's body.
         let worn = u16::from(subject == 1);
         for field in [subject, cycle, 1_400, clip, worn] {
             walks.extend(field.to_le_bytes());
@@ -74,7 +74,7 @@ pub fn small_pack() -> Vec<u8> {
     bytes
 }
 
-/// Number of entries, their ends, the entries.
+/// Returns a table: the number of entries, their ends, the entries.
 fn table(entries: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = (entries.len() as u32).to_le_bytes().to_vec();
     let mut end = 0;
@@ -86,9 +86,9 @@ fn table(entries: &[Vec<u8>]) -> Vec<u8> {
     bytes
 }
 
-/// Joint offsets of up to 30 cm, half of the time symmetric, and so many stored hulls of
-/// 1 to 30 points, 5 to 30 cm large. From four on, the last three are parts of one or two draped
-/// hulls.
+/// Returns an avatar with joint offsets of up to 30 cm, half of the time symmetric, and this many
+/// stored hulls of 1 to 30 points, 5 to 30 cm large. With four or more, the last three are parts of
+/// one or two draped hulls.
 pub fn avatar(random: &mut Random, hulls: usize) -> Vec<u8> {
     let is_symmetric = random.below(2) == 1;
     let mut bits = Vec::new();
@@ -121,8 +121,8 @@ pub fn avatar(random: &mut Random, hulls: usize) -> Vec<u8> {
     bytes
 }
 
-/// Joint, flags, axis, rows and widths, then so many rows of up to five points, or, of one row,
-/// up to two, which stand for eight at most.
+/// Writes joint, flags, axis, rows and widths, then up to `most_rows` rows of up to five points,
+/// or, if `most_rows` is 1, of up to two points, which stand for at most eight.
 fn hull(bits: &mut Vec<bool>, random: &mut Random, most_rows: usize) {
     let joint = random.below(19);
     let is_symmetric = random.below(2) == 1;
@@ -165,7 +165,7 @@ fn hull(bits: &mut Vec<bool>, random: &mut Random, most_rows: usize) {
     }
 }
 
-/// How one channel's numbers are written.
+/// The parameters by which one channel's numbers are written.
 pub struct Channel {
     usual_groups: i32,
     groups_rice: u32,
@@ -173,7 +173,7 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// Up to five groups.
+    /// Returns a channel of up to five groups.
     fn random(random: &mut Random) -> Self {
         let groups = random.below(6);
         Self {
@@ -183,7 +183,7 @@ impl Channel {
         }
     }
 
-    /// So many groups of numbers below `most`.
+    /// Writes this many groups of numbers below `most`.
     fn push_numbers(
         &self,
         bits: &mut Vec<bool>,
@@ -200,7 +200,7 @@ impl Channel {
     }
 }
 
-/// A codebook, a table of templates and a clip of all that the format holds: the coarsest
+/// Returns a codebook, a table of templates and a clip at the limits of the format: the coarsest
 /// steps, 32 groups in each channel and numbers of 24 bits.
 pub fn wild_clip(random: &mut Random) -> [Vec<u8>; 3] {
     const MOST: i32 = 1 << 23;
@@ -229,7 +229,8 @@ pub fn wild_clip(random: &mut Random) -> [Vec<u8>; 3] {
     [code, templates, clip]
 }
 
-/// Any references and bases, steps of up to 5 octaves, no errors, and these channels.
+/// Returns a codebook of random references and bases, steps of up to 5 octaves, no errors, and
+/// these channels.
 fn codebook(random: &mut Random, channels: &[Channel]) -> Vec<u8> {
     let mut bytes: Vec<u8> = (0..19 * 12).map(|_| random.bits() as u8).collect();
     bytes.extend((0..60).map(|_| random.below(40) as u8));
@@ -253,7 +254,7 @@ fn codebook(random: &mut Random, channels: &[Channel]) -> Vec<u8> {
     bytes
 }
 
-/// A scale of 2^-8 and any groups.
+/// Returns a template with a scale of 2^-8 and random groups.
 fn template(random: &mut Random, channels: &[Channel]) -> Vec<u8> {
     let mut bits = Vec::new();
     for channel in channels.iter().filter(|channel| !channel.rice.is_empty()) {
@@ -266,7 +267,7 @@ fn template(random: &mut Random, channels: &[Channel]) -> Vec<u8> {
     [vec![96], packed(&bits)].concat()
 }
 
-/// A loop of 1.1 s and 1.5 m with any groups.
+/// Returns a loop of 1.1 s and 1.5 m with random groups.
 fn cycle(random: &mut Random, channels: &[Channel], template: u8) -> Vec<u8> {
     let mut bits = Vec::new();
     for channel in channels.iter().filter(|channel| !channel.rice.is_empty()) {
@@ -284,7 +285,7 @@ fn cycle(random: &mut Random, channels: &[Channel], template: u8) -> Vec<u8> {
     bytes
 }
 
-/// Bits as bytes, filled up with zeros.
+/// Packs bits into bytes, padded with zeros.
 fn packed(bits: &[bool]) -> Vec<u8> {
     let byte = |bits: &[bool]| {
         let ones = bits.iter().enumerate().filter(|(_, bit)| **bit);
@@ -293,7 +294,7 @@ fn packed(bits: &[bool]) -> Vec<u8> {
     bits.chunks(8).map(byte).collect()
 }
 
-/// Packed integers, least significant bit first.
+/// A writer of packed integers, least significant bit first.
 trait PushBits {
     fn push_bits(&mut self, value: u32, width: u32);
     fn push_rice(&mut self, value: i32, parameter: u32);

@@ -1,4 +1,4 @@
-//! What a person reads of a comparison.
+//! Formats a comparison as text.
 
 use crate::evaluate::parity::{
     AnswerDifference, Comparison, Limits, ParityPart, ParityResults, ParitySide, Verdict,
@@ -7,7 +7,7 @@ use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
 use std::fmt;
 
-/// Of half precision, whose numbers have 11 bits, differences up to this are expected. Ours.
+/// Greatest difference to expect from half precision, whose numbers have 11 bits. Our choice.
 const HALF_PRECISION: f64 = 0.02;
 
 /// The results as text.
@@ -33,7 +33,7 @@ impl fmt::Display for Text<'_> {
     }
 }
 
-/// A side beside the reference.
+/// Writes the comparison of a side with the reference.
 fn beside(
     f: &mut fmt::Formatter<'_>,
     reference: &ParitySide,
@@ -89,7 +89,7 @@ fn beside(
     if let Some(ranks) = &found.ranks {
         writeln!(
             f,
-            "  rank-1: {:.2} % (reference: {:.2} %); of {} probes {} lose and {} gain the right answer (limit {} %), {} have another answer, and {} another rank of the right person",
+            "  rank-1: {:.2} % (reference: {:.2} %); of {} probes, {} lose and {} gain the right answer (limit {} %), {} have a different answer, and {} a different rank of the right person",
             100.0 * ranks.rank1,
             100.0 * ranks.rank1_of_reference,
             ranks.probes,
@@ -131,7 +131,8 @@ fn beside(
     writeln!(f, "  what to do: {}", advice(reference, side, found))
 }
 
-/// The part with most that is not finite, and of such the one that is farthest apart.
+/// Returns the part with the most non-finite answers; among these, the one with the greatest
+/// difference.
 fn farthest(parts: &[ParityPart]) -> Option<&ParityPart> {
     let key = |part: &&ParityPart| (part.non_finite, part.mean_relative);
     parts.iter().max_by(|a, b| {
@@ -140,10 +141,10 @@ fn farthest(parts: &[ParityPart]) -> Option<&ParityPart> {
     })
 }
 
-/// What may help.
+/// Returns advice about a difference.
 fn advice(reference: &ParitySide, side: &ParitySide, found: &Comparison) -> &'static str {
     if reference.non_finite + side.non_finite > 0 {
-        return "look for overflow (of half precision at 65,504), logarithms, roots and divisions: one NaN spreads to all that is computed from it";
+        return "look for overflow (of half precision at 65,504), logarithms, roots and divisions: one NaN spreads to everything computed from it";
     }
     let greatest = [&found.embedding, &found.scores];
     let greatest = greatest.into_iter().flatten();
@@ -156,27 +157,27 @@ fn advice(reference: &ParitySide, side: &ParitySide, found: &Comparison) -> &'st
         && is_beyond(&found.embedding)
         && !is_beyond(&found.scores)
     {
-        return "the scores agree, so that the fault is at the embedding's own output: tools that quantise an output together with the Relu after it cut off all that is below 0 (leave that output in float, or the Relu out)";
+        return "the scores agree, so the fault is at the embedding's own output: tools that quantise an output together with the Relu after it cut off all values below 0 (keep that output in float, or remove the Relu)";
     }
     if reference.quantized != side.quantized {
-        return "calibrate with pictures such as these (`edgegait sweep`) and scales per channel, look for an output whose range calibration has cut, and run both forms on another runtime to tell the rounding from the runtime";
+        return "calibrate with pictures such as these (`edgegait sweep`) and scales per channel, look for an output whose range calibration has cut, and run both forms on another runtime to separate the rounding from the runtime";
     }
     if side.quantized && reference.runtime == side.runtime {
-        return "the files hold other weights or scales (a scale or zero point of one layer that is wrong does as much): compare each with the float model on this runtime";
+        return "the files have different weights or scales (a wrong scale or zero point of one layer suffices): compare each with the float model on this runtime";
     }
     if side.quantized {
-        return "run the float model on both runtimes: if it agrees, one of them computes 8-bit operations otherwise (7-bit weights avoid the saturation of processors without VNNI)";
+        return "run the float model on both runtimes: if it agrees, one of them computes 8-bit operations differently (7-bit weights avoid the saturation of processors without VNNI)";
     }
     if reference.model == side.model && greatest <= HALF_PRECISION {
-        return "half precision explains as much: if it is meant, allow it with --max-relative-difference 0.02 --max-mean-relative-difference 0.02";
+        return "half precision explains this difference: if it is intended, allow it with --max-relative-difference 0.02 --max-mean-relative-difference 0.02";
     }
     if reference.model == side.model {
-        return "a third side (--runtime rten, ort, ort:PROVIDER) tells which of them is wrong; do not deploy before that is known";
+        return "a third side (--runtime rten, ort, ort:PROVIDER) shows which of them is wrong; do not deploy before that is known";
     }
-    "the files hold other weights or operations: if that is meant, allow it with --max-relative-difference and --max-mean-relative-difference"
+    "the files have different weights or operations: if that is intended, allow it with --max-relative-difference and --max-mean-relative-difference"
 }
 
-/// Three digits, as short as they can be.
+/// Formats a number with three digits, without trailing zeros.
 fn short(number: f64) -> String {
     match number {
         0.0 => "0".into(),

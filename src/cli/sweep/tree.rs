@@ -1,4 +1,4 @@
-//! A sweep of a tree of silhouettes: a dataset with the templates of each of its gait cycles.
+//! Sweeps a tree of silhouettes into a dataset with the templates of each gait cycle.
 
 use super::{MadeDataset, SweepArgs};
 use crate::cli::progress::Progress;
@@ -15,11 +15,11 @@ use rayon::prelude::*;
 use std::path::Path;
 use std::time::Instant;
 
-/// Sequences whose templates are held at once, for each thread.
+/// Number of sequences whose templates are held in memory, for each thread.
 const AT_ONCE: usize = 16;
 
-/// What is made of each sequence: templates in the order in which they are wanted, and what was
-/// shown in one of them.
+/// The templates of a sequence, in the requested order, and statistics of the images in one of
+/// them.
 type SequenceTemplates = (Vec<Vec<u8>>, Shown);
 
 /// Sweeps the tree at `path`.
@@ -34,7 +34,7 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
     let other = || {
         Error::input(
             path,
-            "expected a pack or a tree of silhouettes (<person>/<take>/<view>/ with frames), found another folder (a dataset is swept already)",
+            "expected a pack or a tree of silhouettes (<person>/<take>/<view>/ with frames), found another folder (a dataset has been swept already)",
         )
     };
     if !Tree::is_at(path) {
@@ -46,7 +46,7 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
         return Err(Error::input(
             path,
             format!(
-                "expected views named by angles, as an index of a dataset has them, found {name:?} (rename the folders of views, or give the tree itself to `train` and `score`)"
+                "expected views named by angles, as the index of a dataset needs them, found {name:?} (rename the folders of views, or give the tree itself to `train` and `score`)"
             ),
         ));
     }
@@ -115,7 +115,8 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
     args.report(header, &settings, &wanted, made, started)
 }
 
-/// Writes the templates of all sequences, made on all cores; what was shown in them.
+/// Makes the templates of all sequences, on all cores, writes them, and returns statistics of the
+/// images.
 fn stored(
     source: &SequenceSource<'_>,
     settings: Settings,
@@ -182,7 +183,7 @@ fn stored(
     Ok(shown)
 }
 
-/// The templates of one sequence.
+/// Makes the templates of one sequence.
 fn templates(
     source: &SequenceSource<'_>,
     number: usize,
@@ -207,7 +208,7 @@ fn templates(
 }
 
 impl SweepArgs {
-    /// Refuses flags that say how walks are drawn, of silhouettes that are there.
+    /// Rejects flags about drawing walks, as the silhouettes exist.
     fn refuse_for_tree(&self) -> Result<()> {
         let export = &self.export;
         let flags = [

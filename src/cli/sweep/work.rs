@@ -1,4 +1,4 @@
-//! What a sweep does, piece by piece.
+//! The work of a sweep, in pieces.
 
 use crate::cli::export::take_name;
 use crate::cli::progress::Progress;
@@ -12,11 +12,11 @@ use edgegait_core::pack::Pack;
 use sha2::{Digest as _, Sha256};
 use std::ops::Range;
 
-/// Cycles that are listed at once: enough for all cores, and a list of 48 kB.
+/// Number of cycles in a list of jobs: enough for all cores, in 48 kB.
 const CYCLES_AT_ONCE: usize = 2_048;
 
-/// Consecutive jobs of one walk of one person under one condition: a recording, of which a tree has
-/// one sequence for each viewpoint.
+/// Groups consecutive jobs of one walk of one person under one condition: a recording, which is one
+/// sequence for each viewpoint in a tree.
 pub(super) fn grouped(pack: &Pack<'_>, firsts: &[Job<'_>]) -> Vec<Range<usize>> {
     let walks: Vec<_> = pack.walks().collect();
     let key = |job: &Job<'_>| {
@@ -33,32 +33,32 @@ pub(super) fn grouped(pack: &Pack<'_>, firsts: &[Job<'_>]) -> Vec<Range<usize>> 
     groups
 }
 
-/// What is swept.
+/// The input and settings of a sweep.
 pub(super) struct SweepWork<'w> {
     pub pack: &'w Pack<'w>,
-    /// Which of [`Self::firsts`] are one piece of work, in all their variations; if there are none,
-    /// each cycle is one.
+    /// The ranges of [`Self::firsts`] that are one piece of work each, in all their variations. If
+    /// empty, each cycle is a piece.
     pub groups: Vec<Range<usize>>,
     /// The first cycle of each walk under each condition.
     pub firsts: &'w [Job<'w>],
-    /// Which cycles of each.
+    /// The cycles of each walk.
     pub variations: Range<u32>,
     pub views: &'w [View],
     pub settings: Settings,
     pub wanted: &'w Wanted,
-    /// What is made of each image, first of all itself.
+    /// The variants of each image, the first of which is the image itself.
     pub variants: &'w [Variant],
-    /// Which pieces of work are done here.
+    /// The pieces of work to do.
     pub units: Range<usize>,
 }
 
 impl<'w> SweepWork<'w> {
-    /// How many cycles there are.
+    /// Returns the number of cycles.
     pub(super) fn cycles(&self) -> usize {
         self.firsts.len() * self.variations.len()
     }
 
-    /// How many pieces of work there are in all.
+    /// Returns the number of all pieces of work.
     pub(super) fn all_units(&self) -> usize {
         if self.groups.is_empty() {
             self.cycles()
@@ -67,7 +67,7 @@ impl<'w> SweepWork<'w> {
         }
     }
 
-    /// The cycles of a piece of work, in the order of a dataset.
+    /// Returns the cycles of a piece of work, in the order of a dataset.
     fn jobs_of(&self, unit: usize) -> Vec<Job<'w>> {
         let varied = |first: Job<'w>| {
             let cycles = self.variations.clone();
@@ -90,8 +90,8 @@ impl<'w> SweepWork<'w> {
         }
     }
 
-    /// Sweeps the cycles of these pieces of work, in the order of a dataset; memory does not grow
-    /// with their number. `sink` is told whether a cycle is the last of its piece.
+    /// Sweeps the cycles of these pieces of work, in the order of a dataset. Memory does not grow
+    /// with their number. `sink` learns whether a cycle is the last of its piece.
     fn each<R: Send>(
         &self,
         units: Range<usize>,
@@ -130,8 +130,8 @@ impl<'w> SweepWork<'w> {
         Ok(())
     }
 
-    /// Hashes all templates. Sum over all silhouettes of the share that lay outside of the image,
-    /// and SHA-256 of the cycles' SHA-256: cycles are hashed where they are made, on all cores.
+    /// Hashes all templates. Returns the sum over all silhouettes of the share outside the image,
+    /// and the SHA-256 of the cycles' SHA-256. Cycles are hashed where they are made, on all cores.
     pub(super) fn digest(&self) -> Result<(f64, String)> {
         let (mut clipped, mut digest) = (0.0, Sha256::new());
         self.each(
@@ -155,7 +155,7 @@ impl<'w> SweepWork<'w> {
         Ok((clipped, hex(&digest.finalize())))
     }
 
-    /// Writes all that is wanted and not yet done.
+    /// Does and writes the remaining work.
     pub(super) fn store(&self, writer: &mut DatasetWriter) -> Result<()> {
         let walks: Vec<_> = self.pack.walks().collect();
         let subjects: Vec<_> = self.pack.subjects().collect();

@@ -1,12 +1,12 @@
-//! How a model is made of samples.
+//! The training methods, with their options.
 
 use crate::train::subspaces::SubspaceOptions;
 use crate::train::{TrainMethod, feature_choice};
 
-/// How a model is made.
+/// A training method, with its options.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum How {
-    /// On principal components.
+    /// A linear method on principal components.
     Linear(TrainMethod),
     FeatureChoice,
     GaborSubspaces(SubspaceOptions),
@@ -14,12 +14,12 @@ pub(super) enum How {
 }
 
 impl How {
-    /// Whether principal components are found first.
+    /// Returns whether the method uses principal components.
     pub(super) const fn has_components(self) -> bool {
         matches!(self, Self::Linear(_) | Self::ViewTransformation)
     }
 
-    /// What results say of it.
+    /// Returns the method's name in results.
     pub(super) fn said(self) -> String {
         match self {
             Self::Linear(method) => method.to_string(),

@@ -1,35 +1,35 @@
-//! `--mix`: which share of each source is trained on, by the names of files and folders.
+//! `--mix`: the training share of each source, by the names of files and folders.
 
 use crate::error::{ChoiceError, Error, Result};
 use crate::train::CycleShare;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// The flag.
+/// The flag `--mix`.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct MixArgs {
-    /// The share of each person's gait cycles that is trained on, by source: above 0, at most 1, and at
-    /// least one cycle, drawn by --seed, with all its viewpoints. A source is called by its folder's
-    /// name, or its file's without the extension; those that are not named are used whole
+    /// Share of each person's gait cycles to train on, by source: above 0, at most 1, and at least
+    /// one cycle, with all its viewpoints; --seed chooses them. Name a source by its folder, or by
+    /// its file without the extension; other sources are used whole
     #[arg(long, value_name = "NAME:SHARE[,NAME:SHARE..]", value_delimiter = ',', value_parser = named_share)]
     mix: Vec<NamedShare>,
 }
 
-/// A part of the flag's value.
+/// A source's name and share in the flag's value.
 #[derive(Clone, Debug, PartialEq)]
 struct NamedShare {
     name: String,
     share: f64,
 }
 
-/// A source by its name, or by its path where another has the same name, and its share.
+/// The name of a source, or its path if another has the same name, and its share.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SharedSource {
     pub name: String,
     pub share: CycleShare,
 }
 
-/// The value of `--mix` of one source.
+/// Parses the value of `--mix` for one source.
 fn named_share(text: &str) -> std::result::Result<NamedShare, String> {
     let parts = text.rsplit_once(':').filter(|(name, _)| !name.is_empty());
     let (name, number) = parts.ok_or("expected NAME:SHARE, as in real:0.7")?;
@@ -43,7 +43,7 @@ fn named_share(text: &str) -> std::result::Result<NamedShare, String> {
     })
 }
 
-/// As it is given.
+/// Formats the flag's value.
 impl fmt::Display for MixArgs {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let named = |one: &NamedShare| format!("{}:{}", one.name, one.share);
@@ -53,15 +53,15 @@ impl fmt::Display for MixArgs {
 }
 
 impl MixArgs {
-    /// Whether the flag was given.
+    /// Returns whether the flag was given.
     pub(super) const fn is_given(&self) -> bool {
         !self.mix.is_empty()
     }
 
-    /// The names of these sources, and the share of each.
+    /// Returns the names of these sources, and the share of each.
     ///
     /// # Errors
-    /// When a name is given twice, or is that of no source or of several.
+    /// If a name is given twice, or belongs to no source or to several.
     pub(super) fn of(&self, sources: &[PathBuf], seed: u64) -> Result<Vec<SharedSource>> {
         let names: Vec<String> = sources.iter().map(|path| name_of(path)).collect();
         if self.is_given() && names.is_empty() {
@@ -77,7 +77,7 @@ impl MixArgs {
             match (so_called.next(), so_called.next()) {
                 (Some((one, _)), Some((other, _))) => {
                     return Err(Error::Usage(format!(
-                        "--mix: {} and {} are both called {name} (rename one of them, or give it by a link of another name)",
+                        "--mix: {} and {} are both called {name} (rename one of them, or link to it under another name)",
                         one.display(),
                         other.display()
                     )));
@@ -112,9 +112,9 @@ impl MixArgs {
     }
 }
 
-/// What a source is called: a folder by its name, a file by its name without the extension.
+/// Returns the name of a source: a folder's name, or a file's name without the extension.
 fn name_of(path: &Path) -> String {
-    // A path such as `.` ends in no name.
+    // A path such as `.` does not end in a name.
     let whole = path.file_name().is_none();
     let path = match std::fs::canonicalize(path) {
         Ok(resolved) if whole => resolved,

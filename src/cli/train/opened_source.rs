@@ -1,4 +1,4 @@
-//! The sources of `train` as they are found, and what is used of each: known before long work.
+//! Opens the sources of `train`, and chooses the part of each to use, before long work.
 
 use super::TrainArgs;
 use crate::cli::layout::refuse_without_tree;
@@ -14,15 +14,15 @@ use crate::train::{SampleForm, require_one_form};
 use edgegait_core::pack::Pack;
 use std::path::PathBuf;
 
-/// A source that is there.
+/// An opened source.
 pub(super) enum Opened {
-    /// What is drawn where nothing is named; made when it is wanted.
+    /// The built-in cohort, the default; made when it is needed.
     Cohort,
     Pack(PackSource),
     Folder(PathBuf, SequenceSource<'static>),
 }
 
-/// A source of which it is known what is used.
+/// A source with the part that is used.
 pub(super) struct ChosenSource {
     pub source: Opened,
     /// Numbers of a pack's walks, or rows of a dataset's index.
@@ -39,7 +39,7 @@ impl Opened {
         }
     }
 
-    /// Its path, as results state it.
+    /// Returns its path, as results state it.
     pub(super) fn path(&self) -> String {
         match self {
             Self::Cohort => "built-in cohort".to_owned(),
@@ -48,7 +48,7 @@ impl Opened {
         }
     }
 
-    /// What templates it gives, if others are made as the settings say.
+    /// Returns the form of its templates; the settings apply to all sources except datasets.
     fn form(&self, settings: &Settings) -> Result<SampleForm> {
         if let Self::Folder(path, SequenceSource::Dataset(geis)) = self {
             let dataset = geis.dataset();
@@ -63,7 +63,7 @@ impl Opened {
         Ok((template, size, Some(framing)))
     }
 
-    /// Names of its people and of its walks or takes.
+    /// Returns the names of its people and of its walks or takes.
     fn names(&self) -> Result<[Vec<String>; 2]> {
         match self {
             Self::Cohort => Ok([Vec::new(), Vec::new()]),
@@ -97,8 +97,8 @@ impl TrainArgs {
         self.sources.iter().map(open).collect()
     }
 
-    /// Refuses flags that no source can use, templates that cannot be trained on, and sources that
-    /// give different ones.
+    /// Rejects flags that no source can use, templates that cannot be trained on, and sources with
+    /// different templates.
     pub(super) fn check(&self, opened: &[Opened], making: &Making) -> Result<()> {
         let has = |kind| opened.iter().any(|source| source.kind() == kind);
         if !has("tree") {
@@ -109,7 +109,7 @@ impl TrainArgs {
             (true, _) => {}
             (false, true) if self.cycles.is_some() => {
                 return Err(Error::Usage(
-                    "--cycles: all gait cycles of a tree's recordings are trained with".into(),
+                    "--cycles: training uses all gait cycles of a tree's recordings".into(),
                 ));
             }
             (false, true) => self.draw.refuse_for_trees()?,
@@ -140,8 +140,8 @@ impl TrainArgs {
         require_one_form(&forms)
     }
 
-    /// Who and which walks are asked for of each source: of several those that it has, and each has
-    /// to be in one.
+    /// Returns the requested people and walks of each source. With several sources, each name has
+    /// to be in one of them, and a source gets the names that it has.
     pub(super) fn selections(&self, opened: &[Opened]) -> Result<Vec<Selection>> {
         let asked = self.selection.selection(self.sources.is_empty());
         if opened.len() < 2 {
@@ -172,7 +172,7 @@ impl TrainArgs {
         opened.iter().zip(&known).map(select).collect()
     }
 
-    /// What is used of a source; a tree's pictures are known to be of one size each.
+    /// Chooses the part of a source to use, and checks the image sizes of a tree.
     pub(super) fn chosen(
         &self,
         source: Opened,
@@ -236,7 +236,7 @@ impl TrainArgs {
     }
 }
 
-/// Why a source cannot be used of which nothing was chosen.
+/// Returns the error about a source without any chosen part.
 fn nothing(source: &Opened) -> Error {
     Error::Usage(format!(
         "{}: expected some of the chosen people, walks and viewpoints, found none (leave it out, or choose others)",
@@ -244,7 +244,7 @@ fn nothing(source: &Opened) -> Error {
     ))
 }
 
-/// How templates are made, and from where they are seen.
+/// The settings of templates, and their viewpoints.
 pub(super) struct Making {
     pub settings: Settings,
     pub augmentation: Augmentation,

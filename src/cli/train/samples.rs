@@ -1,4 +1,4 @@
-//! Samples of one source of `train`: drawn, of a tree, or of a dataset.
+//! Samples of one source of `train`: a pack, a tree, or a dataset.
 
 use super::TrainArgs;
 use super::opened_source::{ChosenSource, Making, Opened};
@@ -12,11 +12,11 @@ use crate::train::{CycleShare, Recipe, Samples};
 use edgegait_core::pack::Pack;
 use std::path::Path;
 
-/// Cycles of each walk that are trained on unless a user says otherwise.
+/// Default number of training cycles of each walk.
 const CYCLES: u32 = 8;
 
 impl TrainArgs {
-    /// The samples of a source, and what results say of it.
+    /// Returns the samples of a source, and its header.
     pub(super) fn part(
         &self,
         chosen: ChosenSource,
@@ -44,7 +44,7 @@ impl TrainArgs {
         }
     }
 
-    /// Samples drawn here, from a pack or from the built-in cohort.
+    /// Draws samples from a pack or from the built-in cohort.
     fn of_walks(
         &self,
         source: PackSource,
@@ -75,7 +75,7 @@ impl TrainArgs {
         Ok((samples, header))
     }
 
-    /// The templates of a tree, by gait cycles unless its recordings are to stay whole.
+    /// Makes the templates of a tree, of gait cycles or of whole recordings.
     fn of_tree(
         &self,
         path: &Path,
@@ -102,7 +102,7 @@ impl TrainArgs {
         Ok((samples, header))
     }
 
-    /// The templates of a dataset.
+    /// Reads the templates of a dataset.
     fn of_dataset(
         &self,
         (dataset, path): (&Dataset, &Path),
@@ -117,11 +117,11 @@ impl TrainArgs {
         }
         if samples.framing.is_none() {
             header.warnings.push(if self.states_sources() {
-                "it does not say how its figures are framed: they are taken for framed as the others"
+                "it does not state how its figures are framed: the framing of the others is assumed"
                     .to_owned()
             } else {
                 format!(
-                    "{} does not say how its figures are framed: the model's contract says height",
+                    "{} does not state how its figures are framed: the model's contract states height",
                     path.display()
                 )
             });

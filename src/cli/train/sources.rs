@@ -1,4 +1,4 @@
-//! What `train` reads: packs, datasets and trees, each by the flags that it can use, and together.
+//! Gathers the samples of `train` from packs, datasets and trees.
 
 use super::TrainArgs;
 use super::mix::SharedSource;
@@ -12,15 +12,15 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
-/// What is trained on, and what results say of it.
+/// The training samples, and their header.
 pub(super) struct Gathered {
     pub samples: Samples,
     pub header: ResultHeader,
-    /// Each source, where there are several or a share is drawn.
+    /// The result of each source, if there are several or a share is used.
     pub sources: Vec<SourceResult>,
 }
 
-/// What was taken of a source.
+/// The part of a source that is used.
 #[derive(Serialize)]
 pub(super) struct SourceResult {
     name: String,
@@ -50,11 +50,11 @@ impl fmt::Display for SourceResult {
     }
 }
 
-/// The samples of all sources.
+/// Gathers the samples of all sources.
 ///
 /// # Errors
-/// Before long work what flags and sources have against each other; then what cannot be read,
-/// drawn or made into templates.
+/// Before long work, for flags and sources that contradict each other; then for data that cannot be
+/// read, drawn or made into templates.
 pub(super) fn gathered(args: &TrainArgs) -> Result<Gathered> {
     let shared = args.mix.of(&args.sources, args.common.seed)?;
     refuse_twice(&args.sources)?;
@@ -93,7 +93,7 @@ pub(super) fn gathered(args: &TrainArgs) -> Result<Gathered> {
         let (kind, path) = (chosen.source.kind(), chosen.source.path());
         let (samples, own) = args.part(chosen, share, &making)?;
         for input in own.inputs {
-            // A partition is of all trees.
+            // All trees share a partition.
             if !header.inputs.contains(&input) {
                 header.inputs.push(input);
             }
@@ -130,7 +130,7 @@ pub(super) fn gathered(args: &TrainArgs) -> Result<Gathered> {
     })
 }
 
-/// Refuses a source that is given twice.
+/// Rejects a source that is given twice.
 fn refuse_twice(sources: &[PathBuf]) -> Result<()> {
     for (at, path) in sources.iter().enumerate() {
         let is_same = |other: &PathBuf| {
@@ -139,7 +139,7 @@ fn refuse_twice(sources: &[PathBuf]) -> Result<()> {
         };
         if let Some(other) = sources[..at].iter().find(|other| is_same(other)) {
             return Err(Error::Usage(format!(
-                "{}: expected each source once, found it as {} too",
+                "{}: expected each source once, found it again as {}",
                 path.display(),
                 other.display()
             )));
@@ -149,7 +149,7 @@ fn refuse_twice(sources: &[PathBuf]) -> Result<()> {
 }
 
 impl TrainArgs {
-    /// Whether results state each source: where there are several, or a share is drawn.
+    /// Returns whether results state each source: if there are several, or a share is used.
     pub(super) fn states_sources(&self) -> bool {
         self.sources.len() > 1 || self.mix.is_given()
     }

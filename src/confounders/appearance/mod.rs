@@ -87,7 +87,7 @@ impl Outfit {
         ] {
             if found > most {
                 return Err(Error::Usage(format!(
-                    "a body with all that it wears and carries: expected at most {most} {what}, found {found} (leave out a garment or a load)"
+                    "a body with its clothes and loads: expected at most {most} {what}, found {found} (leave out a garment or a load)"
                 )));
             }
         }
@@ -99,7 +99,7 @@ impl Outfit {
             };
             pushed.map_err(|error| {
                 Error::Usage(format!(
-                    "a body with all that it wears and carries: {error} (leave out a garment or a load)"
+                    "a body with its clothes and loads: {error} (leave out a garment or a load)"
                 ))
             })?;
         }

@@ -1,18 +1,18 @@
-//! What was drawn of items.
+//! The arrays of one rendered item.
 
 use crate::sweep::Swept;
 
-/// What was drawn of one item.
+/// The arrays of one rendered item.
 #[derive(Clone, Debug, Default)]
 pub struct DrawnItem {
     /// The bytes of each array, in the order of [`Items::arrays`](super::Items::arrays).
     pub arrays: Vec<Vec<u8>>,
-    /// How many frames there were.
+    /// The number of frames of the item.
     pub frames: u32,
 }
 
 impl DrawnItem {
-    /// What was swept from so many viewpoints, by item.
+    /// Splits the result of a sweep from `views` viewpoints into items.
     pub(super) fn split(swept: Swept, views: usize, with_joints: bool) -> Vec<Self> {
         let Swept {
             templates,

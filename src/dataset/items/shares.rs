@@ -1,24 +1,23 @@
-//! Work on items, shared among cores.
+//! Divides the work on items among cores.
 
-/// What it takes to pose a cycle, in views of it that are drawn in that time.
+/// The cost of posing a cycle, in views that are drawn in the same time.
 const POSING: usize = 9;
-/// Shares of the work for each core, so that all cores end at about the same time, where each takes
-/// at least so long.
+/// Shares of the work for each core, so that all cores end at about the same time.
 const SHARES: usize = 4;
+/// The least work in a share when a core gets several.
 const LEAST_SHARE: usize = 128;
-/// Least work that is worth another core.
+/// The least work that is worth another core.
 const LEAST_WORK: usize = 24;
 
-/// How many shares so much work is divided into.
+/// Returns the number of shares that an amount of work is divided into.
 fn count(work: usize, threads: usize) -> usize {
     let many = (work / LEAST_SHARE).min(SHARES * threads);
     let few = (work / LEAST_WORK).min(threads);
     many.max(few).max(1)
 }
 
-/// Positions in `items` that are drawn together, cycle by cycle, where so many `views` are one
-/// cycle's: shares of the work that take about as long. Where a cycle is shared, each has views from
-/// all around.
+/// Divides positions in `items` into shares of about the same duration, ordered by cycle; a cycle
+/// has `views` items. If a cycle is divided, each share gets views from all around.
 pub(super) fn of(items: &[usize], views: usize, threads: usize) -> Vec<Vec<usize>> {
     let cycle_of = |at: usize| items[at] / views;
     let mut order: Vec<usize> = (0..items.len()).collect();
@@ -28,7 +27,7 @@ pub(super) fn of(items: &[usize], views: usize, threads: usize) -> Vec<Vec<usize
         .collect();
     let all = items.len() + cycles.len() * POSING;
     let count = count(all, threads);
-    // Where a cycle is shared it is posed once more.
+    // A divided cycle is posed once more.
     let most = (all + (count - 1) * POSING).div_ceil(count);
     let mut shares = vec![Vec::new()];
     let mut left = most;
@@ -53,7 +52,7 @@ pub(super) fn of(items: &[usize], views: usize, threads: usize) -> Vec<Vec<usize
 mod tests {
     use super::*;
 
-    /// What each share takes, in views.
+    /// Returns the cost of each share, in views.
     fn costs(items: &[usize], views: usize, shares: &[Vec<usize>]) -> Vec<usize> {
         let cost = |share: &Vec<usize>| {
             let cycles = share.chunk_by(|&a, &b| items[a] / views == items[b] / views);

@@ -42,7 +42,7 @@ fn drawn(items: &Items, numbers: &[usize], pass: u32) -> Vec<DrawnItem> {
         .expect("items that can be drawn")
 }
 
-/// What a sweep of all people in one pack gives, image by image.
+/// Returns the images of a sweep of all people in one pack.
 fn swept(design: &Design, people: Range<usize>) -> Vec<Vec<u8>> {
     let make = |number| design.subject(number);
     let how = (MAX_ERROR_MM, Effort::Quick);
@@ -102,7 +102,7 @@ fn of_pack(conditions: Vec<Condition>, variations: Range<u32>) -> Items {
 #[test]
 fn items_of_a_design_are_those_of_a_sweep_of_its_people() {
     let items = Items::of_design(design(), Some("train"), None).expect("items");
-    // Three people, two speeds, two takes under three conditions, three viewpoints.
+    // 3 people, 2 speeds, 2 takes, 3 conditions, 3 viewpoints.
     assert_eq!(items.len(), 3 * 2 * 2 * 3 * 3);
     let all: Vec<usize> = (0..items.len()).collect();
     let expected = swept(&design(), 4..7);
@@ -182,7 +182,7 @@ fn passes_have_variations_that_no_command_can_name() {
     assert_eq!(FIRST_OF_PASSES % CYCLES_OF_A_TAKE, 0);
     let images = [0, 1, 2].map(|pass| drawn(&items, &[6], pass)[0].arrays.clone());
     assert!(images[0] != images[1] && images[1] != images[2]);
-    // The first pass is shifted by none of the eight.
+    // Pass 1 is shifted by FIRST_OF_PASSES alone, so one more pass fits.
     let last = (u32::MAX - FIRST_OF_PASSES - 2) / 8 + 1;
     assert!(items.rows(&[0], last, &BTreeMap::new()).is_ok());
     let said = items.rows(&[0], last + 1, &BTreeMap::new());
@@ -227,7 +227,7 @@ fn takes_are_the_same_in_each_pass() {
 fn as_many_are_drawn_at_once_as_there_is_room_for() {
     // GEIs of 1,500 bytes, in 2 GiB.
     assert_eq!(of_pack(Vec::new(), 0..1).most_at_once(), 1_431_655);
-    // Of takes the frames count.
+    // Frames count in uncut motions.
     let takes = of_takes();
     let bytes = drawn(&takes, &[0], 0)[0].arrays[0].len();
     let most = (1 << 31) / bytes;

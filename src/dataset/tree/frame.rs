@@ -170,7 +170,7 @@ fn grey(is_on: bool) -> u8 {
 mod tests {
     use super::*;
 
-    /// A picture from text: `#` is on.
+    /// Makes a picture from text, in which `#` is on.
     fn picture(text: &[&str]) -> (Vec<u8>, usize) {
         let pixels = text
             .iter()
@@ -184,7 +184,7 @@ mod tests {
         (into, clipped.expect("a figure"))
     }
 
-    /// The columns that are on in a row, as first and last.
+    /// Returns the first and last columns that are on in a row.
     fn span(pixels: &[u8], size: Size, row: usize) -> Option<(usize, usize)> {
         let row = &pixels[row * size.columns()..(row + 1) * size.columns()];
         let on = |pixel: &u8| *pixel == 255;

@@ -77,7 +77,7 @@ fn a_dataset_that_is_not_finished_waits_or_leaves_nothing() {
     assert!(other.ends_with("another process is using it"), "{other}");
     let short = writer.finish().unwrap_err().to_string();
     assert!(
-        short.ends_with("expected 2 pieces of work, found 1"),
+        short.ends_with("expected 2 units of work, found 1"),
         "{short}"
     );
     assert_eq!(names(folder.path()), ["d.unfinished"]);

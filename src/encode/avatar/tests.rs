@@ -12,7 +12,7 @@ fn decoded(encoded: &EncodedAvatar) -> Vec<(Joint, Vec<DVec3>)> {
     avatar.hulls().map(points).collect()
 }
 
-/// The body of one hull.
+/// Returns a body with a single hull.
 fn alone(joint: Joint, points: Vec<DVec3>) -> Body {
     Body {
         offsets: [DVec3::ZERO; JOINTS],
@@ -23,7 +23,7 @@ fn alone(joint: Joint, points: Vec<DVec3>) -> Body {
     }
 }
 
-/// A box of 20 cm by 40 cm by 10 cm whose points of negative x are `bulge` further out.
+/// Returns a box of 20 cm by 40 cm by 10 cm whose points of negative x are `bulge` further out.
 fn lopsided_box(bulge: f64) -> Vec<DVec3> {
     let mut points = Vec::new();
     for x in [-0.1 - bulge, 0.1] {
@@ -59,7 +59,7 @@ fn an_error_of_zero_gives_the_finest_steps_and_says_what_they_reach() {
     let points = vec![DVec3::new(1.0, 0.000_03, 0.0), DVec3::new(0.0, 0.0, 0.5)];
     let encoded = encode_avatar(&alone(Joint::Head, points), 0.0).expect("a body");
     assert_eq!(encoded.bytes[2..4], [62, 0]);
-    // 1 m is 16,129.03 steps: 2 um off; 30 um are half a step, which rounds to 0.
+    // 1 m is 16,129.03 steps: 2 um off. 30 um is half a step, which rounds to 0.
     assert!((encoded.max_error_mm - 0.030_07).abs() < 1e-4);
     assert_eq!(encoded.bytes[..2], [4, 0]);
 }
@@ -184,7 +184,7 @@ fn a_mirrored_hull_is_read_with_its_exact_image() {
 fn a_hull_is_stored_by_its_half_only_where_that_is_within_the_error() {
     let half = |joint, points| {
         let encoded = encode_avatar(&alone(joint, points), 2.0).expect("a body");
-        // Behind the header: 5 bits of width and 54 of offsets that are 0, and a joint.
+        // After the header: 5 bits of width, 54 bits of offsets that are 0, and a joint.
         let mut bits = edgegait_core::bits::BitReader::new(&encoded.bytes[5..]);
         bits.skip(
             5 + if encoded.bytes[4] & SYMMETRIC_SKELETON == 0 {

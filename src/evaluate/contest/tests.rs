@@ -224,7 +224,7 @@ fn probes_that_meet_nobody_are_refused() {
         ("ann", "nm-05", SIDE, (0, 0)),
     ];
     let error = outcome("casia-b", &[], &geis).err();
-    assert!(error.is_some_and(|error| error.to_string().contains("no probe meets a gallery")));
+    assert!(error.is_some_and(|error| error.to_string().contains("no probe has a gallery")));
 }
 
 #[test]

@@ -65,7 +65,7 @@ fn each_of_several_has_a_path_that_finds_it_alone() {
 fn what_is_not_there_is_said_with_what_is() {
     for (path, words) in [
         ("p50", &["no \"p50\"", "note, only, seconds"][..]),
-        ("models.p50_us", &["which of 3", "[a,threads=1]"]),
+        ("models.p50_us", &["one of 3", "[a,threads=1]"]),
         ("models[b].p50_us", &["found 0 among", "a,threads=2"]),
         ("models[a].p50_us", &["found 2"]),
         ("models[a,threads=1].accuracy.rank1", &["no \"accuracy\""]),

@@ -1,6 +1,6 @@
-//! Numbers as the three machines that C3D files come from wrote them.
+//! The number formats of the three machines that write C3D files.
 
-/// The machine whose numbers a file holds.
+/// The number format of a file, named after its machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NumberFormat {
     /// Intel: little endian, IEEE 754.
@@ -12,7 +12,7 @@ pub(super) enum NumberFormat {
 }
 
 impl NumberFormat {
-    /// The machine by the fourth byte of the parameter section.
+    /// Returns the format for the fourth byte of the parameter section.
     pub(super) const fn of(byte: u8) -> Option<Self> {
         match byte {
             84 => Some(Self::Pc),
@@ -22,7 +22,7 @@ impl NumberFormat {
         }
     }
 
-    /// An unsigned word.
+    /// Decodes an unsigned word.
     pub(super) const fn word(self, bytes: [u8; 2]) -> u16 {
         match self {
             Self::Pc | Self::Vax => u16::from_le_bytes(bytes),
@@ -30,12 +30,12 @@ impl NumberFormat {
         }
     }
 
-    /// A signed word.
+    /// Decodes a signed word.
     pub(super) const fn integer(self, bytes: [u8; 2]) -> i16 {
         self.word(bytes).cast_signed()
     }
 
-    /// A float; what VAX reserves (sign without exponent) is not a number.
+    /// Decodes a float. VAX's reserved operands (a sign without exponent) become NaN.
     pub(super) fn real(self, bytes: [u8; 4]) -> f64 {
         match self {
             Self::Pc => f32::from_le_bytes(bytes).into(),
@@ -79,7 +79,7 @@ mod tests {
         assert!((real(0x4149, 0x0FDB) - std::f64::consts::PI).abs() < 1e-7);
         assert_eq!(real(0, 0x1234).to_bits(), 0f64.to_bits());
         assert!(real(0x8000, 0).is_nan());
-        // The smallest, 2^-128, which is no normal f32.
+        // The smallest number, 2^-128, which is not a normal f32.
         assert_eq!(real(0x0080, 0).to_bits(), libm::ldexp(1.0, -128).to_bits());
     }
 

@@ -1,9 +1,9 @@
-//! C3D, the binary format of marker recordings: positions by frame, with parameters.
+//! Reader of C3D, the binary format of marker recordings: positions by frame, with parameters.
 //!
 //! After "The C3D File Format: User Guide" (Motion Lab Systems, 2008) and <https://www.c3d.org>.
-//! A reader of its own: the crate c3dio 0.8 panics where a file is cut and gives no places.
-//! What other programs add as points (angles, forces, moments, powers) is left out by the
-//! lists that say so; names of subjects are not read.
+//! The crate c3dio 0.8 is not used, since it panics on truncated files and does not locate errors.
+//! Points that are not positions (angles, forces, moments, powers) are left out by the lists in the
+//! file that name them. Names of subjects are not read.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -22,13 +22,13 @@ mod tests;
 use machine::NumberFormat;
 use parameters::{C3dParameters, ParameterSection, unsigned};
 
-/// The format counts places in blocks of this many bytes.
+/// Size of a block, in which the format counts places, bytes.
 const BLOCK: usize = 512;
 
-/// Second byte of every C3D file.
+/// The second byte of every C3D file.
 const KEY: u8 = 80;
 
-/// Lists of points that are not positions; `POINT:TYPE_GROUPS` may name more.
+/// The lists of points that are not positions; `POINT:TYPE_GROUPS` may name more.
 const NOT_POSITIONS: [&str; 7] = [
     "ANGLES",
     "FORCES",
@@ -39,7 +39,7 @@ const NOT_POSITIONS: [&str; 7] = [
     "MODELED_MARKERS",
 ];
 
-/// The header's words that matter, in the order of the file.
+/// The words of the header that are used, in the order of the file.
 struct C3dHeader {
     points: u16,
     analog_samples: u16,
@@ -66,30 +66,30 @@ impl C3dHeader {
         }
     }
 
-    /// Frames by the first and last; none where 16 bits may not have been enough.
+    /// Returns the number of frames from the first and last; none if 16 bits may not suffice.
     fn frames(&self) -> Option<f64> {
         let is_sound = self.last_frame >= self.first_frame && self.last_frame < u16::MAX;
         is_sound.then(|| f64::from(self.last_frame) - f64::from(self.first_frame) + 1.0)
     }
 }
 
-/// How frames of points lie in the data section.
+/// The layout of frames of points in the data section.
 struct PointsLayout {
     machine: NumberFormat,
-    /// Byte of the first frame.
+    /// Byte at which the first frame begins.
     start: u64,
     frames: usize,
     points: usize,
     /// Bytes of a frame, analog samples included.
     stride: usize,
-    /// Source units of one count; `None` for floats.
+    /// Source units in one count; `None` for floats.
     scale: Option<f64>,
 }
 
 /// Reads a whole file.
 ///
 /// # Errors
-/// Anything that is not a complete file: damaged parameters, fewer frames than stated, no markers.
+/// For incomplete files: damaged parameters, fewer frames than stated, no markers.
 pub(super) fn read(path: &Path) -> Result<Markers> {
     let file = File::open(path).map_err(|source| Error::io(path, source))?;
     let length = file
@@ -123,12 +123,12 @@ fn read_from(path: &Path, mut file: impl Read + Seek, length: u64) -> Result<Mar
         ));
     };
     let header = C3dHeader::parse(&block, machine);
-    // Some writers leave the count of blocks at 0: then the data end the section.
+    // Some writers leave the count of blocks at 0: the section then ends where the data begin.
     let blocks = match first[2] {
         0 => usize::from(header.data_block).saturating_sub(usize::from(block[0])),
         blocks => blocks.into(),
     };
-    // Not from a count alone: `fill` compares it with the file's length first.
+    // The count may lie: it is compared with the file's length before memory is allocated.
     let mut bytes = Vec::new();
     let size = (blocks * BLOCK).max(4);
     if ends_before(start, size, length) {
@@ -200,7 +200,7 @@ fn cut_short(path: &Path, start: usize, size: usize, length: u64) -> Error {
     )
 }
 
-/// Reads the bytes from `start`.
+/// Fills `bytes` from byte `start` of the file.
 fn fill(
     path: &Path,
     file: &mut (impl Read + Seek),
@@ -216,7 +216,7 @@ fn fill(
         .map_err(|source| Error::io(path, source))
 }
 
-/// How the data lie, by header and parameters, which must agree on what matters.
+/// Returns the layout of the data from header and parameters, which must agree.
 fn layout(
     header: &C3dHeader,
     parameters: &C3dParameters,
@@ -259,17 +259,17 @@ fn layout(
     })
 }
 
-/// A count as an index; what no index holds is 0 or the largest.
+/// Returns a count as an index, clamped to the range of indices.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "saturates, and what it counts is compared with the file's length"
+    reason = "saturates, and the result is compared with the file's length"
 )]
 fn whole(count: f64) -> usize {
     count as usize
 }
 
-/// The header's count, or one of those that were added where its 16 bits are too few.
+/// Returns the header's count of frames, or one from the parameters if its 16 bits do not suffice.
 fn frame_count(
     header: &C3dHeader,
     parameters: &C3dParameters,
@@ -301,23 +301,23 @@ fn frame_count(
                 header.first_frame, header.last_frame
             )
         })?;
-    // POINT:FRAMES is one word: it says nothing beyond.
+    // POINT:FRAMES is one word and cannot state larger counts.
     let others = [trial, long, added[2].filter(|_| count < 65_535.0)];
     if let Some(other) = others.into_iter().flatten().find(|&other| other != count) {
         warnings.push(format!(
-            "{count} frames by the header, {other} by a parameter: {count} are used"
+            "the stated numbers of frames differ, {count} and {other}: {count} are used"
         ));
     }
     Ok(count)
 }
 
-/// Names and indices of the points that are markers.
+/// Returns the names and indices of the points that are markers.
 fn names(
     parameters: &C3dParameters,
     points: usize,
     warnings: &mut Vec<String>,
 ) -> std::result::Result<(Vec<String>, Vec<usize>), String> {
-    // Pairs of a list's name and what it lists.
+    // Pairs of a list's name and the kind of its points.
     let groups = parameters.texts("POINT:TYPE_GROUPS");
     let others: Vec<&str> = groups
         .chunks(2)
@@ -364,7 +364,7 @@ fn rate_hz(
     }
     if (header.rate_hz - rate).abs() > 1e-3 * rate {
         warnings.push(format!(
-            "{rate} Hz by POINT:RATE, {} Hz by the header: {rate} Hz is used",
+            "POINT:RATE states {rate} Hz, the header {} Hz: {rate} Hz is used",
             header.rate_hz
         ));
     }
@@ -400,8 +400,8 @@ fn read_frames(
     Ok(frames)
 }
 
-/// A point of a frame; missing where the residual is negative, or the coordinates are not
-/// numbers or exactly zero.
+/// Returns a point of a frame; none if the residual is negative, or the coordinates are NaN or
+/// exactly zero.
 fn position(frame: &[u8], layout: &PointsLayout, point: usize) -> Option<DVec3> {
     let machine = layout.machine;
     let [x, y, z, residual] = match layout.scale {

@@ -1,7 +1,7 @@
-//! The parameter section of a C3D file: a chain of named values in groups.
+//! Reader of the parameter section of a C3D file: a chain of named values in groups.
 //!
-//! Each record points at the next. Pointers and sizes come from the file and are
-//! believed only where they stay inside of the section.
+//! Each record points at the next. Pointers and sizes come from the file, so they must stay inside
+//! the section.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -9,7 +9,7 @@ use std::path::Path;
 use super::machine::NumberFormat;
 use crate::error::{Error, FilePlace, Result};
 
-/// The groups that are kept. Subjects' names, which other groups hold, are never decoded.
+/// The groups that are kept. Subjects' names are in other groups and never decoded.
 const GROUPS: [&str; 2] = ["POINT", "TRIAL"];
 
 /// Most dimensions of a value (the C3D file format user guide, 2008, section "Parameter
@@ -21,7 +21,7 @@ const MAX_DIMENSIONS: u8 = 7;
 pub(super) struct ParameterSection<'a> {
     pub(super) path: &'a Path,
     pub(super) bytes: &'a [u8],
-    /// Of the first of the bytes.
+    /// Position of the first byte in the file.
     pub(super) start: usize,
     pub(super) machine: NumberFormat,
 }
@@ -36,7 +36,7 @@ impl<'a> ParameterSection<'a> {
         end.and_then(|end| self.bytes.get(at..end)).ok_or_else(|| {
             let end = self.start + self.bytes.len();
             let problem = format!(
-                "a parameter runs out of the parameter section, which ends at byte {end} (is the file damaged?)"
+                "a parameter exceeds the parameter section, which ends at byte {end} (is the file damaged?)"
             );
             self.error(at, problem)
         })
@@ -49,7 +49,7 @@ impl<'a> ParameterSection<'a> {
     }
 }
 
-/// A value, not decoded yet.
+/// A parameter that is not decoded yet.
 struct StoredParameter<'a> {
     group: i8,
     name: String,
@@ -58,24 +58,25 @@ struct StoredParameter<'a> {
     bytes: &'a [u8],
 }
 
-/// A decoded value.
+/// A decoded parameter.
 enum ParameterValue {
     Numbers(Vec<f64>),
     Texts(Vec<String>),
 }
 
-/// The values of the groups that are kept, by `GROUP:NAME`.
+/// The parameters of the groups that are kept, by `GROUP:NAME`.
 pub(super) struct C3dParameters {
     values: HashMap<String, ParameterValue>,
-    /// What was odd about the section.
+    /// Warnings about irregularities of the section.
     pub(super) warnings: Vec<String>,
 }
 
 impl C3dParameters {
-    /// Follows the chain and decodes what is kept.
+    /// Follows the chain and decodes the parameters that are kept.
     ///
     /// # Errors
-    /// Names that are not ASCII, unknown types, values larger than their record or the section.
+    /// For names that are not ASCII, unknown types, and values larger than their record or the
+    /// section.
     pub(super) fn read(section: ParameterSection<'_>) -> Result<Self> {
         let mut groups: HashMap<i8, String> = HashMap::new();
         let mut stored: Vec<StoredParameter<'_>> = Vec::new();
@@ -103,7 +104,7 @@ impl C3dParameters {
             if id < 0 {
                 groups.insert(id, name);
             } else {
-                // A record's data end where the next record begins.
+                // The data of a record end where the next record begins.
                 let end = next.filter(|_| !leads_out).unwrap_or(section.bytes.len());
                 stored.push(read_value(&section, id, name, pointer + 2..end)?);
             }
@@ -133,7 +134,7 @@ impl C3dParameters {
         Ok(Self { values, warnings })
     }
 
-    /// All numbers of a value; none if there is no such value.
+    /// Returns all numbers of a parameter; an empty slice if it does not exist.
     pub(super) fn numbers(&self, name: &str) -> &[f64] {
         match self.values.get(name) {
             Some(ParameterValue::Numbers(numbers)) => numbers,
@@ -141,17 +142,18 @@ impl C3dParameters {
         }
     }
 
-    /// The first number of a value.
+    /// Returns the first number of a parameter.
     pub(super) fn number(&self, name: &str) -> Option<f64> {
         self.numbers(name).first().copied()
     }
 
-    /// The first number as a count: words are unsigned there, though stored as signed ones.
+    /// Returns the first number of a parameter as a count, whose words are unsigned but stored as
+    /// signed.
     pub(super) fn count(&self, name: &str) -> Option<f64> {
         self.number(name).map(unsigned)
     }
 
-    /// All texts of a value, trimmed, and those of its continuations (`LABELS2`, `LABELS3`).
+    /// Returns all texts of a parameter, trimmed, and of its continuations (`LABELS2`, `LABELS3`).
     pub(super) fn texts(&self, name: &str) -> Vec<&str> {
         let mut all = Vec::new();
         let mut key = name.to_owned();
@@ -165,12 +167,12 @@ impl C3dParameters {
     }
 }
 
-/// What a word that was stored as a signed one counts.
+/// Returns the unsigned value of a word that was stored as signed.
 pub(super) fn unsigned(word: f64) -> f64 {
     if word < 0.0 { word + 65_536.0 } else { word }
 }
 
-/// The value in `range`, which begins with the type.
+/// Reads the parameter in `range`, which begins with its type.
 fn read_value<'a>(
     section: &ParameterSection<'a>,
     group: i8,

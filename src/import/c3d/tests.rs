@@ -1,4 +1,4 @@
-//! Files laid out by hand after the format's user guide, byte by byte.
+//! Tests with files that are laid out by hand, byte by byte, after the format's user guide.
 
 use std::io::Cursor;
 
@@ -8,7 +8,7 @@ use super::*;
 type Record = (u8, &'static str, u8, Vec<u8>, Vec<u8>);
 
 /// Two points in three frames: a first marker at (1.5, -2, 0.5), a second that comes and goes.
-/// Numbers of each machine are typed here, not computed.
+/// The numbers of each machine are typed here, not computed.
 struct Fixture {
     machine: u8,
     floats: bool,

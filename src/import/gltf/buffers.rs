@@ -1,6 +1,6 @@
-//! The buffers of a glTF file, and accessors read out of them.
+//! Reads the buffers of a glTF file and the accessors in them.
 //!
-//! The crate's own readers trust counts, offsets and sparse indices, and panic where they lie.
+//! The crate's own readers trust counts, offsets and sparse indices, and panic if they are wrong.
 
 use std::path::Path;
 
@@ -19,8 +19,7 @@ const MAX_NUMBERS: usize = 16_000_000;
 pub(super) struct Buffers(Vec<Vec<u8>>);
 
 impl Buffers {
-    /// Loads what the document's buffers refer to: the binary chunk, `data:` URIs and files
-    /// relative to `folder`.
+    /// Loads the document's buffers: the binary chunk, `data:` URIs and files relative to `folder`.
     pub(super) fn load(
         document: &gltf::Document,
         mut blob: Option<Vec<u8>>,
@@ -55,8 +54,8 @@ impl Buffers {
         Ok(Self(all))
     }
 
-    /// The items of an accessor of `N` finite numbers each; integers as the shares of their
-    /// range where the accessor says that they are normalised.
+    /// Returns the items of an accessor, `N` finite numbers each. Integers that the accessor states
+    /// as normalised are shares of their range.
     pub(super) fn numbers<const N: usize>(
         &self,
         accessor: &Accessor,
@@ -76,7 +75,7 @@ impl Buffers {
         Ok(items)
     }
 
-    /// The items of an accessor of `N` unsigned integers each.
+    /// Returns the items of an accessor, `N` unsigned integers each.
     pub(super) fn integers<const N: usize>(
         &self,
         accessor: &Accessor,
@@ -147,7 +146,7 @@ impl Buffers {
         Ok(items)
     }
 
-    /// `count` pieces of `size` bytes in a view, from `offset` on.
+    /// Returns `count` pieces of `size` bytes in a view, from `offset` on.
     fn strided<'a>(
         &'a self,
         view: &View,
@@ -192,7 +191,7 @@ impl Buffers {
     }
 }
 
-/// The bytes that a buffer's URI stands for.
+/// Returns the bytes to which a buffer's URI refers.
 fn from_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         let (_, text) = data
@@ -223,7 +222,7 @@ fn percent_decoded(uri: &str) -> Option<String> {
     String::from_utf8(bytes).ok()
 }
 
-/// A little-endian unsigned integer of at most four bytes.
+/// Decodes a little-endian unsigned integer of at most four bytes.
 fn unsigned(bytes: &[u8]) -> u32 {
     bytes
         .iter()
@@ -231,7 +230,7 @@ fn unsigned(bytes: &[u8]) -> u32 {
         .fold(0, |value, byte| value << 8 | u32::from(*byte))
 }
 
-/// One number of an accessor (glTF 2.0, section 3.6.2.2 and, of shares, 3.11).
+/// Decodes a number of an accessor (glTF 2.0, section 3.6.2.2 and, for shares, 3.11).
 fn component(bytes: &[u8], kind: DataType, is_share: bool) -> f64 {
     let share = |value: f64, full: f64| match is_share {
         true => (value / full).max(-1.0),

@@ -1,4 +1,4 @@
-//! An animation of a glTF file: tracks of keys, sampled at any time.
+//! The animation of a glTF file: tracks of keys, sampled at any time.
 
 use std::collections::HashSet;
 
@@ -7,19 +7,20 @@ use gltf::animation::{Animation, Interpolation, Property};
 
 use super::buffers::Buffers;
 
-/// Sparser keys than this are sampled more densely, Hz, so that what lies between them is kept.
+/// Least rate at which keys are sampled, Hz, so that the curve between sparse keys is kept.
 const LEAST_RATE_HZ: f64 = 30.0;
 
-/// Uneven keys are sampled at their least distance, but never faster than this, Hz. Ours.
+/// Highest rate at which uneven keys are sampled, Hz; otherwise it follows their least distance.
+/// Ours.
 const UNEVEN_RATE_HZ: f64 = 240.0;
 
-/// Frames times nodes at most: ours, 200 MB of poses.
+/// Most frames times nodes. Ours: 200 MB of poses.
 const MAX_POSES: f64 = 3e6;
 
-/// Most keys of all tracks: ours, 200 MB.
+/// Most keys of all tracks. Ours: 200 MB.
 const MAX_KEYS: usize = 5_000_000;
 
-/// What a track moves, in the order of a node's transform.
+/// The property that a track moves, in the order of a node's transform.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Moves {
     Translation,
@@ -27,23 +28,23 @@ pub(super) enum Moves {
     Scale,
 }
 
-/// Keys of one property of one node.
+/// The keys of one property of one node.
 struct KeyTrack {
     node: usize,
     moves: Moves,
     interpolation: Interpolation,
-    /// Strictly ascending, seconds.
+    /// Times of the keys, strictly ascending, seconds.
     times: Vec<f64>,
-    /// One a key; of a cubic spline in-tangent, value, out-tangent.
+    /// Values of the keys, one each; for a cubic spline, in-tangent, value and out-tangent.
     values: Vec<DVec4>,
 }
 
-/// One animation, as far as it moves the given nodes.
+/// The part of an animation that moves the given nodes.
 pub(super) struct GltfAnimation {
     tracks: Vec<KeyTrack>,
     start_s: f64,
     pub(super) sample_rate_hz: f64,
-    /// Frames; the first is at the first key.
+    /// The number of frames; the first is at the first key.
     pub(super) len: usize,
     pub(super) warnings: Vec<String>,
 }
@@ -108,10 +109,10 @@ impl GltfAnimation {
         })
     }
 
-    /// The properties that the clip moves in a frame: node, which, value.
+    /// Returns the properties that the clip moves in a frame: node, property, value.
     pub(super) fn sample(&self, frame: usize) -> impl Iterator<Item = (usize, Moves, DVec4)> {
         let time = self.start_s + frame as f64 / self.sample_rate_hz;
-        // Key times are f32: a frame so near to a key is that key.
+        // Key times are f32: a frame this near to a key takes its value.
         let snap_s = 0.01 / self.sample_rate_hz;
         self.tracks
             .iter()
@@ -119,7 +120,7 @@ impl GltfAnimation {
     }
 }
 
-/// Frames a second that keep what the keys say.
+/// Returns the frame rate that preserves the keys, Hz.
 fn rate(times: &[f64], warnings: &mut Vec<String>) -> Result<f64, String> {
     let [first, .., last] = times else {
         return Ok(LEAST_RATE_HZ);
@@ -148,7 +149,7 @@ fn rate(times: &[f64], warnings: &mut Vec<String>) -> Result<f64, String> {
     };
     if dense > 10_000.0 {
         return Err(format!(
-            "expected keys at most at 10000 Hz, found {dense:.0}"
+            "expected keys at 10000 Hz at most, found {dense:.0}"
         ));
     }
     if dense < LEAST_RATE_HZ {
@@ -175,7 +176,7 @@ impl KeyTrack {
             .map(|[t]| t)
             .collect();
         if times.is_empty() || times.windows(2).any(|pair| pair[0] >= pair[1]) {
-            return Err("expected key times that ascend".into());
+            return Err("expected ascending key times".into());
         }
         let values: Vec<DVec4> = match moves {
             Moves::Rotation => buffers
@@ -214,8 +215,8 @@ impl KeyTrack {
         })
     }
 
-    /// The value at a time, or of the key within `snap_s` of it; outside of the keys that of the
-    /// nearest one (glTF 2.0, appendix C).
+    /// Returns the value at a time, or of a key within `snap_s` of it; outside the keys, of the
+    /// nearest key (glTF 2.0, appendix C).
     fn at(&self, time: f64, snap_s: f64) -> DVec4 {
         let after = self.times.partition_point(|key| *key <= time + snap_s);
         let last = self.times.len() - 1;

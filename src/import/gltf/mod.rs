@@ -1,8 +1,9 @@
-//! glTF 2.0, as text (.gltf) or binary (.glb): a skinned mesh, its joints and an animation.
+//! Reader of glTF 2.0, as text (.gltf) or binary (.glb): a skinned mesh, its joints and an
+//! animation.
 //!
-//! The rest pose is the bind pose, which the inverse bind matrices state (nodes may hold any
-//! frame of any animation), stood upright in the scene. A joint's rotation is what its node's
-//! global transform does to that pose, so that joint frames are parallel to the world at rest.
+//! The rest pose is the bind pose, which the inverse bind matrices state (nodes may hold any frame
+//! of any animation), turned upright in the scene. A joint's rotation is relative to its node's
+//! global transform in that pose, so joint frames are parallel to the world at rest.
 
 use std::path::Path;
 
@@ -27,35 +28,36 @@ mod tests;
 /// Most nodes accepted. Ours: a scene with an avatar has some hundreds.
 const MAX_NODES: usize = 65_536;
 
-/// Most joints accepted, as of BVH.
+/// Most joints accepted, as for BVH.
 const MAX_JOINTS: usize = 4096;
 
-/// How far transforms may be from rotating only, after the scale that all share. Ours: noise
-/// of exporters is below 1e-4, and 1e-3 moves no point of a body by 2 mm.
+/// Largest deviation of a transform from a rotation, apart from a common scale. Ours: the noise of
+/// exporters is below 1e-4, and 1e-3 moves points of a body by less than 2 mm.
 const RIGID: f64 = 1e-3;
 
-/// Joints that stray this far from their place on the parent are stored frame by frame, metres.
+/// Distance of a joint from its place on the parent beyond which offsets are stored frame by frame,
+/// metres.
 const STRAY_M: f64 = 1e-5;
 
-/// Frames a second of a file without an animation, whose one frame is the rest pose.
+/// Frame rate of a file without an animation, whose one frame is the rest pose.
 const STILL_RATE_HZ: f64 = 30.0;
 
-/// Which animation of a file is read.
+/// The animation to read from a file.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum WantedAnimation<'a> {
-    /// The one of this name.
+    /// The animation of this name.
     Named(&'a str),
-    /// The only one, or the rest pose of a file without any.
+    /// The only animation, or the rest pose of a file without any.
     Only,
-    /// None: the rest pose.
+    /// No animation: the rest pose.
     Nothing,
 }
 
 /// Reads a file.
 ///
 /// # Errors
-/// A file that is not a complete glTF with one skinned skeleton whose transforms rotate and
-/// move it, or has no such animation.
+/// If the file is not a complete glTF with one skinned skeleton that only rotates and moves, or has
+/// no such animation.
 pub(super) fn read(path: &Path, clip: WantedAnimation<'_>) -> Result<Motion> {
     let bytes = read_file(path).map_err(|error| Error::io(path, error))?;
     let fail = |problem: String| Error::input(path, problem);
@@ -77,13 +79,16 @@ pub(super) fn read(path: &Path, clip: WantedAnimation<'_>) -> Result<Motion> {
         .map_err(fail)
 }
 
-/// What the crate's own check of a document panics on, or leaves to panic later.
+/// Rejects documents on which the crate's own check panics, or which it leaves to panic later.
 fn check_targets(root: &gltf::json::Root) -> std::result::Result<(), String> {
     let count = root.accessors.len();
     let parts = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let mut used = parts.flat_map(|part| part.attributes.values());
     if let Some(wrong) = used.find(|accessor| accessor.value() >= count) {
-        return Err(format!("a mesh has accessor {} of {count}", wrong.value()));
+        return Err(format!(
+            "a mesh refers to accessor {} of {count}",
+            wrong.value()
+        ));
     }
     let count = root.nodes.len();
     let channels = root.animations.iter().flat_map(|all| &all.channels);
@@ -169,7 +174,7 @@ fn motion(
     })
 }
 
-/// The skins of the meshes, or, where no mesh has one, all skins.
+/// Returns the skins of the meshes, or all skins if no mesh has one.
 fn used_skins(document: &Document) -> Vec<gltf::Skin<'_>> {
     let mut used = vec![false; document.skins().count()];
     for node in document.nodes().filter(|node| node.mesh().is_some()) {
@@ -184,13 +189,13 @@ fn used_skins(document: &Document) -> Vec<gltf::Skin<'_>> {
         .collect()
 }
 
-/// The names of the first animations.
+/// Returns the names of the first 50 animations.
 fn names(document: &Document) -> String {
     let names = document.animations().map(|a| a.name().unwrap_or(""));
     names.take(50).collect::<Vec<_>>().join(", ")
 }
 
-/// The animation that is wanted, the only one at most if none is named; none for the rest pose.
+/// Returns the animation that is wanted; none for the rest pose.
 fn find_clip<'a>(
     document: &'a Document,
     clip: WantedAnimation<'_>,
@@ -285,21 +290,22 @@ impl NodeGraph {
         Ok(Self { nodes, parents })
     }
 
-    /// The node itself first; more nodes than there are if it carries itself.
+    /// Returns the path from a node (first) to the top. The path of a node that is its own ancestor
+    /// has more nodes than there are.
     fn path_to_top(&self, node: usize) -> Vec<usize> {
         std::iter::successors(Some(node), |&at| self.parents[at])
             .take(self.nodes.len() + 1)
             .collect()
     }
 
-    /// The product of the transforms of a path to the top.
+    /// Returns the product of the transforms of a path to the top.
     fn global(&self, path: &[usize]) -> DAffine3 {
         let locals = path.iter().map(|&node| self.nodes[node].affine());
         locals.fold(DAffine3::IDENTITY, |below, local| local * below)
     }
 
-    /// The nodes that make one skeleton of the skins' joints, parents first: the lowest that
-    /// carries all of them, and all between it and them.
+    /// Returns the nodes that join the skins' joints into one skeleton, parents first: their lowest
+    /// common ancestor and all nodes between it and them.
     fn skeleton(&self, skins: &[gltf::Skin]) -> std::result::Result<Vec<usize>, String> {
         let mut joints: Vec<usize> = skins
             .iter()
@@ -311,13 +317,13 @@ impl NodeGraph {
         if joints.len() > MAX_JOINTS {
             return Err(too_many(joints.len()));
         }
-        // From the top down, as far as all paths go the same way.
+        // From the top down, as far as all paths agree.
         let mut common: Option<Vec<usize>> = None;
         let mut depths = vec![0; self.nodes.len()];
         for joint in joints {
             let mut path = self.path_to_top(joint);
             if path.len() > self.nodes.len() {
-                return Err(format!("node {joint} carries itself"));
+                return Err(format!("node {joint} is its own ancestor"));
             }
             path.reverse();
             for (depth, &node) in path.iter().enumerate() {
@@ -332,7 +338,7 @@ impl NodeGraph {
         let common = common.ok_or("no skin: expected a mesh that joints move")?;
         let root = *common
             .last()
-            .ok_or("several skeletons: expected one walker a file")?;
+            .ok_or("several skeletons: expected one walker per file")?;
         let mut order: Vec<usize> = (0..self.nodes.len())
             .filter(|&node| depths[node] >= depths[root])
             .collect();
@@ -344,8 +350,8 @@ impl NodeGraph {
     }
 }
 
-/// Global transforms of the joints in the bind pose; those of joints of no skin are fitted to
-/// a joint that they carry.
+/// Returns the global transforms of the joints in the bind pose. Joints of no skin get theirs from
+/// a child.
 fn binds(
     graph: &NodeGraph,
     order: &[usize],
@@ -374,8 +380,8 @@ fn binds(
         .ok_or_else(|| "a joint has no bind pose".into())
 }
 
-/// From the space of the bind pose to the world, given what the scene does to it: its scale,
-/// and the quarter turns next to its rotation.
+/// Returns the transform from the space of the bind pose to the world, given its placement in the
+/// scene: the scale, and the quarter turns nearest to the rotation.
 fn upright(placed: DAffine3) -> DAffine3 {
     let m = placed.matrix3;
     let scale = libm::cbrt(m.determinant().abs());
@@ -396,7 +402,7 @@ fn upright(placed: DAffine3) -> DAffine3 {
     DAffine3::from_mat3(turn * scale)
 }
 
-/// The poses of a clip.
+/// Returns the poses of a clip.
 fn frames(
     graph: &NodeGraph,
     order: &[usize],
@@ -471,7 +477,7 @@ fn frames(
     Ok(frames)
 }
 
-/// The rotation that a matrix is, if it is one.
+/// Returns the rotation of a matrix, if it only rotates.
 fn rotation_of(m: DMat3) -> Option<DQuat> {
     let gram = m.transpose() * m;
     let is_rotation = gram.abs_diff_eq(DMat3::IDENTITY, 2.0 * RIGID) && m.determinant() > 0.0;

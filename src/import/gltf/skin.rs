@@ -1,4 +1,4 @@
-//! The skinned meshes of a glTF file as one [`Skin`].
+//! Joins the skinned meshes of a glTF file into one [`Skin`].
 
 use glam::{DAffine3, DVec3};
 use gltf::mesh::{Mode, Primitive};
@@ -13,22 +13,22 @@ const MAX_VERTICES: usize = 1_000_000;
 /// Most triangles of all meshes.
 const MAX_TRIANGLES: usize = 4_000_000;
 
-/// Most JOINTS_n and WEIGHTS_n of a mesh, of four influences each. Ours: MakeHuman needs 3.
+/// Most sets of JOINTS_n and WEIGHTS_n of a mesh, four influences each. Ours: MakeHuman needs 3.
 const MAX_SETS: u32 = 8;
 
-/// How far from 1 the weights of a vertex may sum: eight of them as bytes, each rounded the
-/// same way, are off by 8 / 510.
+/// Largest deviation from 1 of the sum of a vertex's weights: eight weights as bytes, each rounded
+/// the same way, are off by 8 / 510.
 const SUM_TOLERANCE: f64 = 0.02;
 
-/// Where the joints are in the rest pose, by node; `None` for nodes that are no joints.
+/// The joints in the rest pose.
 pub(super) struct SkinJoints {
-    /// Number of the joint.
+    /// Number of the joint, by node; `None` for nodes that are not joints.
     pub(super) numbers: Vec<Option<usize>>,
-    /// By number: from the joint's frame at rest to the world.
+    /// Transform from the joint's frame at rest to the world, by number of the joint.
     pub(super) rest: Vec<DAffine3>,
 }
 
-/// The inverse bind matrices of a skin, by its own numbering of joints.
+/// Returns the inverse bind matrices of a skin, by its own numbering of joints.
 pub(super) fn inverse_binds(skin: &gltf::Skin, buffers: &Buffers) -> Result<Vec<DAffine3>, String> {
     let joints = skin.joints().count();
     let Some(accessor) = skin.inverse_bind_matrices() else {
@@ -60,7 +60,7 @@ pub(super) fn inverse_binds(skin: &gltf::Skin, buffers: &Buffers) -> Result<Vec<
     }
 }
 
-/// Joins all skinned meshes; `None` if there are none. Warnings name what is left out.
+/// Joins all skinned meshes; `None` if there are none. Warnings name the meshes that are left out.
 pub(super) fn read(
     document: &Document,
     buffers: &Buffers,
@@ -100,8 +100,8 @@ pub(super) fn read(
     Ok((!joined.triangles.is_empty()).then_some(joined))
 }
 
-/// Adds one primitive. `to_rest`: by the skin's numbering, the joint's own number and what
-/// takes the mesh to the rest pose.
+/// Adds one primitive. `to_rest`, by the skin's numbering, holds the joint's own number and the
+/// transform from the mesh to the rest pose.
 fn add(
     joined: &mut Skin,
     part: &Primitive,
@@ -163,14 +163,17 @@ fn add(
     };
     let (triangles, rest) = corners.as_chunks::<3>();
     if !rest.is_empty() {
-        return Err(format!("{} corners are no triangles", corners.len()));
+        return Err(format!(
+            "expected three corners per triangle, found {} in all",
+            corners.len()
+        ));
     }
     if let Some(corner) = corners
         .iter()
         .find(|corner| **corner as usize >= positions.len())
     {
         return Err(format!(
-            "a triangle has vertex {corner} of {}",
+            "a triangle refers to vertex {corner} of {}",
             positions.len()
         ));
     }
@@ -183,7 +186,7 @@ fn add(
     Ok(())
 }
 
-/// A vertex in the rest pose, and its shares by number of the joint.
+/// Returns a vertex in the rest pose, and its weights by number of the joint.
 fn at_rest(
     position: DVec3,
     shares: &[(usize, f64)],
@@ -201,7 +204,7 @@ fn at_rest(
     for (joint, weight) in shares {
         let (number, to_rest) = to_rest
             .get(*joint)
-            .ok_or_else(|| format!("joint {joint} of a skin of {}", to_rest.len()))?;
+            .ok_or_else(|| format!("refers to joint {joint} of {} in the skin", to_rest.len()))?;
         let weight = weight / sum;
         at += weight * to_rest.transform_point3(position);
         match merged.iter_mut().find(|(known, _)| known == number) {

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use crate::import::{ImportOptions, Motion, MotionFormat};
 
-/// Two joints, the second 1 m above the first, and a triangle of three vertices on them: at the
-/// first, at the second (half of each), and 1 m above the second.
+/// Returns a buffer with two joints, the second 1 m above the first, and a triangle whose vertices
+/// are at the first, at the second (half of each), and 1 m above the second.
 fn bytes() -> Vec<u8> {
     let mut bytes: Vec<u8> = Vec::new();
     let mut put = |values: &[f32]| bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
@@ -114,7 +114,7 @@ fn a_joint_that_turns_takes_its_vertices_along() {
     assert_near(skin(&motion, 30)[2], [-1.0, 1.0, 0.0]);
 }
 
-/// The same with the rig moved along Z by the cubic spline's keys.
+/// Returns the scene's motion with the rig moved along Z by the cubic spline's keys.
 fn moved(interpolation: &str, output: usize) -> Motion {
     let mut scene = scene(&bytes());
     scene["animations"][0] = json!({
@@ -211,7 +211,7 @@ fn uneven_keys_are_sampled_at_the_least_distance_with_a_warning() {
     );
 }
 
-/// The scene with the value at a JSON pointer replaced.
+/// Returns the scene with the value at a JSON pointer replaced.
 fn with(pointer: &str, value: Value) -> Value {
     let mut scene = scene(&bytes());
     let (parent, key) = pointer.rsplit_once('/').unwrap();
@@ -223,7 +223,7 @@ fn with(pointer: &str, value: Value) -> Value {
     scene
 }
 
-/// The scene with bytes of its buffer replaced.
+/// Returns the scene with bytes of its buffer replaced.
 fn patched(at: usize, new: &[u8]) -> Value {
     let mut data = bytes();
     data[at..at + new.len()].copy_from_slice(new);
@@ -244,7 +244,7 @@ fn what_cannot_be_used_is_refused_with_its_reason() {
         ),
         (
             with("/meshes/0/primitives/0/attributes/POSITION", json!(99)),
-            "a mesh has accessor 99 of 9",
+            "a mesh refers to accessor 99 of 9",
         ),
         (json!({}), "not a complete glTF 2.0 file"),
         (with("/skins", json!([])), "not a complete glTF 2.0 file"),
@@ -331,8 +331,8 @@ fn what_cannot_be_used_is_refused_with_its_reason() {
             ),
             "expected 6 values for 2 keys, found 2",
         ),
-        (patched(264, &[9]), "a triangle has vertex 9 of 3"),
-        (patched(252, &[7]), "joint 7 of a skin of 2"),
+        (patched(264, &[9]), "a triangle refers to vertex 9 of 3"),
+        (patched(252, &[7]), "refers to joint 7 of 2 in the skin"),
         (
             patched(36, &0.5f32.to_le_bytes()),
             "expected weights of 0 or more that sum to 1, found 0.5",
@@ -347,7 +347,7 @@ fn what_cannot_be_used_is_refused_with_its_reason() {
         ),
         (
             patched(212, &2f32.to_le_bytes()),
-            "expected key times that ascend",
+            "expected ascending key times",
         ),
         (
             patched(216, &1e9f32.to_le_bytes()),

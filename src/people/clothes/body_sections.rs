@@ -1,7 +1,7 @@
-//! Where hulls are in the rest pose, and how far they reach there: what clothes are cut by.
+//! Places and reaches of hulls in the rest pose, by which clothes are cut.
 //!
-//! At rest every joint's frame is parallel to the world, so that a point is where its joint is,
-//! plus itself.
+//! At rest every joint's frame is parallel to the world, so that a point's place is its joint's
+//! place plus the point.
 
 use super::{BodyPart, Outfit, WornHull};
 use edgegait_core::facets::Facets;
@@ -9,7 +9,7 @@ use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
 use glam::{DVec2, DVec3, Vec3};
 use std::ops::RangeInclusive;
 
-/// Where the joints are at rest, metres; the pelvis is at the origin.
+/// Places of the joints at rest, metres; the pelvis is at the origin.
 #[derive(Clone, Debug)]
 pub(crate) struct RestJoints([DVec3; JOINTS]);
 
@@ -25,27 +25,27 @@ impl RestJoints {
         Self(places)
     }
 
-    /// Where a joint is.
+    /// Returns the place of a joint.
     pub(crate) const fn at(&self, joint: Joint) -> DVec3 {
         self.0[joint.index()]
     }
 
-    /// Where a point is.
+    /// Returns the place of a point.
     pub(crate) fn place(&self, (joint, point): (Joint, Vec3)) -> DVec3 {
         self.at(joint) + point.as_dvec3()
     }
 
-    /// A place as a point of a joint.
+    /// Returns a place as a point of a joint.
     pub(crate) fn hang(&self, joint: Joint, place: DVec3) -> (Joint, Vec3) {
         (joint, (place - self.at(joint)).as_vec3())
     }
 
-    /// The height of a pair of joints.
+    /// Returns the mean height of a pair of joints.
     pub(crate) fn height(&self, left: Joint) -> f64 {
         0.5 * (self.at(left).y + self.at(left.mirrored()).y)
     }
 
-    /// What the points on `joints` of each hull span between two heights.
+    /// Returns the slice between two heights of what each hull's points on `joints` span.
     pub(crate) fn slice(
         &self,
         outfit: &Outfit,
@@ -70,8 +70,8 @@ impl RestJoints {
     }
 }
 
-/// Where the lines between points cross a height: among them are the corners of the section of
-/// their hull, and none is outside of it.
+/// Returns where the lines between points cross a height. These include the corners of the section
+/// of the points' hull, and none is outside of it.
 fn crossings(points: &[DVec3], height: f64) -> impl Iterator<Item = DVec3> {
     let pairs = points
         .iter()
@@ -81,19 +81,19 @@ fn crossings(points: &[DVec3], height: f64) -> impl Iterator<Item = DVec3> {
         .map(move |(a, b)| a + (b - a) * ((height - a.y) / (b.y - a.y)))
 }
 
-/// Points of a body, and of the sections that cut it off.
+/// Points of a body between two heights, and of its sections at both heights.
 #[derive(Clone, Debug)]
 pub(crate) struct BodySlice {
     points: Vec<DVec3>,
 }
 
 impl BodySlice {
-    /// Whether nothing is there.
+    /// Returns whether the slice has no points.
     pub(crate) const fn is_empty(&self) -> bool {
         self.points.is_empty()
     }
 
-    /// The least and the greatest coordinates; of nothing, zeros.
+    /// Returns the least and the greatest coordinates; zeros for an empty slice.
     pub(crate) fn bounds(&self) -> (DVec3, DVec3) {
         let all = || self.points.iter().copied();
         let min = all().reduce(DVec3::min).unwrap_or_default();
@@ -101,13 +101,13 @@ impl BodySlice {
         (min, max)
     }
 
-    /// The middle of the bounds.
+    /// Returns the middle of the bounds.
     pub(crate) fn centre(&self) -> DVec3 {
         let (min, max) = self.bounds();
         0.5 * (min + max)
     }
 
-    /// How far it reaches from its centre in a horizontal direction (x, z).
+    /// Returns how far the slice reaches from its centre in a horizontal direction (x, z).
     pub(crate) fn reach(&self, direction: DVec2) -> f64 {
         let centre = self.centre();
         let along =
@@ -116,14 +116,14 @@ impl BodySlice {
     }
 }
 
-/// Moves the points of a hull outward, each by as many metres as `amount` says of where it is,
-/// and the facets beside it by at least that; `along` scales the axes of the movement. What is
-/// flat or inside stays.
+/// Moves the points of a hull outward, each by the metres that `amount` returns for it, and the
+/// facets beside it by at least that; `along` scales the axes of the movement. Flat hulls and
+/// inner points stay.
 ///
-/// Each point goes along the mean normal of the facets that it is a corner of, weighted by
-/// their angles there, as far as takes the facet that turns away most out by the amount, at
-/// most twice it. The grown hull encloses the hull where no facet beside a corner looks away
-/// from where the corner goes.
+/// Each point moves along the mean normal of its adjacent facets, weighted by their angles there,
+/// until the facet that turns away most has moved out by the amount, but by at most twice the
+/// amount. The grown hull encloses the hull where no facet beside a corner faces away from the
+/// corner's movement.
 pub(crate) fn swell(
     hull: &mut WornHull,
     part: BodyPart,

@@ -1,4 +1,4 @@
-//! Clothes: what makes the body's own hulls larger, and cloth that hangs from the waist.
+//! Clothes that enlarge the body's own hulls, and cloth that hangs from the waist.
 
 use super::body_sections::{BodySlice, RestJoints, swell};
 use super::{BodyPart, Outfit, Wearer, WornHull};
@@ -6,7 +6,7 @@ use edgegait_core::skeleton::Joint;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// What a coat covers of the trunk and the arms.
+/// Joints of the trunk and the arms that a coat covers.
 const COATED: [Joint; 9] = [
     Joint::Pelvis,
     Joint::Spine,
@@ -21,28 +21,28 @@ const COATED: [Joint; 9] = [
 /// How far a thick coat stands away from the body, metres: heavy outdoor clothing adds 40 mm to
 /// breadths (Pheasant 1996, "Bodyspace", as Chan's online anthropometry quotes it).
 const COAT_M: f64 = 0.020;
-/// Where its hem is below the knee, as a share of the shank. Ours.
+/// Distance of a coat's hem below the knee, as a share of the shank. Ours.
 const COAT_HEM: f64 = 0.25;
-/// Where a skirt's hem is between hip and ankle: its longest. Ours.
+/// Place of the longest skirt's hem, as a share of the way from hip to ankle. Ours.
 const SKIRT_HEM: f64 = 0.90;
 /// How much wider than the leg wide trousers are all around, metres, at the hip, the knee and
 /// the ankle. Ours: a hem of about 60 cm around.
 const TROUSERS_M: [f64; 3] = [0.010, 0.030, 0.055];
-/// Thickness of a sole under the ball and under the heel, metres. Under the heel 25 mm of
-/// men and 45 mm of women (Pheasant 1996, as above), here their mean; under the ball ours.
+/// Thickness of a sole under the ball and under the heel, metres. Under the heel it is the mean
+/// of 25 mm for men and 45 mm for women (Pheasant 1996, as above); under the ball it is ours.
 const SOLE_M: [f64; 2] = [0.020, 0.035];
-/// Above which share of a foot's height it does not follow the sole. Ours.
+/// Share of a foot's height above which it does not follow the sole. Ours.
 const INSTEP: f64 = 0.3;
 /// How far shoes reach beyond the toes, and beyond the foot elsewhere, metres. Ours.
 const TOECAP_M: f64 = 0.025;
 const UPPER_M: f64 = 0.006;
 
-/// A coat or gown, which is open nowhere. Strength 1: 2 cm thick on trunk and arms (40 mm more
-/// breadth: heavy outdoor clothing, Pheasant 1996), and it hangs from the waist to a quarter
-/// of the shank below the knees, where it stands 6 cm away from them (ours).
+/// Puts on a closed coat or gown. At strength 1 it is 2 cm thick on trunk and arms (40 mm more
+/// breadth: heavy outdoor clothing, Pheasant 1996), and hangs from the waist to a quarter of the
+/// shank below the knees, where it stands 6 cm away from them (ours).
 ///
-/// Its thickness and its length, which begins at the hips, grow with the strength. One draped
-/// hull of 32 points.
+/// Its thickness and its length below the hips grow with the strength. Adds one draped hull of 32
+/// points.
 pub(crate) fn coat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
@@ -65,9 +65,9 @@ pub(crate) fn coat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     outfit.hulls.push(cut.hang(outfit, &standing));
 }
 
-/// A skirt, taut between the legs. Strength 1: from the waist to a hem at nine tenths of the
-/// way from the hips to the ankles, where it stands 7 cm away from the legs (ours); half as
-/// strong it ends above the knees. One draped hull of 32 points.
+/// Puts on a skirt, taut between the legs. At strength 1 it reaches from the waist to a hem at
+/// nine tenths of the way from the hips to the ankles, where it stands 7 cm away from the legs
+/// (ours); at strength 0.5 it ends above the knees. Adds one draped hull of 32 points.
 pub(crate) fn skirt(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
@@ -85,23 +85,23 @@ pub(crate) fn skirt(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     outfit.hulls.push(cut.hang(outfit, &standing));
 }
 
-/// How cloth that hangs from the waist is cut.
+/// The cut of cloth that hangs from the waist.
 struct ClothCut {
     /// Height of the hem at strength 1.
     hem: f64,
-    /// How far it stands away from the waist, the hips, the knees and, at the hem, from the
-    /// legs, metres, at strength 1.
+    /// Distances from the waist, the hips, the knees and, at the hem, from the legs, metres, at
+    /// strength 1.
     ease: [f64; 4],
     strength: f64,
 }
 
-/// The trunk and the legs, as far as cloth that hangs from the waist goes around them.
+/// Joints that cloth from the waist goes around at the waist and at the hips.
 const TRUNK: [Joint; 2] = [Joint::Pelvis, Joint::Spine];
 const SEAT: [Joint; 3] = [Joint::Pelvis, Joint::LeftThigh, Joint::RightThigh];
 
 impl ClothCut {
-    /// The cloth: rings around waist and hips, and around each leg at the knee and at the hem,
-    /// each on the joint that it moves with. While the hem is above the knees, the ring at
+    /// Returns the cloth: rings around waist and hips, and around each leg at the knee and at the
+    /// hem, each on the joint that it moves with. While the hem is above the knees, the ring at
     /// the knees is on the way there.
     fn hang(&self, outfit: &Outfit, standing: &RestJoints) -> WornHull {
         let hip = standing.height(Joint::LeftThigh);
@@ -151,15 +151,15 @@ impl ClothCut {
         }
     }
 
-    /// How much of what it goes around it spans before the ease: less than all of it at
-    /// strength 0, so that it does not show, and at 1 as much as has all of it inside.
+    /// Returns the cloth's size before the ease, as a share of what it goes around: less than 1 at
+    /// strength 0, so that it does not show, and enough to enclose it (`all`) at strength 1.
     fn span(&self, all: f64) -> f64 {
         0.85 + self.strength * (all - 0.85)
     }
 
-    /// Eight points around a slice, at one height.
+    /// Returns eight points around a slice, at one height.
     fn ring(&self, around: &BodySlice, height: f64, ease: f64) -> [DVec3; 8] {
-        // Between two points of an octagon its side is a twelfth nearer.
+        // The sides of an octagon are a twelfth nearer than its corners.
         let span = self.span(1.0 / libm::cos(TAU / 16.0));
         let centre = around.centre();
         std::array::from_fn(|index| {
@@ -170,7 +170,7 @@ impl ClothCut {
         })
     }
 
-    /// The four corners of a slice's bounds, at one height.
+    /// Returns the four corners of a slice's bounds, at one height.
     fn corners(&self, around: &BodySlice, height: f64, ease: f64) -> [DVec3; 4] {
         let span = self.span(1.0) * std::f64::consts::FRAC_1_SQRT_2.max(self.strength);
         let (min, max) = around.bounds();
@@ -185,8 +185,8 @@ impl ClothCut {
     }
 }
 
-/// Wide trousers. Strength 1: legs 1 cm wider all around at the hips, 3 cm at the knees and
-/// 5.5 cm at the ankles (ours). They move the legs' own hulls.
+/// Puts on wide trousers. At strength 1 legs are 1 cm wider all around at the hips, 3 cm at the
+/// knees and 5.5 cm at the ankles (ours). Moves the legs' own hulls.
 pub(crate) fn wide_trousers(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
@@ -210,9 +210,9 @@ pub(crate) fn wide_trousers(outfit: &mut Outfit, wearer: &Wearer, strength: f64)
     }
 }
 
-/// Shoes. Strength 1: soles of 2 cm under the ball and 3.5 cm under the heel (the mean of
-/// Pheasant's 1996 corrections, 25 mm for men and 45 mm for women), 2.5 cm longer than the
-/// toes, and 6 mm thick elsewhere (ours). They move the feet's own hulls, down to where the
+/// Puts on shoes. At strength 1 they have soles of 2 cm under the ball and 3.5 cm under the heel
+/// (the mean of Pheasant's 1996 corrections, 25 mm for men and 45 mm for women), are 2.5 cm longer
+/// than the toes, and 6 mm thick elsewhere (ours). Moves the feet's own hulls, down to where the
 /// floor has to be.
 pub(crate) fn shoes(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
@@ -240,7 +240,7 @@ pub(crate) fn shoes(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
         swell(hull, BodyPart::Garment, level, |_| UPPER_M * strength);
         let [ball, heel] = SOLE_M;
         for ((_, point), share) in hull.points.iter_mut().zip(shares) {
-            // The sole goes down, what is above it less, and the instep stays.
+            // The sole moves down, points above it less, and the instep stays.
             let low = (1.0 - share.y / INSTEP).max(0.0);
             let sole = if share.z < 0.4 { heel } else { ball };
             let toe = ((share.z - 0.5) / 0.5).clamp(0.0, 1.0);

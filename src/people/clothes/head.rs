@@ -6,25 +6,25 @@ use edgegait_core::skeleton::Joint;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// How thick full hair is, and how far below the base of the neck long hair reaches, metres. Ours.
+/// Thickness of full hair, and reach of long hair below the base of the neck, metres. Ours.
 const HAIR_M: f64 = 0.030;
 const TRESSES_M: f64 = 0.22;
-/// How far a brim reaches beyond the head, how thick it is, how far the crown of a hat stands
-/// away from the head, and how far it is above it, metres. Ours.
+/// Width of a brim beyond the head, its thickness, the distance of a hat's crown from the head,
+/// and its height above the head, metres. Ours.
 const BRIM_M: f64 = 0.070;
 const BRIM_THICK_M: f64 = 0.010;
 const CROWN_M: f64 = 0.010;
 const CROWN_ABOVE_M: f64 = 0.050;
 
-/// The head at one height.
+/// A section of the head at one height.
 struct Round {
     around: BodySlice,
     height: f64,
 }
 
 impl Round {
-    /// `along` is 0 at the lowest point of the hulls that `joints` carry and 1 at the highest
-    /// one; none if there is no such hull.
+    /// Returns the section at the share `along` of the head's height, 0 at its lowest point and 1
+    /// at its highest; `None` if no hull is there.
     fn of(outfit: &Outfit, standing: &RestJoints, along: f64) -> Option<Self> {
         let all = standing.slice(outfit, &HEAD, f64::MIN..=f64::MAX);
         let (min, max) = all.bounds();
@@ -34,8 +34,8 @@ impl Round {
         (!around.is_empty()).then_some(Self { around, height })
     }
 
-    /// The point in direction `angle`, 0 to the left and a quarter to the front, `span` times
-    /// as far out as the head and `ease` metres more.
+    /// Returns the point in direction `angle`, 0 to the left and a quarter turn to the front,
+    /// `span` times as far out as the head and `ease` metres more.
     fn at(&self, angle: f64, span: f64, ease: f64) -> DVec3 {
         let direction = DVec2::new(libm::cos(angle), libm::sin(angle));
         let out = direction * (span * self.around.reach(direction) + ease);
@@ -43,7 +43,7 @@ impl Round {
         DVec3::new(centre.x + out.x, self.height, centre.z + out.y)
     }
 
-    /// Eight points around it.
+    /// Returns eight points around the head.
     fn ring(&self, span: f64, ease: f64) -> [DVec3; 8] {
         std::array::from_fn(|index| self.at(TAU * index as f64 / 8.0, span, ease))
     }
@@ -51,9 +51,9 @@ impl Round {
 
 const HEAD: [Joint; 1] = [Joint::Head];
 
-/// Full and long hair. Strength 1: 3 cm thick above, behind and beside the face, and down the
-/// back to 22 cm below the base of the neck (ours). One draped hull of 27 points, on the head
-/// and the thorax, in the place of long hair that is there.
+/// Puts on full and long hair. At strength 1 it is 3 cm thick above, behind and beside the face,
+/// and reaches down the back to 22 cm below the base of the neck (ours). Adds one draped hull of
+/// 26 points, on the head and the thorax, in place of existing long hair.
 pub(crate) fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
@@ -78,7 +78,7 @@ pub(crate) fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     above.y = crown - 0.02 * (1.0 - strength) + thick;
     places.push(above);
     places.extend(top.ring(span, 0.8 * thick));
-    // The face is free: in front it ends at the hairline.
+    // The face is free: in front, hair ends at the hairline.
     for index in 0..8 {
         let angle = TAU * f64::from(index) / 8.0;
         let is_front = (1..=3).contains(&index);
@@ -112,8 +112,9 @@ pub(crate) fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     });
 }
 
-/// A hat. Strength 1: a brim 7 cm wide around the head, above the brows, and a crown that ends
-/// 5 cm above the head (ours). Two hulls of 16 points, over hair if there is some.
+/// Puts on a hat. At strength 1 it has a brim 7 cm wide around the head, above the brows, and a
+/// crown that ends 5 cm above the head (ours). Adds two hulls of 16 points, over hair if there is
+/// some.
 pub(crate) fn hat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     let standing = RestJoints::of(&wearer.skeleton);
     let round = |along| Round::of(outfit, &standing, along);

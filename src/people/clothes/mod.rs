@@ -1,12 +1,12 @@
-//! What people wear: hulls of a body that clothes move outward, and cloth that hangs.
+//! Clothes, hair and hats: hulls of a body that they move outward, and cloth that hangs.
 //!
-//! An [`Outfit`] begins as the hulls of a body, whatever they were made from or fitted to; each
-//! function changes them or adds some. What follows the body (sleeves, trousers, shoes) moves
-//! hulls that are there outward, so that only what stands away from it takes new ones.
+//! An [`Outfit`] begins as the hulls of a body, from any source; each function changes hulls or
+//! adds some. Clothes that follow the body (sleeves, trousers, shoes) move its hulls outward, so
+//! that only clothes that stand away from it need new hulls.
 //!
-//! Strengths are 0..=1. 0 changes nothing, not even a bit; small strengths change little. Order
-//! matters as it does to who gets dressed: trousers and shoes before a skirt and a coat, then
-//! hair and a hat: each goes around what is there.
+//! Strengths are 0..=1. 0 leaves every bit unchanged; small strengths change little. Order
+//! matters: trousers and shoes come before a skirt and a coat, then hair and a hat, since each
+//! goes around what is already there.
 
 mod body_sections;
 mod cloth;
@@ -23,30 +23,30 @@ use edgegait_core::pack::Sex;
 use edgegait_core::skeleton::{Joint, Skeleton};
 use glam::{DVec3, Vec3};
 
-/// What a hull is, as pictures colour it.
+/// The kind of a hull, by which pictures colour it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BodyPart {
     /// The body itself.
     Body,
     /// Hair.
     Hair,
-    /// Clothes; and parts of the body that clothes have made larger.
+    /// Clothes, and parts of the body that clothes enlarge.
     Garment,
-    /// What is carried.
+    /// Carried load.
     Load,
 }
 
-/// A convex hull that a walker has.
+/// A convex hull of a walker's body, clothes or load.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct WornHull {
-    /// What it is.
+    /// Kind of the hull.
     pub part: BodyPart,
-    /// Its points, metres, each in the frame of the joint that carries it.
+    /// Points of the hull, metres, each in the frame of the joint that carries it.
     pub points: Vec<(Joint, Vec3)>,
 }
 
 impl WornHull {
-    /// The joint that carries all of its points, if one does.
+    /// Returns the joint that carries all of its points, if there is one.
     pub(crate) fn joint(&self) -> Option<Joint> {
         let (first, _) = self.points.first()?;
         let is_same = |(joint, _): &(Joint, Vec3)| joint == first;
@@ -54,15 +54,15 @@ impl WornHull {
     }
 }
 
-/// The hulls of a body and of all that it wears and carries.
+/// The hulls of a body and of everything that it wears and carries.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Outfit {
-    /// The body's hulls in the avatar's order, then what was put on, in its order.
+    /// The body's hulls in the avatar's order, then the added ones in the order of dressing.
     pub hulls: Vec<WornHull>,
 }
 
 impl Outfit {
-    /// The hulls of a body, and nothing else.
+    /// Returns the hulls of a body, and nothing else.
     pub(crate) fn of_body(body: &Body) -> Self {
         let points = |hull: &BodyHull| -> Vec<(Joint, Vec3)> {
             let points = hull.points.iter();
@@ -86,7 +86,7 @@ impl Outfit {
         }
     }
 
-    /// The body on the joints of `bare` with these hulls.
+    /// Returns the body on the joints of `bare` with these hulls.
     pub(crate) fn into_body(self, bare: &Body) -> Body {
         let mut dressed = Body {
             hulls: Vec::new(),
@@ -114,10 +114,10 @@ impl Outfit {
     }
 }
 
-/// Whose outfit it is.
+/// The wearer of an outfit.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Wearer {
-    /// Where the joints are.
+    /// Joints of the body.
     pub skeleton: Skeleton,
     /// Sex, where it is known.
     pub sex: Option<Sex>,

@@ -1,26 +1,26 @@
-//! Clothes that follow the body, and short hair: hulls that are there, moved outward.
+//! Clothes that follow the body, and short hair: existing hulls, moved outward.
 
 use super::body_sections::{RestJoints, swell};
 use super::{BodyPart, Outfit, Wearer};
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 
-/// How far clothes stand away from the parts of a body, metres.
+/// Distances of clothes from the parts of a body, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ease {
-    /// From the trunk.
+    /// Distance from the trunk.
     pub trunk_m: f64,
-    /// From the upper arms.
+    /// Distance from the upper arms.
     pub upper_arms_m: f64,
-    /// From the forearms.
+    /// Distance from the forearms.
     pub forearms_m: f64,
-    /// From the thighs at the hips, and at the knees.
+    /// Distances from the thighs at the hips, and at the knees.
     pub thighs_m: [f64; 2],
-    /// From the shanks.
+    /// Distance from the shanks.
     pub shanks_m: f64,
 }
 
-/// Clothes that follow the body. They move the hulls of the trunk and the limbs, across their
+/// Puts on clothes that follow the body. Moves the hulls of the trunk and the limbs across their
 /// length; hands, feet, the neck and the head stay.
 pub(crate) fn clothes(outfit: &mut Outfit, wearer: &Wearer, ease: &Ease) {
     for hull in &mut outfit.hulls {
@@ -57,12 +57,12 @@ pub(crate) fn clothes(outfit: &mut Outfit, wearer: &Wearer, ease: &Ease) {
     }
 }
 
-/// Above which share of the head's height hair grows all around, and behind from where on. Ours.
+/// Shares of the head's height above which hair grows all around, and at the back. Ours.
 const HAIRLINE: f64 = 0.75;
 const NAPE: f64 = 0.3;
 
-/// Short hair, so thick, metres: it moves the points of the head above the brow and behind the
-/// ears.
+/// Puts on short hair of a thickness, metres: moves the points of the head above the brow and
+/// behind the ears.
 pub(crate) fn short_hair(outfit: &mut Outfit, wearer: &Wearer, thick_m: f64) {
     let standing = RestJoints::of(&wearer.skeleton);
     let head = standing.slice(outfit, &[Joint::Head], f64::MIN..=f64::MAX);

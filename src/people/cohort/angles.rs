@@ -158,8 +158,8 @@ impl AngleNorm {
                 Angle::HipAdduction => plain(&WALKING[4].hip_adduction),
                 Angle::HipRotation => plain(&WALKING[4].hip_rotation),
                 Angle::FootProgression => plain(&WALKING[4].foot_progression),
-                // A lean of 6 degrees (Teng & Powers 2015, Med. Sci. Sports Exerc. 47:625-630: 7.2 at
-                // 3.4 m/s) and a counter-turn of about 8 (recalled).
+                // A lean of 6 degrees (Teng & Powers 2015, Med. Sci. Sports Exerc. 47:625-630: 7.2
+                // at 3.4 m/s) and a counter-turn of about 8 (recalled).
                 Angle::ThoraxTilt => (6.0, swing(&THORAX_TILT), THORAX_TILT.sd),
                 Angle::ThoraxObliquity => plain(&THORAX_OBLIQUITY),
                 Angle::ThoraxRotation => scaled(&THORAX_ROTATION, 4.0),

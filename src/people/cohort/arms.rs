@@ -274,7 +274,7 @@ mod tests {
         for (arm, sign) in ARMS {
             let flanks = columns();
             let mut rotations = [DQuat::IDENTITY; JOINTS];
-            // The middle of the upper arm, 15 cm below the shoulder, asks for the most: 8 mm.
+            // The middle of the upper arm, 15 cm below the shoulder, needs the most: 8 mm.
             let first = flanks.abduction_deg(&rotations, arm);
             assert!((first - (0.008f64 / 0.15).atan().to_degrees()).abs() < 1e-9);
             let mut turn = 0.0;

@@ -1,4 +1,4 @@
-//! The paths of the feet, which are planted, rolled over and swung whatever a person's angles are.
+//! The paths of the feet, which are planted, rolled over and swung regardless of the angles.
 
 use super::angles::AngleNorm;
 use super::gait_style::GaitStyle;
@@ -104,7 +104,7 @@ impl<'a> PersonSteps<'a> {
         let soles = sides.map(|side| {
             let [_, _, foot] = leg_of(side);
             let hull = walker.body.hulls.iter().find(|hull| hull.joint == foot);
-            Sole::of(hull.expect("a made body has feet"))
+            Sole::of(hull.expect("a synthetic body has feet"))
         });
         let legs = sides.map(|side| {
             let [_, shank, foot] = leg_of(side);

@@ -1,4 +1,4 @@
-//! Fitted hulls that are kept: a fit takes a minute of a processor, and is the same each time.
+//! The cache of fitted hulls: a fit takes a minute of processor time, and is the same each time.
 
 use super::fitted_body;
 use crate::cache::{Cache, CacheKey};
@@ -9,11 +9,11 @@ use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// To be raised with each change of what a fit finds.
+/// Revision of the fit, to be raised with each change of its results.
 const REVISION: u32 = 1;
 const KIND: &str = "hulls";
 
-/// A fitted body; numbers as their bits, since JSON's come back a unit off.
+/// A fitted body, with numbers as their bits, since JSON numbers can come back one unit off.
 #[derive(Serialize, Deserialize)]
 struct KeptBody {
     offsets: Vec<[u64; 3]>,
@@ -22,10 +22,10 @@ struct KeptBody {
     frontier: Vec<(usize, u64)>,
 }
 
-/// [`fitted_body`], or what it gave when it was last asked this, and whether it is that.
+/// Returns the result of [`fitted_body`], from the cache if it is there, and whether it was.
 ///
 /// # Errors
-/// As [`fitted_body`]. What cannot be kept is no error.
+/// As [`fitted_body`]. A failure to write the cache is no error.
 pub(crate) fn kept_body(
     mesh: &Motion,
     points: usize,
@@ -41,13 +41,14 @@ pub(crate) fn kept_body(
     }
     let body = fitted_body(mesh, points, seed, progress)?;
     if let Some(kept) = KeptBody::of(&body) {
-        // It is made again the next time.
+        // If this fails, the body is fitted again the next time.
         let _ = cache.keep(KIND, &key, &serde_json::to_vec(&kept)?);
     }
     Ok((body, false))
 }
 
-/// Of all that a fit reads. Rust writes floats so that they come back the same.
+/// Returns the key of everything that a fit reads. Rust writes floats so that they read back the
+/// same.
 fn key(mesh: &Motion, points: usize, seed: u64) -> CacheKey {
     let Motion {
         format,
@@ -64,7 +65,7 @@ fn key(mesh: &Motion, points: usize, seed: u64) -> CacheKey {
 }
 
 impl KeptBody {
-    /// None of a body that has more than a fit gives.
+    /// Returns the kept form of a body; `None` if it has more than a fit gives.
     fn of(body: &Body) -> Option<Self> {
         let bits = |at: &DVec3| at.to_array().map(f64::to_bits);
         let fit = body.fit.as_ref()?;
@@ -81,7 +82,7 @@ impl KeptBody {
         })
     }
 
-    /// None if it is broken.
+    /// Returns the body; `None` if the kept form is broken.
     fn body(self) -> Option<Body> {
         let point = |bits: [u64; 3]| {
             let at = DVec3::from_array(bits.map(f64::from_bits));

@@ -1,4 +1,4 @@
-//! Moves hull points until silhouettes agree, and leaves out those that matter least.
+//! The descent: moves hull points until silhouettes agree, and leaves out those that matter least.
 
 use super::view::{FitCamera, TrainingView};
 use super::{FittedHulls, PosedMesh, STEPS, Skinned, start};
@@ -13,33 +13,33 @@ use std::f64::consts::TAU;
 
 /// Images whose gains are summed up together, so that sums do not depend on threads.
 const CHUNK: usize = 50;
-/// Step that a point begins with, metres.
+/// Initial step of a point, metres.
 const FIRST_STEP_M: f32 = 0.012;
-/// Greatest step.
+/// Greatest step of a point, metres.
 const MOST_STEP_M: f32 = 0.024;
-/// A point whose step became smaller is at rest.
+/// Step below which a point is at rest, metres.
 const LAST_STEP_M: f32 = 0.0008;
-/// Least step of all points after some were left out, and before hulls are done.
+/// Least step of all points after some were left out, and before the last rounds, metres.
 const SHAKE_M: [f32; 2] = [0.004, 0.006];
 /// Most rounds over all points at the beginning, and at each number of points. Ours: three times
-/// as many win 0.0004.
+/// as many add 0.0004 to the Jaccard index.
 const ROUNDS: [usize; 2] = [8, 20];
 /// Fewest points of a hull.
 const FEWEST: usize = 4;
-/// Points that are left out at once: of all that there are, at most one in so many.
+/// At most one in this many points is left out at a time.
 const ONE_IN: usize = 60;
 
-/// Hulls of so many points, and how well they match.
+/// Hulls with a number of points, and how well they match.
 #[derive(Clone, Debug)]
 pub(super) struct Level {
     pub(super) hulls: Vec<BodyHull>,
     pub(super) points: usize,
-    /// Mean Jaccard index over images that the fit has not seen.
+    /// Mean Jaccard index over images that the fit did not see.
     pub(super) jaccard: f64,
 }
 
-/// Fits hulls of each of these numbers of points, most first, to so many images, and measures on
-/// as many again.
+/// Fits hulls with each number of points in `budgets`, most first, to `views` images, and measures
+/// them on as many others.
 ///
 /// # Errors
 /// For a mesh without triangles.
@@ -102,7 +102,7 @@ pub(super) fn fit(
     Ok(levels)
 }
 
-/// A random camera: all around, more often level than from above, a quarter of them near by.
+/// Returns a random camera: all around, more often level than from above, a quarter of them near.
 fn camera(rng: &mut ChaCha8Rng) -> FitCamera {
     let height: f64 = rng.random();
     FitCamera {
@@ -137,14 +137,14 @@ impl HullDescent {
         }
     }
 
-    /// Steps of at least this again.
+    /// Raises all steps to at least this.
     fn shake(&mut self, step_m: f32) {
         for step in self.steps.iter_mut().flatten() {
             *step = step.max(step_m);
         }
     }
 
-    /// So many rounds, or fewer if all points come to rest.
+    /// Runs this many rounds, or fewer if all points come to rest.
     fn descend(&mut self, rounds: usize) {
         for _ in 0..rounds {
             let mut moves = false;
@@ -157,7 +157,7 @@ impl HullDescent {
         }
     }
 
-    /// Moves each point of a hull once, if any is not at rest.
+    /// Moves each point of a hull once; returns false if all are at rest.
     fn visit(&mut self, hull: usize) -> bool {
         let part = &mut self.parts.hulls[hull];
         let steps = &mut self.steps[hull];
@@ -185,7 +185,7 @@ impl HullDescent {
                 })
                 .collect();
             let total = |place: usize| gains.iter().map(|gains| gains[place]).sum::<f64>();
-            // The first of the best: a point stays rather than moves for nothing.
+            // Ties go to the first place, so that a point does not move without a gain.
             let better = |best: usize, place: usize| {
                 if total(place) > total(best) {
                     place
@@ -208,8 +208,8 @@ impl HullDescent {
         true
     }
 
-    /// Leaves out some of the points that matter least, at most one of a hull, down to `budget`
-    /// in all and what the format has for one hull; whether there were any.
+    /// Leaves out some of the points that matter least, at most one per hull, down to `budget` in
+    /// all and to what the format allows for one hull; returns whether there were any.
     fn trim(&mut self, budget: usize) -> bool {
         let surplus = self.parts.points().saturating_sub(budget);
         let mut losses: Vec<(f64, usize, usize)> = Vec::new();
@@ -255,7 +255,7 @@ impl HullDescent {
     }
 }
 
-/// Three random directions at right angles.
+/// Returns three random perpendicular directions.
 fn axes(rng: &mut ChaCha8Rng) -> [Vec3; 3] {
     let mut random = || Vec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
     let a = random().try_normalize().unwrap_or(Vec3::X);

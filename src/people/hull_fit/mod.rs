@@ -1,9 +1,9 @@
 //! Convex hulls that match a skinned mesh.
 //!
-//! The hulls of all skin that a joint moves bulge: knees, crotch and armpits fill up (Jaccard
-//! index 0.95 at best). So hull points are moved until the silhouettes of posed hulls agree with
-//! those of the posed mesh, over random poses and cameras, and left out where that costs least.
-//! No recorded motion is needed: the poses are those of made walkers, and more.
+//! Hulls around all skin that a joint moves bulge: they fill knees, crotch and armpits (Jaccard
+//! index 0.95 at best). So this fit moves hull points until the silhouettes of posed hulls agree
+//! with those of the posed mesh, over random poses and cameras, and leaves out the points that
+//! cost least. No recorded motion is needed: the poses are those of synthetic walkers, with noise.
 
 mod cached;
 mod descent;
@@ -20,24 +20,24 @@ use crate::import::Motion;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3, Vec3};
 
-/// Points of all hulls of a fitted body by default: a third more win 0.001 of the Jaccard index.
+/// Points of all hulls of a fitted body by default: a third more add 0.001 to the Jaccard index.
 pub(crate) const USUAL_POINTS: usize = 384;
-/// Fewest points of a fitted body that can be asked for, and most.
+/// Range of points of a fitted body that can be requested.
 pub(crate) const POINTS: std::ops::RangeInclusive<usize> = 96..=512;
-/// Numbers of points whose match is reported beside the one that is asked for.
+/// Numbers of points whose match is reported beside the requested number.
 const LEVELS: [usize; 6] = [512, 384, 256, 192, 128, 96];
-/// How often progress is told.
+/// Number of progress calls.
 pub(crate) const STEPS: usize = 100;
-/// Images that hulls are fitted to. Ours: twice as many win nothing.
+/// Images that hulls are fitted to. Ours: twice as many bring no gain.
 const VIEWS: usize = 400;
 /// Random poses, half of them to measure with.
 const POSES: usize = 400;
 
-/// The body of a skinned mesh: at most 24 hulls of at most 32 points, `points` in all. Tells
-/// `progress` [`STEPS`] times how far it is; takes about half a minute on two cores.
+/// Fits a body to a skinned mesh: at most 24 hulls of at most 32 points, `points` in all. Calls
+/// `progress` [`STEPS`] times; takes about half a minute on two cores.
 ///
 /// # Errors
-/// A mesh without a skeleton that gait can be seen in; another number of points than [`POINTS`].
+/// For a mesh without the joints that gait needs, and for a number of points outside [`POINTS`].
 pub(crate) fn fitted_body(
     mesh: &Motion,
     points: usize,
@@ -80,37 +80,37 @@ pub(crate) fn fitted_body(
     })
 }
 
-/// A mesh in one pose, and where the joints of the canonical skeleton are in it, metres.
+/// A mesh in one pose with the joints of the canonical skeleton, metres.
 #[derive(Clone, Debug)]
 struct PosedMesh {
-    /// By [`Joint::index`].
+    /// Positions of the joints, by [`Joint::index`].
     positions: [DVec3; JOINTS],
-    /// From a joint's frame to the world's.
+    /// Rotations from a joint's frame to the world's.
     rotations: [DQuat; JOINTS],
-    /// The vertices.
+    /// Vertices of the mesh.
     mesh: Vec<DVec3>,
 }
 
 /// A mesh with the joint that moves each vertex most.
 #[derive(Clone, Debug)]
 struct Skinned {
-    /// Corners by number of the vertex.
+    /// Vertex indices of the triangles' corners.
     triangles: Vec<[u32; 3]>,
-    /// By vertex.
+    /// Joint of each vertex.
     joints: Vec<Joint>,
     /// The mesh at rest.
     rest: PosedMesh,
 }
 
 impl Skinned {
-    /// A vertex of the mesh at rest in a joint's frame.
+    /// Returns a vertex of the mesh at rest in a joint's frame.
     fn local(&self, joint: Joint, vertex: usize) -> DVec3 {
         let from = self.rest.mesh[vertex] - self.rest.positions[joint.index()];
         self.rest.rotations[joint.index()].inverse() * from
     }
 }
 
-/// Hulls as they are fitted.
+/// Hulls during the fit.
 #[derive(Clone, Debug)]
 struct FittedHulls {
     hulls: Vec<HullPart>,
@@ -216,8 +216,8 @@ mod tests {
             levels.iter().map(|level| level.points).collect::<Vec<_>>(),
             [128, 96]
         );
-        // Pelvis and spine are two boxes and one hull, as are thorax and clavicles: what is between
-        // them is too much.
+        // Pelvis and spine are two boxes but one hull, and so are thorax and clavicles: the hull
+        // also fills the space between them.
         assert!(levels[0].jaccard > 0.93, "{}", levels[0].jaccard);
         assert!(levels[1].jaccard > 0.88, "{}", levels[1].jaccard);
         assert!(levels[0].hulls.len() <= 24);

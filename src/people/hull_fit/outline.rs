@@ -1,6 +1,6 @@
 //! Convex outlines as two chains from the top to the bottom, walked row by row.
 
-/// Most points of a hull that is fitted, and one.
+/// Most corners of a chain.
 const CAPACITY: usize = 129;
 use glam::Vec2;
 
@@ -16,9 +16,9 @@ struct Chain {
     len: usize,
 }
 
-/// Sorts by y, then x.
+/// Sorts points by y, then x.
 pub(super) fn sort(points: &mut [Vec2]) {
-    // Nearly sorted and few.
+    // Insertion sort: the points are few and nearly sorted.
     for i in 1..points.len() {
         let point = points[i];
         let mut at = i;
@@ -55,7 +55,7 @@ impl Chain {
         self.len += 1;
     }
 
-    /// x at this y, which is between its ends.
+    /// Returns x at this y, which is between the chain's ends.
     fn x_at(&self, y: f32) -> f32 {
         let corners = &self.corners[..self.len];
         let mut low = corners[0];
@@ -74,7 +74,7 @@ impl Chain {
     }
 }
 
-/// Walks down a chain.
+/// A walk down a chain.
 struct ChainWalk<'a> {
     corners: &'a [Vec2],
     next: usize,
@@ -92,7 +92,7 @@ impl<'a> ChainWalk<'a> {
         }
     }
 
-    /// x one row further down, at `y`.
+    /// Returns x one row further down, at `y`.
     fn step(&mut self, y: f32) -> f32 {
         if self.next < self.corners.len() && self.corners[self.next].y <= y {
             while self.next < self.corners.len() && self.corners[self.next].y <= y {
@@ -114,7 +114,7 @@ impl<'a> ChainWalk<'a> {
 }
 
 impl Chains {
-    /// Of points by y.
+    /// Returns the chains of points that are sorted by y.
     pub(super) fn of(points: &[Vec2]) -> Self {
         let (mut left, mut right) = (Chain::new(), Chain::new());
         for &point in points {
@@ -124,7 +124,7 @@ impl Chains {
         Self { left, right }
     }
 
-    /// Of points by y and one more.
+    /// Returns the chains of points that are sorted by y, and of one more.
     pub(super) fn with(points: &[Vec2], more: Vec2) -> Self {
         let (mut left, mut right) = (Chain::new(), Chain::new());
         let mut push = |point| {
@@ -141,13 +141,13 @@ impl Chains {
         Self { left, right }
     }
 
-    /// First and last y.
+    /// Returns the first and last y.
     fn ends(&self) -> Option<(f32, f32)> {
         let len = self.left.len;
         (len > 0).then(|| (self.left.corners[0].y, self.left.corners[len - 1].y))
     }
 
-    /// Whether a point is within.
+    /// Returns whether a point is inside.
     pub(super) fn contains(&self, point: Vec2) -> bool {
         let Some((top, bottom)) = self.ends() else {
             return false;
@@ -157,7 +157,7 @@ impl Chains {
             && point.x <= self.right.x_at(point.y)
     }
 
-    /// Calls with each row of `from..to` whose middle is within, and x from where to where.
+    /// Calls `call` for each row of `from..to` whose middle is inside, with its first and last x.
     pub(super) fn each_span(
         &self,
         (from, to): (usize, usize),
@@ -179,7 +179,8 @@ impl Chains {
         }
     }
 
-    /// Calls with each row and the pixels whose middles are within, in an image of this size.
+    /// Calls `call` for each row with the range of pixels whose middles are inside, in an image of
+    /// this size.
     pub(super) fn each_row(
         &self,
         rows: usize,

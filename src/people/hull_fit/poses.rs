@@ -1,8 +1,8 @@
 //! A skinned mesh on the canonical skeleton, at rest and in random poses.
 //!
-//! Poses are those of made walkers, so that hulls can be fitted to a mesh without any recorded
-//! motion: each source joint that a canonical one follows is turned like it, the others stay as
-//! they are on it, and the mesh's own weights do the rest.
+//! Poses are those of synthetic walkers, so that hulls can be fitted to a mesh without any recorded
+//! motion. Each source joint that a canonical joint follows turns like it, the others stay fixed to
+//! their parents, and the mesh's own weights do the rest.
 
 use super::{PosedMesh, Skinned};
 use crate::error::Result;
@@ -18,7 +18,7 @@ use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Most that toes bend up, degrees: about what walkers' do at push-off.
+/// Most that toes bend up, degrees: about as much as at push-off.
 const MOST_TOE_DEG: f64 = 35.0;
 
 /// A skinned mesh whose joints are known.
@@ -26,7 +26,7 @@ pub(super) struct RiggedMesh<'a> {
     motion: &'a Motion,
     skin: &'a Skin,
     rest: RestCalibration,
-    /// From source axes to Y up.
+    /// Rotation from source axes to Y up.
     world: DQuat,
     unit_m: f64,
     /// Source joints below each foot.
@@ -39,7 +39,8 @@ impl<'a> RiggedMesh<'a> {
     /// Finds the canonical joints in a skinned mesh at rest.
     ///
     /// # Errors
-    /// A sentence, without the file's name: there is no mesh, or a joint that gait needs is missing.
+    /// A sentence, without the file's name, if there is no mesh or a joint that gait needs is
+    /// missing.
     pub(super) fn of(motion: &'a Motion) -> std::result::Result<Self, String> {
         let skin = motion.skin.as_ref().ok_or("no skinned mesh in the file")?;
         let mut roles = JointRoles::find(&motion.joints)?;
@@ -72,7 +73,7 @@ impl<'a> RiggedMesh<'a> {
         })
     }
 
-    /// The mesh at rest, with the canonical joint of most weight for each vertex.
+    /// Returns the mesh at rest, with the canonical joint of most weight for each vertex.
     pub(super) fn skinned(&self) -> Skinned {
         let owners = self.owners();
         let joints = self.skin.weights.iter().map(|weights| {
@@ -92,7 +93,7 @@ impl<'a> RiggedMesh<'a> {
         }
     }
 
-    /// The canonical joint that each source joint moves with: its own, or its parent's.
+    /// Returns the canonical joint that each source joint moves with: its own, or its parent's.
     fn owners(&self) -> Vec<Joint> {
         let mut owners: Vec<Joint> = Vec::with_capacity(self.motion.joints.len());
         for (index, joint) in self.motion.joints.iter().enumerate() {
@@ -102,16 +103,16 @@ impl<'a> RiggedMesh<'a> {
         owners
     }
 
-    /// The canonical joint that turns with a source joint: of several, the one farthest out.
+    /// Returns the canonical joint that turns with a source joint: the outermost of several.
     fn follower(&self, source: usize) -> Option<Joint> {
         let mut outward = Joint::ALL.into_iter().rev();
         outward.find(|joint| self.rest.parts[joint.index()].turns_with == source)
     }
 
-    /// So many random poses.
+    /// Returns `count` random poses.
     ///
     /// # Errors
-    /// Never for the populations built in.
+    /// Never for the built-in populations.
     pub(super) fn examples(&self, count: usize, seed: u64) -> Result<Vec<PosedMesh>> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut walkers = Vec::new();
@@ -134,7 +135,7 @@ impl<'a> RiggedMesh<'a> {
         Ok((0..count).map(example).collect())
     }
 
-    /// The source in a canonical pose: a motion of one frame.
+    /// Returns the source in a canonical pose, as a motion of one frame.
     fn posed(&self, pose: &[DQuat; JOINTS]) -> Motion {
         let (_, wanted) = forward_kinematics(&self.offsets, DVec3::ZERO, pose);
         let joints = &self.motion.joints;
@@ -174,7 +175,7 @@ impl<'a> RiggedMesh<'a> {
         motion
     }
 
-    /// The mesh and the canonical joints of a motion's only frame, as an import has them.
+    /// Returns the mesh and the canonical joints of a motion's only frame, as an import does.
     fn example(&self, motion: &Motion) -> PosedMesh {
         let (positions, rotations) = motion.globals(0);
         let globals = Globals {
@@ -197,9 +198,9 @@ impl<'a> RiggedMesh<'a> {
     }
 }
 
-/// Standard deviation of what is added to each joint's turning about each axis, degrees. Ours:
-/// about what recorded walks differ by from made ones, which for hands is most of all: rest poses
-/// differ.
+/// Returns the standard deviation of the noise on a joint's rotation about each axis, degrees.
+/// Ours: about the difference between recorded and synthetic walks, which is largest for hands,
+/// whose rest poses differ.
 fn spread_deg(joint: Joint) -> f64 {
     match joint {
         Joint::Pelvis | Joint::LeftClavicle | Joint::RightClavicle => 4.0,
@@ -214,7 +215,7 @@ fn spread_deg(joint: Joint) -> f64 {
     }
 }
 
-/// A motion of one frame, in which the source stands as its mesh was made.
+/// Returns a motion of one frame, in which the source stands as its mesh was modelled.
 fn at_rest(motion: &Motion, skin: &Skin) -> Motion {
     Motion {
         frames: vec![SourceFrame {

@@ -1,18 +1,18 @@
-//! Hulls to begin with: the parts of a skin, each by the points that reach farthest.
+//! The initial hulls: the parts of a skin, each by the points that reach farthest.
 
 use super::{FittedHulls, HullPart, Skinned};
 use crate::people::fewer_points::directions;
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
 
-/// Directions in which a hull begins with the farthest point. Ours: from 24 the fit ends 0.0027 of
-/// the Jaccard index lower, from 96 another 0.0005 higher in twice the time.
+/// Directions whose farthest points are a hull's initial points. Ours: with 24 the fit ends with a
+/// Jaccard index 0.0027 lower, with 96 0.0005 higher in twice the time.
 const POINTS: usize = 64;
-/// Parts overlap by this share of their length, so that no seam opens between them. Ours.
+/// Overlap of parts as a share of their length, so that no seam opens between them. Ours.
 const OVERLAP: f64 = 0.06;
 
-/// Where a joint's skin is cut in two: from which end along which axis of the joint's frame, as
-/// a share of its length.
+/// Cuts of a joint's skin in two: the axis in the joint's frame, and the place of the cut along it
+/// as a share of the skin's length.
 const CUTS: [(Joint, DVec3, f64); 8] = [
     (Joint::Thorax, DVec3::Y, 0.35),
     (Joint::Head, DVec3::NEG_Z, 0.35),
@@ -24,8 +24,8 @@ const CUTS: [(Joint, DVec3, f64); 8] = [
     (Joint::RightHand, DVec3::NEG_Y, 0.35),
 ];
 
-/// The joint whose hull covers a joint's skin: clavicles hardly move against the rib cage, nor
-/// does the pelvis against the loins.
+/// Returns the joint whose hull covers a joint's skin: clavicles hardly move against the rib cage,
+/// nor does the pelvis against the loins.
 fn carrier(joint: Joint) -> Joint {
     match joint {
         Joint::LeftClavicle | Joint::RightClavicle => Joint::Thorax,
@@ -34,7 +34,7 @@ fn carrier(joint: Joint) -> Joint {
     }
 }
 
-/// The parts of a skin.
+/// Returns the parts of a skin.
 pub(super) fn parts(skinned: &Skinned) -> FittedHulls {
     let mut hulls = Vec::new();
     for joint in Joint::ALL
@@ -75,7 +75,7 @@ pub(super) fn parts(skinned: &Skinned) -> FittedHulls {
     FittedHulls { hulls }
 }
 
-/// A hull of the points that are farthest in directions spread evenly.
+/// Returns a hull of the points that are farthest in evenly spread directions.
 fn part(joint: Joint, points: &[DVec3]) -> HullPart {
     let mut chosen: Vec<usize> = Vec::new();
     for direction in directions(POINTS) {

@@ -1,20 +1,20 @@
-//! One training image: a mesh drawn from somewhere, and the hulls over it.
+//! One training image: a mesh seen by a camera, and the hulls over it.
 //!
 //! A hull's gain is the sum over its pixels of +1 where the mesh is and -1 where it is not,
-//! without those that other hulls cover: what the image's Jaccard index wins by it. Sums along
-//! rows make it a matter of two look-ups a row, continuous in x.
+//! without pixels that other hulls cover. It measures the hull's effect on the image's Jaccard
+//! index. Sums along rows reduce it to two look-ups per row, and make it continuous in x.
 
 use super::outline::{self, Chains};
 use super::{FittedHulls, PosedMesh};
 use edgegait_core::skeleton::JOINTS;
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 
-/// Rows that the mesh takes in an image, about 1 cm of a body each. Ours: four rows and more
-/// for each of a silhouette's 50.
+/// Rows of the mesh in an image, about 1 cm of a body each. Ours: about four rows for each of a
+/// silhouette's 50.
 pub(super) const FIGURE_ROWS: f64 = 192.0;
 /// Empty pixels around the mesh.
 const MARGIN: f64 = 10.0;
-/// Rows above and below a hull for which gains are summed up: as far as its points go in one visit.
+/// Rows above and below a hull for which gains are summed: as far as its points move in one visit.
 const REACH: usize = 14;
 /// Most pixels of one image.
 const MAX_PIXELS: f64 = 2.0e6;
@@ -27,7 +27,7 @@ pub(super) struct FitCamera {
     pub(super) distance_m: Option<f64>,
 }
 
-/// A joint's frame to pixels: three rows of a projective map.
+/// A projective map from a joint's frame to pixels, as three rows.
 #[derive(Clone, Copy, Debug)]
 struct Map {
     x: Vec3A,
@@ -45,13 +45,13 @@ pub(super) struct TrainingView {
     target: Vec<bool>,
     /// Pixels of the target.
     area: usize,
-    /// Hulls over each pixel.
+    /// Number of hulls over each pixel.
     count: Vec<u8>,
     /// Points of each hull in the image.
     points: Vec<Vec<Vec2>>,
-    /// Sums of gains along each row for the hull that is visited.
+    /// Sums of gains along each row for the visited hull.
     sums: Vec<i16>,
-    /// Rows for which they are.
+    /// Rows for which the sums are valid.
     region: (usize, usize),
     /// All points of the visited hull but one, by y.
     others: Vec<Vec2>,
@@ -149,7 +149,7 @@ impl TrainingView {
         }
     }
 
-    /// Puts these hulls into the image, in place of those that are there.
+    /// Puts these hulls into the image, in place of the present ones.
     pub(super) fn put(&mut self, parts: &FittedHulls) {
         self.count.fill(0);
         self.points.clear();
@@ -174,7 +174,7 @@ impl TrainingView {
         }
     }
 
-    /// Adds to the count of each pixel of a hull.
+    /// Adds `by` to the count of each pixel of a hull.
     fn cover(&mut self, hull: usize, by: i8) {
         let mut points = self.points[hull].clone();
         outline::sort(&mut points);
@@ -187,7 +187,7 @@ impl TrainingView {
         });
     }
 
-    /// Takes a hull out and sums up what each pixel would win by it.
+    /// Takes a hull out and sums up the gain of each pixel.
     pub(super) fn begin(&mut self, hull: usize) {
         self.cover(hull, -1);
         let (mut top, mut bottom) = (f32::INFINITY, f32::NEG_INFINITY);
@@ -229,8 +229,8 @@ impl TrainingView {
         self.cover(hull, 1);
     }
 
-    /// Gains of the visited hull with its point `index` at each of these places, in shares of
-    /// the mesh's area; they are added to `gains`.
+    /// Adds to `gains` the gains of the visited hull with its point `index` at each of these
+    /// places, as shares of the mesh's area.
     pub(super) fn add_gains<const N: usize>(
         &mut self,
         (hull, joint): (usize, usize),
@@ -245,7 +245,7 @@ impl TrainingView {
         outline::sort(&mut self.others);
         let base = Chains::of(&self.others);
         let scale = 1.0 / self.area as f64;
-        // Most places are inside of what the other points span: all alike.
+        // Most places are inside of what the other points span, and have the same gain.
         let mut inside = None;
         for (place, gain) in places.iter().zip(gains) {
             let at = self.project(joint, *place);
@@ -258,7 +258,7 @@ impl TrainingView {
         }
     }
 
-    /// Gain of the visited hull without its point `index`.
+    /// Returns the gain of the visited hull without its point `index`.
     pub(super) fn gain_without(&mut self, hull: usize, index: usize) -> f64 {
         let points = &self.points[hull];
         self.others.clear();
@@ -291,12 +291,12 @@ impl TrainingView {
         gain
     }
 
-    /// Moves a point of a hull that is out of the image.
+    /// Moves a point of a hull that is taken out of the image.
     pub(super) fn set(&mut self, (hull, joint): (usize, usize), index: usize, place: Vec3) {
         self.points[hull][index] = self.project(joint, place);
     }
 
-    /// Jaccard index of the hulls' pixels and the mesh's.
+    /// Returns the Jaccard index of the hulls' pixels and the mesh's.
     pub(super) fn jaccard(&self) -> f64 {
         let (mut both, mut either) = (0usize, 0usize);
         for (count, on) in self.count.iter().zip(&self.target) {

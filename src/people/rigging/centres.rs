@@ -1,4 +1,4 @@
-//! Where the joints of a mesh are: a person's of the same stature, in the middle of the limbs.
+//! The joints of a mesh: those of a person of the same stature, in the middle of the limbs.
 
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DVec3;
@@ -12,10 +12,10 @@ use crate::people::cohort::body;
 /// Distance between the sections of an arm, metres.
 const STEP_M: f64 = 0.01;
 
-/// The wrist is the thinnest section so many hand lengths from the fingertip. Ours.
+/// Distances from the fingertip, in hand lengths, where the thinnest section is the wrist. Ours.
 const WRIST: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 
-/// The part of the upper arm, from the elbow, whose sections are of the arm alone. Ours.
+/// The part of the upper arm, from the elbow, whose sections contain the arm alone. Ours.
 const FREE_ARM: std::ops::Range<f64> = 0.1..0.6;
 
 /// Joints of a mesh, metres, in its own pose.
@@ -47,7 +47,7 @@ impl Centres {
             ring(mesh, &heights, height, |v| !is_arm(v))
                 .map(|ring| ring.centre)
                 .ok_or_else(|| {
-                    format!("no trunk {height:.2} m above the soles: is it a person who stands?")
+                    format!("no trunk {height:.2} m above the soles: is it a standing person?")
                 })
         };
         let leg = |side: usize, height: f64| {
@@ -55,7 +55,7 @@ impl Centres {
             ring(mesh, &heights, height, |v| is_side(v) && !is_arm(v))
                 .map(|ring| ring.centre)
                 .ok_or_else(|| {
-                    format!("no leg {height:.2} m above the soles: is it a person who stands?")
+                    format!("no leg {height:.2} m above the soles: is it a standing person?")
                 })
         };
 
@@ -67,7 +67,7 @@ impl Centres {
             let at = &mut centres.joints[joint.index()];
             *at = DVec3::new(middle, at.y, trunk(at.y)?.z);
         }
-        // The spine is no trunk's middle: it is as far behind the hips as a person's.
+        // The spine is not the trunk's middle: it is as far behind the hips as a person's.
         let hips_z = centres.joints[Joint::Pelvis.index()].z;
         for joint in [Joint::Spine, Joint::Thorax] {
             let at = &mut centres.joints[joint.index()];
@@ -88,7 +88,7 @@ impl Centres {
             );
             let knee = leg(side, d.knee_height)?;
             set(&mut centres, limb.shank, knee);
-            // The sections of the ankle itself are the foot's too: the shank leads there.
+            // Sections at the ankle include the foot, so the shank is extrapolated to it.
             let above = leg(side, 2.0 * d.malleolus_height)?;
             let share = (d.knee_height - d.malleolus_height) / (knee.y - above.y);
             let ankle = knee.lerp(above, share);
@@ -126,8 +126,8 @@ impl Centres {
         Ok(centres)
     }
 
-    /// The same mesh with joints that are known, metres; those without a place are put where the
-    /// ankles are.
+    /// Replaces the joints with known ones, metres; those without a place are put onto the mesh's
+    /// ankles.
     pub(super) fn with_joints(
         self,
         mut points: [DVec3; JOINTS],
@@ -146,7 +146,7 @@ impl Centres {
         let outside = JOINTS - points.iter().filter(is_inside).count();
         if outside > 0 {
             return Err(format!(
-                "{outside} of {JOINTS} joints of the skeleton at rest lie outside of the mesh: expected both in one pose and place"
+                "{outside} of {JOINTS} joints of the skeleton at rest lie outside of the mesh: expected both in the same pose and place"
             ));
         }
         Ok(Self {
@@ -156,7 +156,7 @@ impl Centres {
     }
 }
 
-/// One side's joints.
+/// The joints of one side.
 struct Limb {
     clavicle: Joint,
     upper_arm: Joint,
@@ -167,7 +167,7 @@ struct Limb {
     foot: Joint,
 }
 
-/// Left, right.
+/// The joints of the left and the right side.
 const LIMBS: [Limb; 2] = [
     Limb {
         clavicle: Joint::LeftClavicle,
@@ -189,7 +189,7 @@ const LIMBS: [Limb; 2] = [
     },
 ];
 
-/// The joints of a person of these dimensions in the canonical rest pose, on y = 0.
+/// Returns the joints of a person of these dimensions in the canonical rest pose, on y = 0.
 fn standing(d: &Dimensions) -> [DVec3; JOINTS] {
     let offsets = body::offsets(d);
     let mut at = [DVec3::Y * d.trochanterion_height; JOINTS];
@@ -201,7 +201,7 @@ fn standing(d: &Dimensions) -> [DVec3; JOINTS] {
     at
 }
 
-/// An arm's axis.
+/// The axis of an arm.
 struct Arm {
     wrist: DVec3,
     elbow: DVec3,
@@ -210,7 +210,7 @@ struct Arm {
 }
 
 impl Arm {
-    /// Follows an arm from the fingertip. `along`: distances from it.
+    /// Follows an arm from the fingertip; `along` holds the distances from it.
     fn find(mesh: &Mesh, along: &[f64], tip: DVec3, d: &Dimensions) -> Option<Self> {
         let length = d.hand_length + d.radiale_stylion_length + d.acromion_radiale_length;
         let mut axis: Vec<(f64, Ring)> = Vec::new();
@@ -241,8 +241,8 @@ impl Arm {
         })
     }
 
-    /// Where the axis comes to the shoulder's place beside the midline; up an arm that
-    /// hangs it never does: there the usual length decides.
+    /// Returns the point where the axis reaches the shoulder's distance from the midline. The axis
+    /// of a hanging arm never does; there the usual length counts.
     fn shoulder(&self, sign: f64, shoulder_x: f64, d: &Dimensions) -> DVec3 {
         let usual_m = d.acromion_radiale_length;
         let inwards = -sign * self.up.x;

@@ -1,9 +1,9 @@
 //! A skeleton and a skin for a mesh that has none.
 //!
-//! Bodies come from scanners and modelling programs as surfaces only (OBJ). A body that stands
-//! with its arms away from its trunk, as in an A- or a T-pose, says where its joints are well
-//! enough to walk: [`from_obj`] finds them and lets each bone move what is near to it, so that
-//! the mesh goes on as a skinned body of a glTF file does.
+//! Scanners and modelling programs write bodies as surfaces only (OBJ). The surface of a body that
+//! stands with its arms away from its trunk, as in an A- or a T-pose, determines its joints well
+//! enough for walking: [`from_obj`] finds them and lets each bone move the vertices near it. The
+//! mesh is then used like the skinned body of a glTF file.
 
 mod centres;
 mod proximity;
@@ -22,25 +22,25 @@ use crate::import::obj::Mesh;
 use crate::import::{Motion, MotionFormat, Skin, SourceFrame, SourceJoint};
 use edgegait_core::pack::Sex;
 
-/// Statures that a mesh can have, metres: below ten times the least, so that one decimal unit
+/// Statures that a mesh can have, metres: below ten times the least, so that only one decimal unit
 /// fits.
 const STATURE_M: std::ops::Range<f64> = 0.3..3.0;
 
-/// Units of meshes: metres in one (MakeHuman exports decimetres).
+/// Units of meshes, metres (MakeHuman exports decimetres).
 const UNITS_M: [f64; 4] = [1.0, 0.1, 0.01, 0.001];
 
 /// Reads a `.obj` of a person who stands with the arms away from the trunk, and gives it the
-/// canonical joints (named after [`Joint`]) and a skin; one frame, the pose of the mesh.
-/// Metres, Y up, facing +Z, whatever the file has (Y or Z up; metres, decimetres, centimetres
-/// or millimetres).
+/// canonical joints (named after [`Joint`]) and a skin. The motion has one frame, the pose of the
+/// mesh, in metres, Y up, facing +Z, whatever the file has (Y or Z up; metres, decimetres,
+/// centimetres or millimetres).
 ///
-/// The joints are those of a person of this stature, moved into the middle of the limbs, or,
-/// where a `skeleton` is given, those of its rest pose, which must be that of the mesh (and lie
-/// in it, if the skeleton has a skin; else its ankles are put onto the mesh's).
+/// The joints are those of a person of this stature, moved into the middle of the limbs. If a
+/// `skeleton` is given, they are those of its rest pose, which must be the mesh's pose. A skeleton
+/// with a skin must lie in the mesh; the ankles of one without are put onto the mesh's.
 ///
 /// # Errors
-/// The file cannot be read, is no figure with two arms and two legs, or the skeleton lies
-/// outside of it.
+/// If the file cannot be read or is not a figure with two arms and two legs, or if the skeleton
+/// lies outside of it.
 pub fn from_obj(path: impl AsRef<Path>, skeleton: Option<&Motion>) -> Result<Motion> {
     let path = path.as_ref();
     let mut mesh = Mesh::read(path)?;
@@ -72,7 +72,9 @@ fn stand_up(mesh: &mut Mesh) -> std::result::Result<(), String> {
     let unit = UNITS_M
         .into_iter()
         .find(|unit| STATURE_M.contains(&(height * unit)))
-        .ok_or_else(|| format!("no known unit makes a figure {height} units tall human"))?;
+        .ok_or_else(|| {
+            format!("no known unit makes a figure of {height} units as tall as a person")
+        })?;
     let floor = bounds(&mesh.vertices).0.y;
     for v in &mut mesh.vertices {
         *v = DVec3::new(v.x, v.y - floor, v.z) * unit;
@@ -85,8 +87,8 @@ fn stand_up(mesh: &mut Mesh) -> std::result::Result<(), String> {
     Ok(())
 }
 
-/// Whether the feet, below 4 % of the stature, reach farther back than ahead of the shanks,
-/// from 10 to 20 %.
+/// Returns whether the feet, below 4 % of the stature, reach farther behind the shanks, from 10
+/// to 20 %, than ahead of them.
 fn faces_back(mesh: &Mesh, stature_m: f64) -> bool {
     let reach = |heights: std::ops::Range<f64>| {
         let z = mesh
@@ -108,7 +110,7 @@ fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
     })
 }
 
-/// The dimensions of a person as tall as the mesh, of the mean mass index, of either sex.
+/// Returns the dimensions of a person as tall as the mesh, of the mean mass index, of either sex.
 fn expected_dimensions(mesh: &Mesh) -> Result<Dimensions> {
     let stature_m = bounds(&mesh.vertices).1.y;
     let bmi = |sex| PopulationNorms::of(sex).bmi.0;

@@ -1,7 +1,7 @@
-//! Which joints move a vertex: the one whose bone is nearest, and its neighbour near a joint.
+//! Skin weights: the joint with the nearest bone moves a vertex, near a joint with its neighbour.
 //!
-//! Distances count in the thickness that a person has around the bone: the flank is farther
-//! from the spine than from the upper arm, and still the trunk's.
+//! Distances are in units of a person's thickness around the bone: the flank is farther from the
+//! spine than from the upper arm, and still belongs to the trunk.
 
 use std::f64::consts::TAU;
 
@@ -12,10 +12,10 @@ use super::centres::Centres;
 use crate::people::cohort::anthropometry::Dimensions;
 use crate::people::retarget::follow::main_child;
 
-/// Two bones share a vertex whose distances from them differ by less, in thicknesses. Ours.
+/// Difference of distances, in thicknesses, below which two bones share a vertex. Ours.
 const BLEND: f64 = 0.4;
 
-/// A joint's bones, as segments of which it moves the surroundings.
+/// A segment of a joint's bones, around which the joint moves vertices.
 struct BoneSegments {
     joint: Joint,
     from: DVec3,
@@ -24,7 +24,7 @@ struct BoneSegments {
 }
 
 impl BoneSegments {
-    /// In thicknesses.
+    /// Returns the distance of a point, in thicknesses.
     fn distance(&self, point: DVec3) -> f64 {
         let along = self.to - self.from;
         let share = (point - self.from).dot(along) / along.length_squared().max(1e-12);
@@ -33,7 +33,7 @@ impl BoneSegments {
     }
 }
 
-/// For each vertex the joints that move it, and their shares.
+/// Returns the joints that move each vertex, and their shares.
 pub(super) fn weights(
     vertices: &[DVec3],
     centres: &Centres,
@@ -101,7 +101,7 @@ fn bones(centres: &Centres, d: &Dimensions) -> Vec<BoneSegments> {
     bones
 }
 
-/// Half of the mean of breadth and depth, or the radius of a circumference.
+/// Returns half of the mean of breadth and depth, or the radius of a circumference, metres.
 fn thickness_m(joint: Joint, d: &Dimensions) -> f64 {
     match joint {
         Joint::Pelvis => 0.25 * (d.hip_breadth + d.buttock_depth),

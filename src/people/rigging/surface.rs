@@ -12,12 +12,12 @@ use crate::import::obj::Mesh;
 pub(super) struct Ring {
     /// Mean of its points, metres.
     pub(super) centre: DVec3,
-    /// Metres; of all its loops together.
+    /// Length of all its loops together, metres.
     pub(super) length: f64,
 }
 
-/// The curve of `field = value` on the triangles that `keep` accepts by a corner; none if there
-/// is none.
+/// Returns the curve of `field = value` on the triangles whose first corner `keep` accepts, if
+/// there is one.
 pub(super) fn ring(
     mesh: &Mesh,
     field: &[f64],
@@ -52,8 +52,8 @@ pub(super) fn ring(
     })
 }
 
-/// The distance of every vertex from one along the edges, metres (Dijkstra 1959); infinite where
-/// none leads.
+/// Returns the distance of every vertex from one along the edges, metres (Dijkstra 1959); infinite
+/// where no path leads.
 pub(super) fn distances(mesh: &Mesh, from: usize) -> Vec<f64> {
     let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertices.len()];
     for [a, b, c] in &mesh.triangles {
@@ -64,7 +64,7 @@ pub(super) fn distances(mesh: &Mesh, from: usize) -> Vec<f64> {
     }
     let mut found = vec![f64::INFINITY; mesh.vertices.len()];
     found[from] = 0.0;
-    // Distances are not negative: their bits are ordered as they are.
+    // Distances are not negative, so their bits have the same order.
     let mut queue = BinaryHeap::from([Reverse((0.0f64.to_bits(), from))]);
     while let Some(Reverse((bits, at))) = queue.pop() {
         let so_far = f64::from_bits(bits);

@@ -1,4 +1,4 @@
-//! A canvas on which the nearest triangle wins, sample by sample.
+//! A canvas with a depth buffer: at each sample the nearest triangle is visible.
 
 use super::Colour;
 use image::{Rgb, RgbImage};
@@ -6,17 +6,17 @@ use image::{Rgb, RgbImage};
 /// A corner of a triangle on the canvas.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TriangleCorner {
-    /// Samples from the left.
+    /// Distance from the left, samples.
     pub x: f32,
-    /// Samples from the top.
+    /// Distance from the top, samples.
     pub y: f32,
-    /// Metres towards the camera from anywhere.
+    /// Metres towards the camera, from any fixed origin.
     pub nearness: f32,
-    /// Its colour; those of three corners blend in between.
+    /// The colour, interpolated between the corners.
     pub colour: Colour,
 }
 
-/// Samples with colours and depths.
+/// A grid of samples with colours and depths.
 pub(super) struct Canvas {
     width: usize,
     samples: Vec<CanvasSample>,
@@ -42,7 +42,7 @@ impl Canvas {
         }
     }
 
-    /// Paints a triangle where it is nearer than all before.
+    /// Paints a triangle where it is nearer than all triangles before it.
     pub(super) fn fill(&mut self, corners: [TriangleCorner; 3]) {
         self.visit(corners, |sample, nearness, colour| {
             *sample = CanvasSample {
@@ -53,7 +53,7 @@ impl Canvas {
         });
     }
 
-    /// Darkens what lies behind a triangle, once, to this share of its light.
+    /// Darkens the samples behind a triangle to this share of their light, each only once.
     pub(super) fn darken(&mut self, corners: [TriangleCorner; 3], light: f32) {
         self.visit(corners, |sample, _, _| {
             if !sample.is_dark {
@@ -63,8 +63,8 @@ impl Canvas {
         });
     }
 
-    /// Calls `paint` for each sample that a triangle is in front of, with its own nearness and
-    /// colour there.
+    /// Calls `paint` for each sample that a triangle is in front of, with the triangle's nearness
+    /// and colour there.
     fn visit(
         &mut self,
         corners: [TriangleCorner; 3],
@@ -114,7 +114,7 @@ impl Canvas {
     }
 }
 
-/// The samples whose middles may lie between these coordinates.
+/// Returns the samples whose centres may lie between these coordinates.
 fn within(coordinates: [f32; 3], samples: usize) -> std::ops::Range<usize> {
     let least = coordinates.into_iter().fold(f32::INFINITY, f32::min);
     let most = coordinates.into_iter().fold(f32::NEG_INFINITY, f32::max);
@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn samples_are_taken_in_their_middles() {
         let mut canvas = Canvas::new((3, 3), Vec3::ZERO);
-        // Below the line y = x + 0.2: the square's half without its falling diagonal.
+        // Below the line y = x + 0.2: half of the square, without its falling diagonal.
         canvas.fill(triangle([(-0.2, 0.0), (-0.2, 3.2), (3.0, 3.2)], 0.0, RED));
         let on: Vec<bool> = colours(canvas).iter().map(|c| c[0] > 0).collect();
         let expected = [false, false, false, true, false, false, true, true, false];

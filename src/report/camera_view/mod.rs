@@ -1,8 +1,7 @@
-//! What a camera sees of a walk, as a small coloured picture: hulls with a little light on a
-//! tiled floor.
+//! A camera's view of a walk as a small coloured picture: shaded hulls on a tiled floor.
 //!
-//! For people who look at what a confounder does. Recognizers never see it: silhouettes come
-//! from the core.
+//! It shows people the effect of a confounder. Recognizers never see it: silhouettes come from the
+//! core.
 
 mod canvas;
 mod solid;
@@ -18,41 +17,41 @@ use solid::facets;
 /// Red, green and blue, 0..=255.
 type Colour = Vec3;
 
-/// Each pixel is the mean of so many by so many.
+/// Each pixel is the mean of `SAMPLES` by `SAMPLES` samples.
 const SAMPLES: u32 = 4;
 const BACKGROUND: Colour = Vec3::new(238.0, 241.0, 245.0);
-/// Of the floor's tiles, in turn.
+/// Alternating colours of the floor's tiles.
 const TILES: [Colour; 2] = [
     Vec3::new(205.0, 209.0, 212.0),
     Vec3::new(220.0, 224.0, 227.0),
 ];
 const FLOOR_SIDE: Colour = Vec3::new(190.0, 194.0, 198.0);
-/// Side of a tile, metres, and how many there are from the middle to each edge.
+/// Side of a tile, metres, and the number of tiles from the middle to each edge.
 const TILE_M: f32 = 0.5;
 const TILES_TO_EDGE: i16 = 12;
-/// Thickness of the floor, which shows it to a level camera, metres.
+/// Thickness of the floor, which makes it visible to a level camera, metres.
 const FLOOR_M: f32 = 0.6;
-/// Light that is left in a shadow.
+/// Share of the light that is left in a shadow.
 const SHADOW: f32 = 0.62;
-/// How far shadows float above the floor that they lie on, metres.
+/// Height of shadows above the floor, metres.
 const SHADOW_LIFT_M: f32 = 0.01;
-/// Share of the background in a colour, a metre behind the centre.
+/// Share of the background in a colour, per metre behind the centre.
 const HAZE: f32 = 0.12;
 
-/// What a hull is, which decides its colour.
+/// The kind of a hull, which decides its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum HullKind {
-    /// Skin and what is worn closest.
+    /// The body.
     Body,
     /// Hair.
     Hair,
     /// Clothes, shoes and hats.
     Garment,
-    /// What is carried.
+    /// A carried load.
     Load,
-    /// A shadow on the floor: it darkens what it lies on.
+    /// A shadow on the floor, which darkens what is below it.
     Shadow,
-    /// What stands or walks in the way.
+    /// An object or a person in front of the walker.
     Occluder,
 }
 
@@ -69,25 +68,25 @@ impl HullKind {
     }
 }
 
-/// A convex hull to be shown.
+/// A convex hull to show.
 #[derive(Clone, Debug)]
 pub(super) struct ShownHull {
-    /// Its points in the walker's space, metres, at most 32.
+    /// The points in the walker's space, metres, at most 32.
     pub points: Vec<Vec3>,
-    /// What it is.
+    /// The kind of hull.
     pub kind: HullKind,
 }
 
 /// A plane to walk on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DrawnFloor {
-    /// A point of it, metres: the middle of what is shown.
+    /// A point of the floor, metres: the middle of the visible part.
     pub point: Vec3,
-    /// Upwards, a unit vector that is not along X.
+    /// The upward normal, a unit vector that is not along X.
     pub normal: Vec3,
 }
 
-/// From where a scene is seen, and how much of it.
+/// The camera and the frame of a picture of a scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SceneShot {
     /// The camera.
@@ -102,10 +101,10 @@ pub(super) struct SceneShot {
     pub size_px: (u32, u32),
 }
 
-/// The picture of a scene.
+/// Draws the picture of a scene.
 ///
-/// What is nearer covers what is farther, pixel by pixel, in whatever order hulls are listed.
-/// A floor that is seen from below is left out, and so is what is behind a perspective camera.
+/// Nearer hulls cover farther ones pixel by pixel, in any order. A floor seen from below is left out,
+/// and so is everything behind a perspective camera.
 #[must_use]
 pub(super) fn frame(hulls: &[ShownHull], shot: &SceneShot) -> RgbImage {
     let (width, height) = shot.size_px;
@@ -121,12 +120,12 @@ pub(super) fn frame(hulls: &[ShownHull], shot: &SceneShot) -> RgbImage {
     imageops::thumbnail(&canvas.into_picture(), width, height)
 }
 
-/// A shot, and what follows from it.
+/// A shot, with its scale and light.
 struct ShotCamera<'s> {
     shot: &'s SceneShot,
-    /// Samples a metre.
+    /// Samples per metre.
     scale: f32,
-    /// To the light: over the left shoulder of who looks.
+    /// Direction to the light: over the left shoulder of the viewer.
     light: Vec3,
 }
 
@@ -140,7 +139,7 @@ impl<'s> ShotCamera<'s> {
         }
     }
 
-    /// How far in front of the centre a point lies, metres.
+    /// Returns the distance of a point in front of the centre, metres.
     fn nearness(&self, point: Vec3) -> f32 {
         self.shot
             .camera
@@ -149,7 +148,7 @@ impl<'s> ShotCamera<'s> {
             .dot(point - self.shot.centre)
     }
 
-    /// A point's place on the canvas; none if it is behind the camera.
+    /// Returns a point's place on the canvas; none if it is behind the camera.
     fn corner(&self, point: Vec3, colour: Colour) -> Option<TriangleCorner> {
         let SceneShot {
             camera,
@@ -170,7 +169,7 @@ impl<'s> ShotCamera<'s> {
         })
     }
 
-    /// A surface's colour in the light and the haze.
+    /// Returns a surface's colour after light and haze.
     fn lit(&self, colour: Colour, point: Vec3, normal: Vec3) -> Colour {
         let light = 0.68 + 0.38 * normal.dot(self.light);
         let haze = (-HAZE * self.nearness(point)).clamp(0.0, 0.5);
@@ -259,7 +258,7 @@ mod tests {
     use super::*;
     use edgegait_core::camera::Viewpoint;
 
-    /// 40 by 40 pixels of 5 cm about a point a metre high, with parallel rays.
+    /// Returns a shot of 40 by 40 pixels of 5 cm around a point at a height of 1 m, orthographic.
     fn shot(azimuth_deg: f32, elevation_deg: f32) -> SceneShot {
         let viewpoint = Viewpoint::from_degrees(azimuth_deg, elevation_deg).unwrap();
         SceneShot {
@@ -274,7 +273,7 @@ mod tests {
         }
     }
 
-    /// A cube with edges of half a metre.
+    /// Returns a cube with edges of half a metre.
     fn cube(middle: Vec3, kind: HullKind) -> ShownHull {
         let side = |bit: usize| if bit == 0 { -0.25 } else { 0.25 };
         let corner = |i: usize| middle + Vec3::new(side(i & 1), side(i & 2), side(i & 4));
@@ -291,7 +290,7 @@ mod tests {
 
     #[test]
     fn hulls_are_where_the_camera_sees_them() {
-        // From the walker's left ahead is to the image's left: 0.5 m are 10 pixels.
+        // Seen from the walker's left, ahead is to the image's left: 0.5 m are 10 pixels.
         let ahead = cube(Vec3::new(0.0, 1.25, 0.5), HullKind::Load);
         let picture = frame(&[ahead], &shot(90.0, 0.0));
         let lit = |x, y| is_reddish(&picture, x, y);
@@ -333,7 +332,8 @@ mod tests {
     fn a_floor_is_level_to_a_level_camera_and_hidden_from_below() {
         let picture = frame(&[], &shot(30.0, 0.0));
         let side = FLOOR_SIDE.to_array().map(|part| part as u8);
-        // A metre above the floor, the picture ends at it; otherwise it is in the middle.
+        // A metre above the floor, the picture ends at the floor; otherwise the floor is in the
+        // middle.
         let mut lower = shot(30.0, 0.0);
         lower.centre = Vec3::ZERO;
         let lower = frame(&[], &lower);

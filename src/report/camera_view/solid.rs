@@ -2,15 +2,15 @@
 
 use glam::Vec3;
 
-/// A point is on a facet's plane within this, metres: far below a pixel.
+/// The distance within which a point is on a facet's plane, metres: far below a pixel.
 const FLAT_M: f32 = 1e-5;
-/// Facets whose normals' cosine is above this meet in a round edge: 40 degrees.
+/// The cosine between normals above which two facets meet in a round edge: 40 degrees.
 const ROUND: f32 = 0.77;
 
-/// The triangles of a hull's surface: each corner with the normal that it is lit by.
+/// Returns the triangles of a hull's surface: each corner with its shading normal.
 ///
-/// Every three points that have all others on one side; facets of more corners come as all
-/// their triangles, which cover each other. Looks at every four points: 1 ms for 32.
+/// These are all triples of points with all other points on one side. A facet with more corners gives
+/// all its triangles, which overlap. Tests all quadruples of points: 1 ms for 32.
 pub(super) fn facets(points: &[Vec3]) -> Vec<[(Vec3, Vec3); 3]> {
     let mut found: Vec<([usize; 3], Vec3)> = Vec::new();
     for (a, &corner) in points.iter().enumerate() {
@@ -58,7 +58,7 @@ mod tests {
         assert_eq!(facets.len(), 6 * 4);
         for facet in facets {
             for (corner, normal) in facet {
-                // Half an edge from the middle, and square to a face.
+                // Half an edge from the middle, and perpendicular to a face.
                 assert!((normal.dot(corner) - 0.5).abs() < 1e-6, "{normal}");
                 assert!((normal.abs().max_element() - 1.0).abs() < 1e-6, "{normal}");
             }

@@ -1,4 +1,4 @@
-//! Figures of a study: box plots, curves, silhouettes over each other, and components as pictures.
+//! Figures of a study: box plots, curves, overlaid silhouettes, and components as pictures.
 
 use crate::error::Result;
 use crate::report::drawing::{Axes, LINES, Tick, percents, to_tenth};
@@ -7,7 +7,7 @@ use crate::study::{BoxPlot, ComparedSubspaces, Overlay, Recognition, SIZE, Simil
 use image::{GrayImage, Luma, Rgb, RgbImage};
 use maud::{Markup, html};
 
-/// Looks of the experiments' lines: those of all charts, and black.
+/// The colours and dashes of the experiments' lines: those of all charts, and grey.
 const LOOKS: [(&str, &str); 7] = [
     LINES[0],
     LINES[1],
@@ -18,25 +18,25 @@ const LOOKS: [(&str, &str); 7] = [
     ("#707780", "5 2"),
 ];
 
-/// Most people in overlays.
+/// The maximum number of people in overlays.
 const OVERLAID: usize = 6;
-/// How much larger pixels of silhouettes are in overlays, and those of components.
+/// Enlargement of pixels in overlays and components.
 const SCALE: u32 = 3;
-/// Ground of pictures: neither black nor white.
+/// Background of pictures: neither black nor white.
 const GROUND: u8 = 24;
 
-/// A chart of its own size.
+/// A chart with its size and title.
 pub(super) struct Chart {
-    /// Pixels.
+    /// Width and height, pixels.
     pub size: (f64, f64),
-    /// What it shows.
+    /// The title.
     pub title: String,
-    /// What is drawn.
+    /// The contents of the SVG.
     pub drawn: Markup,
 }
 
 impl Chart {
-    /// The chart in a page.
+    /// Returns the chart for a page.
     pub(super) fn svg(&self) -> Markup {
         let (width, height) = self.size;
         html! {
@@ -46,7 +46,8 @@ impl Chart {
     }
 }
 
-/// Jaccard indices of each person: a box for two cycles of one take, and one for a cycle and the twin's.
+/// Draws box plots of Jaccard indices by person: a box for pairs of cycles of one take, and one for
+/// pairs of a cycle and the twin's.
 pub(super) fn boxes(similarity: &Similarity) -> Option<Chart> {
     let groups: Vec<(&str, &crate::study::SimilarityGroup)> = similarity
         .groups()
@@ -63,7 +64,7 @@ pub(super) fn boxes(similarity: &Similarity) -> Option<Chart> {
     }
     let lows = groups.iter().flat_map(|(_, group)| &group.people);
     let least = lows.fold(1.0_f64, |least, (_, plot)| least.min(plot.low));
-    // To the tenth below.
+    // Rounded down to a tenth.
     let floor = (10.0 * least - 1e-9).floor() / 10.0;
     let step = 26.0;
     let axes = Axes {
@@ -124,7 +125,8 @@ fn one_box(x: f64, plot: &BoxPlot, colour: &str, title: &str, y_of: &dyn Fn(f64)
     }
 }
 
-/// Accuracy over the number of components, a line for each experiment, with its 95 % interval at the end.
+/// Draws accuracy over the number of components, with a line for each experiment and its 95 % interval
+/// at the end.
 pub(super) fn accuracies(title: String, found: &[&Recognition]) -> Option<Chart> {
     let most = found
         .iter()
@@ -172,13 +174,13 @@ pub(super) fn accuracies(title: String, found: &[&Recognition]) -> Option<Chart>
     })
 }
 
-/// Those who are in a picture of overlays.
+/// Returns the people in a picture of overlays.
 pub(super) fn overlaid(similarity: &Similarity) -> &[Overlay] {
     &similarity.overlays[..similarity.overlays.len().min(OVERLAID)]
 }
 
-/// A PNG file of frames of the first people over each other, a row for each: green is both, red the real
-/// figure alone, yellow the twin's alone.
+/// Returns a PNG file of overlaid frames of the first people, a row for each: green is both, red only
+/// the real figure, yellow only the twin.
 ///
 /// # Errors
 /// If it cannot be encoded.
@@ -214,7 +216,7 @@ pub(super) fn overlays(similarity: &Similarity) -> Result<Option<Vec<u8>>> {
     Ok(Some(png(&image)?))
 }
 
-/// A PNG file of the mean and the nine components of R, and below of S; grey is 0.
+/// Returns a PNG file of the mean and the nine components of R, and of S below; grey is 0.
 ///
 /// # Errors
 /// If it cannot be encoded.
@@ -249,13 +251,13 @@ pub(super) fn components(subspaces: &ComparedSubspaces) -> Result<Vec<u8>> {
     png(&image)
 }
 
-/// Columns and rows of a silhouette.
+/// Returns the coordinates of a silhouette's pixels.
 fn pixels() -> impl Iterator<Item = (u32, u32)> {
     let rows = 0..SIZE.rows() as u32;
     rows.flat_map(|y| (0..SIZE.columns() as u32).map(move |x| (x, y)))
 }
 
-/// The pixels that one pixel is drawn as.
+/// Calls `put` for each pixel of an enlarged pixel.
 fn enlarge((x, y): (u32, u32), mut put: impl FnMut(u32, u32)) {
     for (right, down) in (0..SCALE * SCALE).map(|at| (at % SCALE, at / SCALE)) {
         put(SCALE * x + right, SCALE * y + down);

@@ -1,4 +1,4 @@
-//! What a study found: a page, figures, and tables for a terminal.
+//! Reports of a study: a page, figures, and terminal tables.
 
 mod figures;
 mod page;
@@ -15,15 +15,15 @@ use figures::Chart;
 use maud::Markup;
 use std::path::Path;
 
-/// A figure: what a page says of it, and its file.
+/// A figure of a study: its file, and its form on the page.
 struct StudyFigure {
     /// The file's name.
     name: String,
-    /// What stands below it.
+    /// The caption below the figure.
     caption: String,
-    /// Its bytes.
+    /// The bytes of the file.
     bytes: Vec<u8>,
-    /// The same for a page.
+    /// The figure for the page.
     shown: Markup,
 }
 
@@ -47,10 +47,10 @@ impl StudyFigure {
     }
 }
 
-/// Writes the page, `index.html`, and its figures, a file each in `figures`.
+/// Writes the page, `index.html`, and its figures as files in `figures`.
 ///
 /// # Errors
-/// The system's.
+/// If a picture cannot be encoded, or a file cannot be written.
 pub(crate) fn write_study(folder: &Path, header: &ResultHeader, findings: &Findings) -> Result<()> {
     let figures = page::Figures::of(findings)?;
     for figure in figures.all() {

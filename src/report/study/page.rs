@@ -1,4 +1,4 @@
-//! The page of a study: one HTML document that needs nothing else.
+//! The page of a study: one self-contained HTML document.
 
 use super::StudyFigure;
 use super::figures::{accuracies, boxes, components, overlaid, overlays};
@@ -44,7 +44,7 @@ impl Figures {
                 let people = overlaid(one).iter().map(|one| one.person.as_str());
                 let people: Vec<&str> = people.collect();
                 let caption = format!(
-                    "View {view}, masks {masks}, framing {framing}: {}, eight phases of a cycle each. Green is both, red the real figure alone, yellow the twin's alone",
+                    "View {view}, masks {masks}, framing {framing}: {}, eight phases of a cycle each. Green is both, red only the real figure, yellow only the twin",
                     people.join(", ")
                 );
                 let figure = StudyFigure::of_png(format!("overlays-{name}"), caption, bytes);
@@ -53,7 +53,7 @@ impl Figures {
         }
         for one in &findings.subspaces {
             let caption = format!(
-                "View {}: the mean and the first nine principal components, above of R, below of S; grey is 0",
+                "View {}: the mean and the first nine principal components of R (above) and S (below); grey is 0",
                 one.view
             );
             let figure = StudyFigure::of_png(
@@ -74,7 +74,7 @@ impl Figures {
         Ok(figures)
     }
 
-    /// All of them.
+    /// Returns all figures.
     pub(super) fn all(&self) -> impl Iterator<Item = &StudyFigure> {
         let parts = [
             &self.likeness,
@@ -86,7 +86,7 @@ impl Figures {
     }
 }
 
-/// What one chart of accuracies is of.
+/// The setting of one chart of accuracies.
 #[derive(PartialEq)]
 struct Setting<'a> {
     view: &'a str,
@@ -125,7 +125,8 @@ impl Setting<'_> {
     }
 }
 
-/// Experiments by setting; those without a split, and S-S, which has no masks, go with each.
+/// Groups experiments by setting. Experiments without a split, and S-S, which has no masks, are in
+/// every group.
 fn settings(all: &[Recognition]) -> Vec<(Setting<'_>, Vec<&Recognition>)> {
     let mut found: Vec<(Setting<'_>, Vec<&Recognition>)> = Vec::new();
     for one in all {
@@ -153,13 +154,13 @@ fn settings(all: &[Recognition]) -> Vec<(Setting<'_>, Vec<&Recognition>)> {
     found
 }
 
-/// A picture in a page.
+/// Returns a picture for a page.
 pub(super) fn picture(caption: &str, png: &[u8]) -> Markup {
     let source = format!("data:image/png;base64,{}", STANDARD.encode(png));
     html! { img.study src=(source) alt=(caption); }
 }
 
-/// The page.
+/// Returns the page as HTML.
 pub(super) fn page(header: &ResultHeader, findings: &Findings, figures: &Figures) -> String {
     let title = if findings.similarity.is_empty() {
         "Synthetic silhouettes"
@@ -180,8 +181,8 @@ pub(super) fn page(header: &ResultHeader, findings: &Findings, figures: &Figures
                         " · " (findings.people.len()) " people · " (real) " real and "
                         (synthetic.unwrap_or(0)) " synthetic gait cycles from each viewpoint" }
                     p { "The experiments of Charalambous & Bharath (BMVC 2016) on real silhouettes (R) and on "
-                        "those of synthetic twins of the same people (S), who walk by the motion capture of "
-                        "each walk on bodies of each person's measurements. All silhouettes are of "
+                        "silhouettes of synthetic twins of the same people (S). A twin has a body with the "
+                        "person's measurements and moves by the motion capture of each walk. All silhouettes have "
                         (SIZE.rows()) " by " (SIZE.columns()) " pixels." }
                     @if !header.warnings.is_empty() {
                         section.warnings {
@@ -195,21 +196,21 @@ pub(super) fn page(header: &ResultHeader, findings: &Findings, figures: &Figures
                     (without(findings))
                     (masks(findings))
                     @if !findings.similarity.is_empty() {
-                        h2 { "1. How alike silhouettes are" }
+                        h2 { "1. Similarity of silhouettes" }
                         (likeness(&findings.similarity))
                         (shown(&figures.likeness))
                         (shown(&figures.overlays))
                         (rows(&findings.similarity))
                     }
-                    h2 { "2. In which directions they differ" }
+                    h2 { "2. Subspaces" }
                     (subspaces(findings))
                     (shown(&figures.components))
-                    h2 { "3. Who is it?" }
+                    h2 { "3. Recognition" }
                     p { "Linear support vector machines (C 1, one for each person against the rest) on principal "
-                        "components that are fitted to what is trained on, and to nothing else. R-R is also the "
-                        "control of 70%R+S - 30%R. Intervals are of 95 % and draw people. Split by cycle, a "
-                        "training cycle next to one that is looked for is left out; cycles of one take are near "
-                        "copies all the same, so that a split by take is harder." }
+                        "components that are fitted to the training data only. R-R is also the control of "
+                        "70%R+S - 30%R. Intervals are 95 % and resample people. In a split by cycle, training "
+                        "cycles next to a test cycle are left out. Cycles of one take are still near copies, so "
+                        "a split by take is harder." }
                     (recognition(&findings.recognition))
                     (shown(&figures.accuracies))
                     @if !findings.prices.is_empty() {
@@ -237,7 +238,7 @@ fn orders(orders: &[PaperOrder]) -> Markup {
             "S-R lowest. Here, with the most components:" }
         div.wide { table.study {
             thead { tr { th { "setting" } th { "R-R, S-S best" } th { "mixed above 95 %" } th { "R-S, S-R lowest" }
-                th { "S adds to 70 % of R, points" } th { "to 30 %" } th { "order, accuracy %" } } }
+                th { "gain by S over 70 % of R, points" } th { "over 30 %" } th { "order, accuracy %" } } }
             tbody { @for order in orders { tr {
                 td { (Setting { view: &order.view, masks: order.masks, framing: order.framing,
                     augmented: order.augmented, split: order.split }.title()) }
@@ -263,14 +264,14 @@ fn without(findings: &Findings) -> Markup {
     } }
 }
 
-/// What the masks are, and how alike they are to those of the tree.
+/// Describes the masks, and their similarity to those of the tree.
 fn masks(findings: &Findings) -> Markup {
     html! { @if !findings.similarity.is_empty() {
         h2 { "Cycles and masks" }
-        p { "Given masks are those of the tree. Segmented ones went through a video that is made of them (a textured "
-            "wall and floor, clothes of drawn colours, noise, light that changes, a shadow) and through " code { "segment" }
-            ". Degraded ones have outlines that waver, holes and lost parts. How alike they are to the given ones, as they "
-            "are stored:" }
+        p { "Given masks are those of the tree. Segmented masks are made by turning the given ones into a video (textured "
+            "wall and floor, clothes of random colours, noise, changing light, a shadow) and applying " code { "segment" }
+            ". Degraded masks have wavering outlines, holes and missing parts. Their similarity to the given masks, as "
+            "stored:" }
         div.wide { table.study {
             thead { tr { th { "view" } th { "masks" } th { "cycles of R" } th { "of S" } th { "Jaccard index with the given ones" } th { "of the worst take" } } }
             tbody { @for one in &findings.counts { tr {
@@ -283,13 +284,13 @@ fn masks(findings: &Findings) -> Markup {
 
 fn likeness(all: &[Similarity]) -> Markup {
     html! {
-        p { "Mean Jaccard indices of frames. As they come, a frame has the phase that its time says; by phase, "
-            "all frames of a cycle are moved by the share of it that makes them most alike; fitted, they are "
-            "shifted by up to two pixels and scaled by up to 6 % besides." }
+        p { "Mean Jaccard indices of frames. Unaligned: the phase of a frame follows from its time. By phase: "
+            "all frames of a cycle are shifted by the share of the cycle that makes them most similar. Fitted: "
+            "they are also moved by up to two pixels and scaled by up to 6 %." }
         div.wide { table.study {
             thead { tr { th { "view" } th { "masks" } th { "framing" } th { "cycles" } th { "pairs" }
-                th { "as they come" } th { "by phase" } th { "fitted" } th { "half a cycle off, %" }
-                th { "moved by, % of a cycle" } th { "scaled by" } th { "moved right" } th { "moved down" } } }
+                th { "unaligned" } th { "by phase" } th { "fitted" } th { "half a cycle off, %" }
+                th { "phase shift, % of a cycle" } th { "scaled by" } th { "moved right" } th { "moved down" } } }
             tbody { @for one in all { @for (name, group) in one.groups() { tr {
                 td { (one.view) } td { (one.masks) } td { (one.framing) } td { (name) }
                 td.number { (group.pairs) }
@@ -306,14 +307,14 @@ fn likeness(all: &[Similarity]) -> Markup {
     }
 }
 
-/// Where a figure lacks what the other has.
+/// Shows where one figure covers pixels that the other does not.
 fn rows(all: &[Similarity]) -> Markup {
     html! {
-        p { "Where the index is lost, by rows of the figure: the share of the union that R alone has, and S alone. "
-            "All of them add up to what the index by phase lacks of 1." }
+        p { "Where silhouettes differ, by rows of the figure: the share of the union that only R covers, and only S. "
+            "All shares add up to 1 minus the index by phase." }
         div.wide { table.study {
             thead { tr { th { "view" } th { "masks" } th { "framing" }
-                @for (name, _) in crate::study::BANDS { th { (name) ": R alone, %" } th { "S alone" } } } }
+                @for (name, _) in crate::study::BANDS { th { (name) ": only R, %" } th { "only S" } } } }
             tbody { @for one in all { @if one.synthetic.is_some() { tr {
                 td { (one.view) } td { (one.masks) } td { (one.framing) }
                 @for (real, synthetic) in banded(&one.rows) {
@@ -336,10 +337,10 @@ fn subspaces(findings: &Findings) -> Markup {
     let has_real = !findings.similarity.is_empty();
     html! {
         div.wide { table.study {
-            thead { tr { th { "view" } @if has_real { th { "R: variance that each holds, %" } }
+            thead { tr { th { "view" } @if has_real { th { "R: variance of each component, %" } }
                 th { "S" } @if has_real { th { "components for 95 %: R" } } th { "S" }
                 @if has_real { th { "principal angles, degrees" }
-                th { "of two halves of R" } th { "mean GEIs apart, of 255" } } } }
+                th { "of two halves of R" } th { "difference of mean GEIs, of 255" } } } }
             tbody { @for one in &findings.subspaces { tr {
                 td { (one.view) } @if has_real { td { (held(&one.real.explained)) } }
                 td { (held(&one.synthetic.explained)) }
@@ -358,8 +359,8 @@ fn recognition(all: &[Recognition]) -> Markup {
     html! {
         div.wide { table.study {
             thead { tr { th { "view" } th { "masks" } th { "framing" } th { "flips, crops" }
-                th { "train - test" } th { "split" } th { "people looked for" } th { "cycles trained on" }
-                th { "looked for" } th { "accuracy, %" } th { "95 %" } th { "components" }
+                th { "train - test" } th { "split" } th { "test people" } th { "training cycles" }
+                th { "test cycles" } th { "accuracy, %" } th { "95 %" } th { "components" }
                 th { "nearest pixels, %" } th { "95 %" } th { "chance, %" } } }
             tbody { @for one in all {
                 @let curve = &one.curve;
@@ -383,9 +384,9 @@ fn recognition(all: &[Recognition]) -> Markup {
 
 fn prices(all: &[Price]) -> Markup {
     html! {
-        p { "Each row changes one thing about S, and says how alike frames then are, and how many cycles of R are "
-            "found by what was learnt of S. What is gained is the price of the difference. Mean differences are "
-            "of all people of this study, so that they say nothing of who somebody is." }
+        p { "Each row changes one property of S, and shows the similarity of frames to R and the share of cycles of R "
+            "that are recognized after training on S. The gain is the cost of the difference. Mean differences are "
+            "those of all people of this study, so they do not identify anybody." }
         div.wide { table.study {
             thead { tr { th { "view" } th { "S with" } th { "Jaccard index with R" } th { "with S as it is" }
                 th { "S - R, %" } th { "95 %" } th { "nearest pixels, %" } th { "95 %" } } }

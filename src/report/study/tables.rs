@@ -1,4 +1,4 @@
-//! What a study found, for a terminal.
+//! The terminal tables of a study.
 
 use crate::inspect::optional;
 use crate::report::percent;
@@ -6,7 +6,7 @@ use crate::study::{AccuracyCurve, Findings, Price, Recognition, SimilarityGroup}
 use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
 
-/// The main numbers of all parts.
+/// Returns the main numbers of all parts.
 pub(crate) fn study_tables(findings: &Findings) -> String {
     let parts = [
         counts(findings),
@@ -21,7 +21,7 @@ pub(crate) fn study_tables(findings: &Findings) -> String {
 
 fn counts(findings: &Findings) -> Option<String> {
     let mut table = Table::new(&[Left(0), Left(0), Right(0)]);
-    table.row("view|masks|cycles of R|cycles of S|takes without|masks alike|worst take".split('|'));
+    table.row("view|masks|cycles of R|cycles of S|takes without|mask Jaccard|worst take".split('|'));
     for counts in &findings.counts {
         table.row([
             counts.view.clone(),
@@ -42,7 +42,7 @@ fn counts(findings: &Findings) -> Option<String> {
 fn similarity(findings: &Findings) -> Option<String> {
     let mut table = Table::new(&[Left(0), Left(0), Left(0), Left(0), Right(0)]);
     table.row(
-        "view|masks|framing|pairs of cycles|pairs|as they come|by phase|fitted|half a cycle off %"
+        "view|masks|framing|pairs of cycles|pairs|unaligned|by phase|fitted|half a cycle off %"
             .split('|'),
     );
     for one in &findings.similarity {
@@ -74,7 +74,7 @@ fn similarity(findings: &Findings) -> Option<String> {
 
 fn subspaces(findings: &Findings) -> Option<String> {
     let mut table = Table::new(&[Left(0), Right(0)]);
-    table.row("view|R: variance of nine %|S|principal angles, least|median|most|of halves of R, most|mean GEIs apart".split('|'));
+    table.row("view|R: variance of nine %|S|principal angles, least|median|greatest|of halves of R, greatest|mean GEI difference".split('|'));
     for one in &findings.subspaces {
         let held = |shares: &[f64]| percent(shares.iter().sum());
         let angles = &one.angles_deg;
@@ -148,12 +148,12 @@ fn recognition(findings: &Findings) -> Option<String> {
         ]);
     }
     (!findings.recognition.is_empty())
-        .then(|| format!("Who is it? PCA and linear SVM (intervals draw people)\n{table}"))
+        .then(|| format!("Recognition: PCA and linear SVM (intervals over people)\n{table}"))
 }
 
 fn prices(findings: &Findings) -> Option<String> {
     let mut table = Table::new(&[Left(0), Left(0), Right(0)]);
-    table.row("view|S with|Jaccard, R|to itself|S - R %|95 %|nearest pixels %|95 %".split('|'));
+    table.row("view|S with|Jaccard with R|with S as it is|S - R %|95 %|nearest pixels %|95 %".split('|'));
     for Price {
         view,
         change,
@@ -179,12 +179,12 @@ fn prices(findings: &Findings) -> Option<String> {
     })
 }
 
-/// A Jaccard index, if there is one.
+/// Formats a Jaccard index, if there is one.
 pub(super) fn index(value: Option<f64>) -> String {
     value.map_or_else(String::new, |value| format!("{value:.3}"))
 }
 
-/// An interval of rates, percent.
+/// Formats an interval of rates, percent.
 pub(super) fn span(low: Option<f64>, high: Option<f64>) -> String {
     low.zip(high).map_or_else(String::new, |(low, high)| {
         format!("{}-{}", percent(low), percent(high))

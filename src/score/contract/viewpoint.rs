@@ -11,8 +11,8 @@ const SIDE_DEG: [f64; 2] = [90.0, 0.0];
 pub(crate) const SAME_VIEW_DEG: f64 = 0.05;
 
 impl Contract {
-    /// Appends the viewpoint (azimuth and elevation, degrees) of the input that [`Self::feed`] wrote
-    /// before, if the recognizer takes viewpoints.
+    /// Appends the viewpoint (azimuth and elevation, degrees) of the input that [`Self::feed`]
+    /// wrote before, if the recognizer takes viewpoints.
     ///
     /// # Errors
     /// If the recognizer takes viewpoints, and this one is unknown or was not in its training.
@@ -38,8 +38,8 @@ impl Contract {
         Ok(())
     }
 
-    /// Returns the viewpoints to try the recognizer with, azimuth and elevation in degrees: the side
-    /// view or, if it takes viewpoints, those of its training, nearest to the side first.
+    /// Returns the viewpoints to try the recognizer with, azimuth and elevation in degrees: the
+    /// side view or, if it takes viewpoints, those of its training, nearest to the side first.
     pub(crate) fn usual_views(&self) -> Vec<[f64; 2]> {
         if self.view_input.is_none() || self.training.viewpoints.is_empty() {
             return vec![SIDE_DEG];
@@ -50,7 +50,7 @@ impl Contract {
         views
     }
 
-    /// Returns the number of a viewpoint among those of training.
+    /// Returns the number of a viewpoint among the training viewpoints.
     pub(crate) fn view_number(&self, seen_from: Option<(f64, f64)>) -> Option<usize> {
         let (azimuth, elevation) = seen_from?;
         let is_near = |known: &[f64; 2]| {

@@ -1,11 +1,11 @@
-//! The operators that multiply, and those that slide windows as they do.
+//! Operators that multiply, and operators that slide windows.
 
 use super::AttributeValue;
 use super::operands::{Operands, broadcast, sizes};
 use super::walk::elements;
 
-/// Products that are summed for each number of the output: 0 of operators that do not count.
-/// `None` if that is not known.
+/// Returns how many products each number of the output sums: 0 for operators that do not count, and
+/// `None` if it is not known.
 pub(super) fn summed(of: &Operands<'_>) -> Option<u64> {
     match of.node.operator.as_str() {
         "Conv" => Some(elements(of.shape(1)?.get(1..)?)),
@@ -18,7 +18,7 @@ pub(super) fn summed(of: &Operands<'_>) -> Option<u64> {
     }
 }
 
-/// The sizes of the spatial axes after windows of `kernel` have slid over `input`.
+/// Returns the sizes of the spatial axes after windows of `kernel` have slid over `input`.
 fn slide(of: &Operands<'_>, input: &[u64], kernel: &[u64]) -> Option<Vec<u64>> {
     let rank = input.len();
     if kernel.len() != rank {
@@ -55,7 +55,7 @@ fn slide(of: &Operands<'_>, input: &[u64], kernel: &[u64]) -> Option<Vec<u64>> {
                 .checked_add(after)?
                 .checked_sub(reach)?;
             let up = room.div_ceil(stride);
-            // A last window that would begin in the padding: runtimes disagree on it.
+            // Runtimes disagree about a last window that would begin in the padding.
             let is_clear = up.saturating_mul(stride) < input[axis].saturating_add(before);
             match rounds_up {
                 false => (room / stride).checked_add(1),

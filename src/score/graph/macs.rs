@@ -1,4 +1,4 @@
-//! How many multiply-accumulates an inference takes, from the shapes in the graph.
+//! Counts the multiply-accumulates of an inference, from the shapes in the graph.
 
 use super::operands::Operands;
 use super::rules;
@@ -6,7 +6,7 @@ use super::walk::elements;
 use super::{Dimension, Graph, Node, StoredTensor, kernels};
 use std::collections::HashMap;
 
-/// What is known of the tensors so far.
+/// The tensors that are known so far.
 #[derive(Default)]
 pub(super) struct KnownTensors<'a> {
     tensors: HashMap<&'a str, StoredTensor>,
@@ -15,13 +15,13 @@ pub(super) struct KnownTensors<'a> {
 }
 
 impl Graph {
-    /// Multiply-accumulates of one inference on an input of this shape, the batch's axis
-    /// included: those of Conv (numbers in the output x channels of a group x taps, taps on
-    /// padding too), and of Gemm and MatMul (numbers in the output x length of the axis that is
-    /// summed). Biases, normalisation, pooling and activations count as none, as is usual.
+    /// Counts the multiply-accumulates of one inference on an input of this shape, the batch's axis
+    /// included. Conv has (numbers in the output x channels of a group x taps, including taps on
+    /// padding), Gemm and MatMul have (numbers in the output x length of the summed axis). Biases,
+    /// normalisation, pooling and activations count as none, as is usual.
     ///
     /// # Errors
-    /// Naming the first operation of an unknown kind or shape: nothing is guessed.
+    /// If an operation is of an unknown kind or shape; the error names the first one.
     pub fn macs(&self, input: &[u64]) -> Result<u64, String> {
         let mut known = KnownTensors::of_initializers(self);
         let (port, view) = match self.inputs.as_slice() {
@@ -29,7 +29,7 @@ impl Graph {
             [port, view] | [view, port] if view.is_pair() => (port, Some(view)),
             _ => {
                 return Err(format!(
-                    "expected one input, or one and that of viewpoints, found {}",
+                    "expected one input, or one and an input of viewpoints, found {}",
                     self.inputs.len()
                 ));
             }
@@ -67,10 +67,10 @@ impl<'a> KnownTensors<'a> {
         Some(&self.tensors.get(name)?.shape)
     }
 
-    /// Learns the shapes of a node's outputs; its multiply-accumulates.
+    /// Learns the shapes of a node's outputs, and returns its multiply-accumulates.
     ///
     /// # Errors
-    /// If the operator is unknown, or what it gives.
+    /// If the operator or the shape of its output is unknown.
     pub(super) fn step(&mut self, graph: &'a Graph, node: &'a Node) -> Result<u64, String> {
         let (operator, first) = (&node.operator, node.outputs.first());
         let name = first.map_or("", String::as_str);
@@ -89,12 +89,12 @@ impl<'a> KnownTensors<'a> {
                 self.learn(output, shape);
             } else if Some(output) == first {
                 return Err(format!(
-                    "the shape that {operator} ({name:?}) gives is not known"
+                    "the output shape of {operator} ({name:?}) is not known"
                 ));
             }
         }
         let summed =
-            summed.ok_or_else(|| format!("what {operator} ({name:?}) sums over is not known"))?;
+            summed.ok_or_else(|| format!("the sums in {operator} ({name:?}) are of unknown length"))?;
         Ok(self.shape(name).map_or(0, elements).saturating_mul(summed))
     }
 
@@ -130,7 +130,7 @@ impl<'a> KnownTensors<'a> {
         Ok(())
     }
 
-    /// A stated shape's sizes, if all of them are known.
+    /// Returns a stated shape's sizes, if all of them are known.
     fn sizes(&self, stated: &[Dimension]) -> Option<Vec<u64>> {
         let sizes = stated.iter().map(|dimension| match dimension {
             Dimension::Fixed(size) => Some(*size),

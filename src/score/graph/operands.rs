@@ -1,9 +1,9 @@
-//! The inputs of an operator, and the shapes that they have.
+//! The inputs of an operator and their shapes.
 
 use super::{AttributeValue, Node, StoredTensor};
 use std::collections::HashMap;
 
-/// An operation and what is known of its inputs.
+/// An operation and the known tensors.
 pub(super) struct Operands<'a> {
     pub node: &'a Node,
     pub tensors: &'a HashMap<&'a str, StoredTensor>,
@@ -37,8 +37,8 @@ impl<'a> Operands<'a> {
         }
     }
 
-    /// An attribute of old operator sets, or the input that took its place; `Ok(None)` if there
-    /// is neither, and an error if the input is computed.
+    /// Returns an attribute of old operator sets, or the input that replaced it; `Ok(None)` if
+    /// there is neither, and an error if the input's numbers are not known.
     pub(super) fn list_or_input(&self, name: &str, at: usize) -> Result<Option<&'a [i64]>, ()> {
         match (self.list(name), self.name(at)) {
             (Some(values), _) => Ok(Some(values)),
@@ -63,7 +63,7 @@ pub(super) fn broadcast(a: &[u64], b: &[u64]) -> Option<Vec<u64>> {
         .collect()
 }
 
-/// Numbers that are sizes: none is negative.
+/// Converts numbers to sizes, if none is negative.
 pub(super) fn sizes(numbers: &[i64]) -> Option<Vec<u64>> {
     let sizes = numbers.iter().map(|&number| u64::try_from(number).ok());
     sizes.collect()

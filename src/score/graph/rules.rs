@@ -1,7 +1,7 @@
-//! Which shape each operator gives, by the operators' own description (onnx 1.23, `Operators.md`).
+//! The output shape of each operator, from its specification (onnx 1.23, `Operators.md`).
 //!
-//! Ours, since rten-shape-inference 0.27 guesses where this must not: it leaves out the third axis
-//! of a convolution, takes channels or sums that do not fit, and cuts sizes to 32 bits.
+//! rten-shape-inference 0.27 guesses, which must not happen here: it ignores the third axis of a
+//! convolution, accepts channels or sums that do not fit, and truncates sizes to 32 bits.
 
 use super::kernels::{conv, gemm, global_pool, matmul, pool};
 use super::operands::{Operands, broadcast, sizes};
@@ -17,8 +17,8 @@ const KEEPING: &str = "Abs BatchNormalization Cast Ceil Celu Clip DequantizeLine
 const BROADCASTING: &str =
     "Add And Div Equal Greater Less Max Mean Min Mod Mul Or Pow Sub Sum Where";
 
-/// What an operation gives: nothing if that cannot be told from its inputs.
-/// `None` if the operator is unknown, so that it might multiply.
+/// Infers the outputs of an operation; empty if its inputs do not determine them. Returns `None` if
+/// the operator is unknown, since it may multiply.
 pub(super) fn outputs(of: &Operands<'_>) -> Option<Vec<StoredTensor>> {
     let shapes = shapes(of)?;
     if shapes.iter().any(|shape| shape.len() > MAX_RANK) {
@@ -32,7 +32,7 @@ pub(super) fn outputs(of: &Operands<'_>) -> Option<Vec<StoredTensor>> {
     Some(shapes.into_iter().map(tensor).collect())
 }
 
-/// The shapes of [`outputs`].
+/// Infers the shapes of [`outputs`].
 fn shapes(of: &Operands<'_>) -> Option<Vec<Vec<u64>>> {
     let operator = of.node.operator.as_str();
     let is_in = |list: &str| list.split(' ').any(|name| name == operator);
@@ -58,7 +58,7 @@ fn shapes(of: &Operands<'_>) -> Option<Vec<Vec<u64>>> {
         "Gather" => gather(of),
         "Pad" => pad(of),
         "Constant" => constant(of).map(|constant| constant.shape),
-        // With attributes, it gives a part of the shape.
+        // With attributes, its output is a part of the shape.
         "Shape" if !of.node.attributes.is_empty() => None,
         "Shape" => of.shape(0).map(|shape| vec![shape.len() as u64]),
         _ => return None,
@@ -66,7 +66,7 @@ fn shapes(of: &Operands<'_>) -> Option<Vec<Vec<u64>>> {
     Some(shape.into_iter().collect())
 }
 
-/// The numbers of an output that holds a shape, axes or indices, if they can be told.
+/// Infers the numbers of an output that holds a shape, axes or indices, if they are known.
 fn integers(of: &Operands<'_>) -> Option<Vec<i64>> {
     match of.node.operator.as_str() {
         "Constant" => constant(of)?.integers,
@@ -107,7 +107,7 @@ fn elementwise(of: &Operands<'_>, f: impl Fn(i64, i64) -> Option<i64>) -> Option
     (0..length).map(|i| f(at(a, i)?, at(b, i)?)).collect()
 }
 
-/// An axis or index counted from the start.
+/// Converts an axis or index to one that counts from the start.
 fn normal(axis: i64, length: usize) -> Option<usize> {
     let length = i64::try_from(length).ok()?;
     let axis = if axis < 0 { axis + length } else { axis };

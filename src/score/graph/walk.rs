@@ -5,16 +5,16 @@
 use super::{AttributeValue, Dimension, Graph, Node, Port, StoredTensor};
 use crate::score::protobuf::{Malformed, ProtobufField, ProtobufReader};
 
-/// Deepest nesting of graphs in graphs (If, Loop, Scan), or of sequences, that is followed.
+/// The deepest nesting of graphs (If, Loop, Scan) or of sequences that is accepted.
 const MAX_DEPTH: usize = 16;
-/// Most numbers of a tensor that are kept: a shape, axes or indices have no more.
+/// The most numbers of a tensor that are kept: a shape, axes or indices have no more.
 pub(super) const MAX_INTEGERS: u64 = 1024;
-/// Most axes of a tensor (as many as numpy 2 has).
+/// The most axes of a tensor (numpy 2's limit).
 pub(super) const MAX_RANK: usize = 64;
 
-/// Most labels of classes that are kept.
+/// The most class labels that are kept.
 const MAX_LABELS: usize = 1 << 16;
-/// In which classifiers of `ai.onnx.ml` name their classes.
+/// The attribute in which classifiers of `ai.onnx.ml` name their classes.
 const CLASS_LABELS: &str = "classlabels_strings";
 
 /// `TensorProto.DataLocation.EXTERNAL`.
@@ -138,7 +138,7 @@ impl GraphWalk {
         Ok(())
     }
 
-    /// `AttributeProto`: its name and value.
+    /// Reads an `AttributeProto`: its name and value.
     fn attribute(
         &mut self,
         mut attribute: ProtobufReader<'_>,
@@ -153,7 +153,7 @@ impl GraphWalk {
                 (3, ProtobufField::Number(number)) => {
                     value = AttributeValue::Integer(number.cast_signed())
                 }
-                // Bytes that are no text are nobody's padding mode.
+                // Bytes that are not text cannot be a padding mode.
                 (4, ProtobufField::Bytes(text)) => {
                     value = text
                         .text()
@@ -181,7 +181,7 @@ impl GraphWalk {
         Ok((name, value))
     }
 
-    /// Counts a tensor's numbers; its name, and what is kept of it.
+    /// Reads a tensor and counts its numbers. Returns its name and the part that is kept.
     fn tensor(&mut self, mut tensor: ProtobufReader<'_>) -> Read<(String, StoredTensor)> {
         let (mut found, mut element, mut name) = (StoredTensor::default(), 0, String::new());
         let (mut sizes, mut integers) = (Vec::new(), Vec::new());
@@ -226,12 +226,12 @@ fn check_rank(rank: usize, at: ProtobufReader<'_>) -> Read<()> {
     Ok(())
 }
 
-/// Numbers in a tensor of this shape.
+/// Returns how many numbers a tensor of this shape has.
 pub(super) fn elements(shape: &[u64]) -> u64 {
     shape.iter().fold(1, |size, &dim| size.saturating_mul(dim))
 }
 
-/// One integer, or packed ones.
+/// Appends one integer, or packed ones.
 fn push_integers(field: ProtobufField<'_>, integers: &mut Vec<i64>) -> Read<()> {
     match field {
         ProtobufField::Number(number) => integers.push(number.cast_signed()),
@@ -249,7 +249,7 @@ fn is_default(domain: &str) -> bool {
     domain.is_empty() || domain == "ai.onnx"
 }
 
-/// `ValueInfoProto`.
+/// Reads a `ValueInfoProto`.
 fn port(mut info: ProtobufReader<'_>) -> Read<Port> {
     let mut port = Port::default();
     while let Some((number, field)) = info.next()? {
@@ -262,7 +262,7 @@ fn port(mut info: ProtobufReader<'_>) -> Read<Port> {
     Ok(port)
 }
 
-/// `TypeProto`.
+/// Reads a `TypeProto`.
 fn type_of(mut of: ProtobufReader<'_>, port: &mut Port, depth: usize) -> Read<()> {
     if depth > MAX_DEPTH {
         return Err(of.malformed(format!("sequences are nested more than {MAX_DEPTH} deep")));
@@ -283,7 +283,7 @@ fn type_of(mut of: ProtobufReader<'_>, port: &mut Port, depth: usize) -> Read<()
     Ok(())
 }
 
-/// `TypeProto.Tensor`.
+/// Reads a `TypeProto.Tensor`.
 fn tensor_type(mut tensor: ProtobufReader<'_>, port: &mut Port) -> Read<()> {
     while let Some((number, field)) = tensor.next()? {
         match (number, field) {

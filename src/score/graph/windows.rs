@@ -1,4 +1,4 @@
-//! Over how many axes a model slides windows: its convolutions and pooling.
+//! The windows that a model slides (convolutions and pooling), and over how many axes.
 
 use super::macs::KnownTensors;
 use super::{AttributeValue, Dimension, Graph, Node};
@@ -8,17 +8,17 @@ use super::{AttributeValue, Dimension, Graph, Node};
 pub struct SlidingWindow<'a> {
     /// `Conv`, `ConvTranspose`, `MaxPool` or `AveragePool`.
     pub operator: &'a str,
-    /// The name of what it gives.
+    /// The name of its output.
     pub output: &'a str,
-    /// How many axes of its input it slides over, if that can be told: 2 of an image.
+    /// The number of axes of its input that it slides over, if known: 2 for an image.
     pub axes: Option<usize>,
-    /// Whether its strides, and with them the window's other measures, are stated. Those that are
-    /// left out are 1 (padding: 0).
+    /// Whether the file states what the embedded runtime needs: the strides of pooling; the shape
+    /// of a convolution's kernel, or else its strides, dilations and padding.
     pub has_strides: bool,
 }
 
 impl Graph {
-    /// All windows, those of graphs in the graph and of functions last.
+    /// Returns all windows; those of inner graphs and of functions come last.
     pub fn windows(&self) -> Vec<SlidingWindow<'_>> {
         let mut windows = Vec::new();
         let mut known = KnownTensors::of_initializers(self);
@@ -29,7 +29,7 @@ impl Graph {
         }
         for node in &self.nodes {
             windows.extend(SlidingWindow::of(node, &known));
-            // What cannot be worked out may be stated: its rank is sure, and sizes do not matter.
+            // A shape that cannot be inferred may be stated: only its rank matters.
             if known.step(self, node).is_err() {
                 for output in &node.outputs {
                     if let Some(shape) = self.stated.get(output) {
@@ -38,7 +38,7 @@ impl Graph {
                 }
             }
         }
-        // Names in there are not those out here.
+        // Names in inner graphs are separate from names in the outermost graph.
         let nothing = KnownTensors::default();
         windows.extend(
             self.inner
@@ -62,7 +62,7 @@ impl<'a> SlidingWindow<'a> {
         };
         let axes_of = |input: usize| {
             let shape = known.shape(node.inputs.get(input)?)?;
-            // The first two are the batch and channels, or of weights channels twice.
+            // The first two axes are batch and channels; of weights, channels twice.
             shape.len().checked_sub(2)
         };
         let axes = ["kernel_shape", "strides", "dilations"]
@@ -90,7 +90,7 @@ impl<'a> SlidingWindow<'a> {
     }
 }
 
-/// A shape with likely sizes in the place of those that are not stated.
+/// Replaces sizes that are not stated by likely ones.
 fn likely(shape: &[Dimension]) -> Vec<u64> {
     let sizes = shape.iter().enumerate().map(|(axis, size)| match size {
         Dimension::Fixed(size) => *size,

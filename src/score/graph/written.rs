@@ -1,10 +1,10 @@
-//! Graphs for tests, written by hand.
+//! Writes ONNX graphs for tests.
 
 use std::path::Path;
 
 use super::Graph;
 
-/// A protobuf field of bytes.
+/// Returns a protobuf field of bytes.
 pub(crate) fn field(number: u64, content: &[u8]) -> Vec<u8> {
     let mut bytes = varint(number << 3 | 2);
     bytes.extend(varint(content.len() as u64));
@@ -26,7 +26,8 @@ fn number(field: u64, value: i64) -> Vec<u8> {
     [varint(field << 3), varint(value.cast_unsigned())].concat()
 }
 
-/// A node; names are apart by spaces, and `-` is an empty one. Attributes are lists of integers, or one integer, or text (as in `auto_pad=SAME_UPPER`).
+/// Returns a node. Names are separated by spaces, and `-` is an empty name. Attributes are lists of
+/// integers, one integer, or text (as in `auto_pad=SAME_UPPER`).
 pub(crate) fn node(operator: &str, inputs: &str, outputs: &str, attributes: &[&str]) -> Vec<u8> {
     let names = |number, names: &str| -> Vec<u8> {
         let names = names.split_whitespace().map(|name| name.trim_matches('-'));
@@ -59,7 +60,7 @@ pub(crate) fn node(operator: &str, inputs: &str, outputs: &str, attributes: &[&s
     field(1, &node)
 }
 
-/// An initialiser of element type `element` without numbers.
+/// Returns an initialiser of element type `element` without numbers.
 pub(crate) fn weights(name: &str, element: i64, shape: &[i64]) -> Vec<u8> {
     let mut tensor: Vec<u8> = shape.iter().flat_map(|&size| number(1, size)).collect();
     tensor.extend(number(2, element));
@@ -67,7 +68,7 @@ pub(crate) fn weights(name: &str, element: i64, shape: &[i64]) -> Vec<u8> {
     field(5, &tensor)
 }
 
-/// An initialiser of 64-bit integers.
+/// Returns an initialiser of 64-bit integers.
 pub(crate) fn integers(name: &str, values: &[i64]) -> Vec<u8> {
     let raw: Vec<u8> = values
         .iter()
@@ -79,7 +80,7 @@ pub(crate) fn integers(name: &str, values: &[i64]) -> Vec<u8> {
     field(5, &tensor)
 }
 
-/// What is stated of a tensor; 0 is the named dimension N.
+/// Returns the stated shape of a tensor; 0 is the named dimension N.
 pub(crate) fn stated(number_of_field: u64, name: &str, shape: &[i64]) -> Vec<u8> {
     let dimensions = shape.iter().flat_map(|&size| match size {
         0 => field(1, &field(2, b"N")),
@@ -91,21 +92,21 @@ pub(crate) fn stated(number_of_field: u64, name: &str, shape: &[i64]) -> Vec<u8>
     field(number_of_field, &[field(1, name.as_bytes()), kind].concat())
 }
 
-/// A graph inside of an operation, as an attribute of it.
+/// Returns an operation with an inner graph as its attribute.
 pub(crate) fn inner(parts: &[Vec<u8>]) -> Vec<u8> {
     let attribute = [field(1, b"body"), field(6, &parts.concat())].concat();
     let node = [field(2, b"y"), field(4, b"Loop"), field(5, &attribute)].concat();
     field(1, &node)
 }
 
-/// A file whose input `x` has this shape.
+/// Returns a file whose input `x` has this shape.
 pub(crate) fn bytes(input: &[i64], parts: &[Vec<u8>]) -> Vec<u8> {
     let graph = [stated(11, "x", input), parts.concat()].concat();
     let operators = field(8, &number(2, 17));
     [number(1, 8), field(7, &graph), operators].concat()
 }
 
-/// The graph of [`bytes`].
+/// Returns the graph of [`bytes`].
 pub(crate) fn graph(input: &[i64], parts: &[Vec<u8>]) -> Graph {
     Graph::read(Path::new("m.onnx"), &bytes(input, parts)).expect("a graph")
 }

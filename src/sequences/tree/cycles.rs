@@ -1,4 +1,4 @@
-//! A tree whose takes are gait cycles.
+//! Trees whose takes are single gait cycles.
 
 #![cfg(feature = "train")]
 
@@ -7,18 +7,18 @@ use crate::sequences::{Labels, Sequences, ViewLabel};
 use std::collections::HashMap;
 
 impl Recordings {
-    /// How many people are in it.
+    /// Returns the number of people.
     pub(crate) fn people(&self) -> usize {
         self.sequences.subjects.len()
     }
 
-    /// Whether anybody has several takes.
+    /// Returns whether any person has several takes.
     pub(crate) fn has_others(&self) -> bool {
         let takes = &self.sequences.takes;
         takes.len() > self.people()
     }
 
-    /// Azimuth and elevation of each viewpoint, degrees; none if those of one are not known.
+    /// Returns azimuth and elevation of each viewpoint, degrees, or `None` if any is unknown.
     pub(crate) fn viewpoints(&self) -> Option<Vec<(f64, f64)>> {
         self.sequences
             .views
@@ -27,8 +27,8 @@ impl Recordings {
             .collect()
     }
 
-    /// The same with each gait cycle as a take of its own, without the second of each person's first
-    /// take, which is nearly a copy of the first.
+    /// Makes each gait cycle a take of its own. Leaves out the second cycle of each person's first
+    /// take, which is nearly a copy of the first cycle.
     #[must_use]
     pub(crate) fn by_cycle(self) -> Self {
         let Sequences {

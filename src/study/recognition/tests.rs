@@ -1,8 +1,8 @@
 use super::*;
 use std::collections::BTreeSet;
 
-/// Two people with two takes of three cycles each; a person's GEIs have a bar of their own, and real
-/// ones a mark that synthetic ones have not.
+/// Makes two people with two takes of three cycles each. Each person's GEIs have a bar of their
+/// own, and real GEIs have a mark.
 fn examples(is_real: bool) -> Vec<Example> {
     let one = |number: usize| {
         let (person, take, position) = (number / 6, number / 3, number % 3);
@@ -23,7 +23,7 @@ fn examples(is_real: bool) -> Vec<Example> {
     (0..12).map(one).collect()
 }
 
-/// Who is in a part: whether it is real, the take and the cycle.
+/// Returns the examples in a part: whether each is real, its take and its cycle.
 fn of(part: &[&Example]) -> BTreeSet<(bool, usize, usize)> {
     let name = |one: &&Example| (one.gei[1_499] > 0, one.take, one.position);
     part.iter().map(name).collect()
@@ -75,12 +75,12 @@ fn each_experiment_trains_on_what_its_name_says() {
     use Experiment::*;
     assert_eq!(parts(SyntheticReal, SplitUnit::Cycle), [0, 12, 12, 0]);
     assert_eq!(parts(RealSynthetic, SplitUnit::Cycle), [12, 0, 0, 12]);
-    // One of two takes of each.
+    // One of the two takes of each person.
     assert_eq!(parts(RealReal, SplitUnit::Take), [6, 0, 6, 0]);
     assert_eq!(parts(SyntheticSynthetic, SplitUnit::Take), [0, 6, 0, 6]);
     assert_eq!(parts(MixedSeventy, SplitUnit::Take), [6, 12, 6, 0]);
     assert_eq!(parts(MixedThirty, SplitUnit::Take), [6, 12, 6, 0]);
-    // Two of six cycles of each; the larger part lacks one or two on guard.
+    // Two of the six cycles of each person; the larger part lacks the one or two of the guard.
     let [trained, _, tested, _] = parts(RealReal, SplitUnit::Cycle);
     assert!(
         tested == 4 && (4..=8).contains(&trained),
@@ -121,14 +121,14 @@ fn people_who_differ_by_a_bar_are_told_apart_and_strangers_are_not_looked_for() 
         assert_eq!(found.last().map(|last| last.accuracy), Some(1.0));
         assert_eq!((found.nearest.accuracy, found.chance), (1.0, 0.5));
     }
-    // With one class there is nobody to tell apart.
+    // One class alone gives no result.
     let alone: Vec<Example> = synthetic[..6].to_vec();
     assert!(
         run(&alone, Augmentation::default())
             .expect("no error")
             .is_none()
     );
-    // Of a third person nothing is learnt: only the others are looked for.
+    // A third person is not in the training set, so only the other one is tested.
     let mut strangers = real.clone();
     strangers
         .iter_mut()

@@ -4,7 +4,7 @@ use crate::train::testing::{noise, people};
 use ndarray::Array1;
 
 impl Learnt {
-    /// The embedding of a feature: number i of classifier j at `i * classifiers + j`.
+    /// Returns the embedding of a feature: number i of classifier j at `i * classifiers + j`.
     fn embed(&self, feature: ArrayView2<'_, f32>) -> Vec<f32> {
         let offset = &feature - &self.mean;
         let along = multiply(self.eigenvectors.view(), offset.t());
@@ -30,7 +30,7 @@ const ONE: SubspaceOptions = SubspaceOptions {
     seed: 5,
 };
 
-/// Matrices of `rows` by `columns` of four people, told apart by their first row.
+/// Returns matrices of `rows` by `columns` of four people, who differ in the first row.
 fn features(count: usize, rows: usize, columns: usize) -> (Array3<f32>, Vec<usize>) {
     let labels: Vec<usize> = (0..count).map(|at| at % 4).collect();
     let grain = noise(count, rows * columns, 3);
@@ -61,7 +61,7 @@ fn distance(a: &[f32], b: &[f32]) -> f64 {
 fn a_subspace_of_all_eigenvectors_is_plain_two_dimensional_discriminants() {
     let (features, labels) = features(40, 6, 4);
     let learnt = Learnt::fit(features.view(), &labels, 4, ONE).expect("four people");
-    // Without PCA: all eigenvectors only turn the columns, which no distance notices.
+    // Without PCA: all eigenvectors together only rotate the columns, which changes no distance.
     let columns: Vec<Scatter<f64>> = (0..4)
         .map(|column| scatter(features.slice(s![.., .., column]), &labels, 4).expect("vectors"))
         .collect();
@@ -140,7 +140,7 @@ fn the_seed_draws_and_each_classifier_has_its_own_part() {
     assert_eq!(embedded(&alone, &features)[9], part);
 }
 
-/// Samples of GEI-like images of these people.
+/// Returns samples of GEI-like images of these people.
 fn samples(count: usize, classes: usize) -> Samples {
     let (numbers, labels) = people(count, classes, 3);
     Samples {
@@ -161,7 +161,7 @@ fn the_model_file_computes_the_votes_that_were_learnt() {
     let samples = samples(60, 6);
     let fitted = RandomSubspaces::fit(&samples, SubspaceOptions::default()).expect("six people");
     let bytes = fitted.write("subspaces");
-    // The kernels, and of 300 subspaces 56 by at most 10 discriminants.
+    // The kernels, and 56 by at most 10 discriminants for each of 300 subspaces.
     assert!(
         (400_000..2_000_000).contains(&bytes.len()),
         "{}",
@@ -204,7 +204,7 @@ fn other_templates_are_refused() {
     let refused = RandomSubspaces::fit(&other, SubspaceOptions::default());
     assert_eq!(
         refused.err().expect("a refusal").to_string(),
-        "gabor-subspaces learns of GEIs, found MHIs"
+        "gabor-subspaces learns from GEIs, found MHIs"
     );
 }
 

@@ -3,11 +3,12 @@ use crate::score::{Model, Runtime, Training};
 use crate::train::testing::noise;
 use ndarray::{ArrayView1, array};
 
-/// A template's coordinates brought from one viewpoint to another by the blocks' `P_i P_j^+`, of
-/// which the root gives only lengths: the difference of two is what can be compared.
+/// Returns the distances, at viewpoint `to`, of each person from a template that is transformed
+/// there by the blocks' `P_i P_j^+`. (The root gives only lengths, so only differences can be
+/// compared.)
 fn transformed(people: &[Array2<f64>], (from, to): (usize, usize), x: &Array1<f64>) -> Array1<f64> {
     let blocks = blocks(people).expect("people");
-    // What people have in common with themselves: least squares over the people of `to`.
+    // The person `v` of the template, by least squares.
     let person = blocks[from].inverse.dot(x);
     let roots: Vec<Array1<f64>> = (0..people[to].ncols())
         .map(|at| {
@@ -23,8 +24,8 @@ fn transformed(people: &[Array2<f64>], (from, to): (usize, usize), x: &Array1<f6
 
 #[test]
 fn the_worked_example_comes_out() {
-    // Two people, (1, 0) and (0, 1) from the first viewpoint, (2, 0) and (1, 1) from the second: (3, 4) becomes
-    // 3 (2, 0) + 4 (1, 1) = (10, 4), which is (8, 4) and (9, 3) away from them.
+    // Two people, (1, 0) and (0, 1) from the first viewpoint, (2, 0) and (1, 1) from the second:
+    // (3, 4) becomes 3 (2, 0) + 4 (1, 1) = (10, 4), which is (8, 4) and (9, 3) away from them.
     let people = [
         array![[1.0, 0.0], [0.0, 1.0]],
         array![[2.0, 1.0], [0.0, 1.0]],
@@ -58,8 +59,8 @@ const NUMPY: [f64; 5] = [
     1.5642677344881855,
 ];
 
-/// Three people from two viewpoints, twice each: from the second one they are mirrored and half
-/// as large.
+/// Returns three people from two viewpoints, twice each. From the second viewpoint, their
+/// differences are mirrored and half as large.
 fn samples() -> Samples {
     let (own, grain) = (noise(3, 1500, 5), noise(12, 1500, 6));
     let numbers = Array2::from_shape_fn((12, 1500), |(at, pixel)| {
@@ -123,7 +124,7 @@ fn the_model_file_brings_people_to_the_probes_viewpoint() {
             }
         }
     }
-    // From the other viewpoint each is nearest to himself, in the probe's part.
+    // From the other viewpoint, each person is nearest to themselves in the probe's part.
     let of =
         |at: usize| ArrayView1::from(&outputs.embedding[at * fitted.dims()..][..fitted.dims()]);
     for probe in [1, 5, 9] {
@@ -205,7 +206,7 @@ fn a_contract_and_a_file_have_to_agree_about_the_viewpoint() {
         said.to_string(),
         "m.toml: distance: \"view\" compares the part of the probe's viewpoint: expected view_input and training.viewpoints, in the order of the parts"
     );
-    // What is summed: 5 components, 2 or 3 numbers of a person from there, and from 2 viewpoints.
+    // Sums: 5 components, 2 or 3 numbers of a person from these, and those from 2 viewpoints.
     let rank = (fitted.dims() / 2) as u64;
     let model = Model::from_bytes("m.onnx", fitted.write("m"), right).expect("a model");
     let macs = model.graph().macs(&[3, 1, 50, 30]);
@@ -228,22 +229,22 @@ fn what_cannot_be_learnt_is_refused() {
     }
     assert_eq!(
         refused(&missing),
-        "view transformation needs each person from each viewpoint, and bob is not seen from azimuth 0, elevation 10"
+        "view transformation needs each person from each viewpoint, but bob has no sample from azimuth 0, elevation 10"
     );
     let mut nowhere = samples();
     nowhere.views[3] = None;
-    assert!(refused(&nowhere).contains("the angles of 1 are not known"));
+    assert!(refused(&nowhere).contains("the angles of 1 are unknown"));
     let mut twice = samples();
     twice.training.viewpoints[1] = [450.0, 0.01];
     assert_eq!(
         refused(&twice),
-        "view transformation needs different viewpoints, and [90.0, 0.0] and [450.0, 0.01] (azimuth, elevation) are one"
+        "view transformation needs different viewpoints, but [90.0, 0.0] and [450.0, 0.01] (azimuth, elevation) are the same"
     );
     let mut one = samples();
     one.training.viewpoints.truncate(1);
     assert_eq!(
         refused(&one),
-        "view transformation needs at least 2 viewpoints whose angles are known, found 1"
+        "view transformation needs at least 2 viewpoints with known angles, found 1"
     );
     let constant = Samples {
         numbers: Array2::ones((12, 1500)),

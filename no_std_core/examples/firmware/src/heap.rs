@@ -1,4 +1,4 @@
-//! An arena for tiny-skia, and the most of it that was used.
+//! An arena for tiny-skia, with its peak use.
 
 use core::alloc::{GlobalAlloc, Layout};
 use core::sync::atomic::{AtomicUsize, Ordering};
@@ -15,7 +15,7 @@ static HEAP: Counted = Counted {
     peak: AtomicUsize::new(0),
 };
 
-// SAFETY: all is left to the allocator within.
+// SAFETY: every call goes to the inner allocator.
 unsafe impl GlobalAlloc for Counted {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: the caller's promises are passed on.
@@ -30,26 +30,26 @@ unsafe impl GlobalAlloc for Counted {
     }
 }
 
-/// Makes an arena of so many bytes the heap; once, before anything is allocated.
+/// Makes an arena of this many bytes the heap; call it once, before anything is allocated.
 #[macro_export]
 macro_rules! arena {
     ($bytes:expr) => {{
         // In words of 8 bytes, so that none are lost to alignment.
         static mut ARENA: [core::mem::MaybeUninit<u64>; $bytes / 8] =
             [core::mem::MaybeUninit::uninit(); $bytes / 8];
-        // SAFETY: once, and named nowhere else.
+        // SAFETY: called once, and the arena is named nowhere else.
         unsafe { $crate::heap::init(core::ptr::addr_of_mut!(ARENA).cast(), $bytes) }
     }};
 }
 
 /// # Safety
-/// `start..start + bytes` belongs to the heap alone, and this is called once.
+/// `start..start + bytes` must belong to the heap alone, and this must be called only once.
 pub unsafe fn init(start: *mut u8, bytes: usize) {
     // SAFETY: the caller's promise.
     unsafe { HEAP.heap.init(start.addr(), bytes) }
 }
 
-/// Most bytes of the arena that were in use at once, with what the allocator adds to blocks.
+/// Returns the most bytes of the arena that were in use together, with the allocator's overhead.
 #[must_use]
 pub fn peak() -> usize {
     HEAP.peak.load(Ordering::Relaxed)

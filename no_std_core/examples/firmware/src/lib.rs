@@ -1,4 +1,4 @@
-//! What firmware needs to measure itself: instructions, stack and heap.
+//! Measurements of firmware by itself: instructions, stack and heap.
 #![no_std]
 
 #[cfg(feature = "skia")]

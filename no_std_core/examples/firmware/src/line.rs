@@ -2,20 +2,20 @@
 
 use core::fmt::{Error, Result, Write};
 
-/// At most 96 bytes of text; more is refused.
+/// A line of at most 96 bytes of text; more is an error.
 pub struct Line {
     bytes: [u8; 96],
     len: usize,
 }
 
 impl Line {
-    /// No text yet.
+    /// An empty line.
     pub const EMPTY: Self = Self {
         bytes: [0; 96],
         len: 0,
     };
 
-    /// The text.
+    /// Returns the text.
     #[must_use]
     pub fn as_str(&self) -> &str {
         let bytes = self.bytes.get(..self.len).unwrap_or_default();

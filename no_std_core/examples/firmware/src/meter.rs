@@ -1,4 +1,4 @@
-//! Instructions by the emulator's clock.
+//! A count of instructions by the emulator's clock.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::Peripherals;
@@ -6,17 +6,17 @@ use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::exception;
 
-/// What SysTick counts from, downwards.
+/// The value from which SysTick counts down.
 const FULL: u32 = 0x00ff_ffff;
 /// Nanoseconds of one instruction: `-icount shift=6`.
 const INSTRUCTION_NS: u64 = 64;
-/// Nanoseconds of one tick, which `build.rs` knows of the emulated board.
+/// Nanoseconds of one tick of the emulated board, from `build.rs`.
 const TICK_NS: u64 = match u64::from_str_radix(env!("TICK_NS"), 10) {
     Ok(ns) => ns,
     Err(_) => panic!("TICK_NS is a number"),
 };
 
-/// How often SysTick has come to its end.
+/// How often SysTick has reached 0.
 static ENDS: AtomicU32 = AtomicU32::new(0);
 
 #[exception]
@@ -24,8 +24,8 @@ fn SysTick() {
     ENDS.store(ENDS.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
 }
 
-/// Counts the instructions between two moments. Means something in QEMU alone, with
-/// `-icount shift=6`: instructions, neither cycles nor time.
+/// A counter of instructions. It is meaningful only in QEMU with `-icount shift=6`, and counts
+/// instructions, neither cycles nor time.
 pub struct Meter {
     empty: u64,
 }
@@ -45,7 +45,8 @@ impl Meter {
         meter
     }
 
-    /// What `work` returns, and how many instructions it took, to about one in ten million.
+    /// Runs `work`, and returns its result and its number of instructions, to about one in ten
+    /// million.
     pub fn count<R>(&mut self, work: impl FnOnce() -> R) -> (R, u64) {
         let before = ticks();
         let result = work();
@@ -54,7 +55,7 @@ impl Meter {
     }
 }
 
-/// Ticks since SysTick began.
+/// Returns the ticks since SysTick began.
 fn ticks() -> u64 {
     loop {
         let ends = ENDS.load(Ordering::Relaxed);

@@ -236,7 +236,7 @@ fn fields_that_cannot_be_are_refused() {
     assert_eq!(refusal(ends_at - 1, 0xff).0, ends_at - 1);
     assert_eq!(
         refusal(ends_at, 0xff),
-        (ends_at, "block ends in rising order within the take")
+        (ends_at, "block ends in rising order within the clip")
     );
     assert_eq!(
         refusal(ends_at + 5, 0x1e),

@@ -1,36 +1,37 @@
-//! From where figures are seen by columns: one azimuth, and elevations.
+//! The viewpoints of the column rasteriser: one azimuth, and elevations.
 
 use crate::budget::{LANES, MAX_ELEVATIONS};
 use crate::camera::Viewpoint;
 use core::fmt;
 use glam::Vec3;
 
-/// Viewpoints that differ by their elevations alone.
+/// Viewpoints that differ only in their elevations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Azimuth {
     pub(super) right: Vec3,
-    /// Of the first sixteen elevations, a lane each.
+    /// Cosines and sines of the first sixteen elevations, one a lane.
     pub(super) cos: [f32; LANES],
     pub(super) sin: [f32; LANES],
-    /// Of the others, twice if they are few, and once more with the opposite sign.
+    /// Cosines and sines of the others, twice if they are few, and all of that again with the
+    /// opposite sign.
     pub(super) cos_rest: [f32; LANES],
     pub(super) sin_rest: [f32; LANES],
-    /// Whether the others are four at most.
+    /// Whether there are at most four others.
     pub(super) is_few: bool,
-    /// Whether none is below the horizon.
+    /// Whether no elevation is below the horizon.
     pub(super) is_above: bool,
     count: usize,
 }
 
-/// Why viewpoints cannot be drawn at once.
+/// The reason why viewpoints cannot be drawn in one pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum AzimuthError {
-    /// There are this many.
+    /// The number of viewpoints is out of range.
     Elevations(usize),
-    /// The viewpoint of this number has another azimuth than the first one.
+    /// The viewpoint with this number has another azimuth than the first one.
     Differs(usize),
-    /// The camera of the viewpoint of this number is rolled: its image's right is not level.
+    /// The camera of the viewpoint with this number is rolled: its image's right is not level.
     Rolled(usize),
 }
 
@@ -43,11 +44,11 @@ impl fmt::Display for AzimuthError {
             ),
             Self::Differs(at) => write!(
                 f,
-                "viewpoint {at}: expected the azimuth of the first one (draw it by itself)"
+                "viewpoint {at}: expected the azimuth of the first one (draw it separately)"
             ),
             Self::Rolled(at) => write!(
                 f,
-                "viewpoint {at}: expected an upright camera, found a rolled one (draw it by rows)"
+                "viewpoint {at}: expected an upright camera, found a rolled one (draw it with rows)"
             ),
         }
     }
@@ -56,7 +57,7 @@ impl fmt::Display for AzimuthError {
 impl core::error::Error for AzimuthError {}
 
 impl Azimuth {
-    /// Viewpoints whose images have the same right, in the order of the images.
+    /// Checks and groups viewpoints whose images have the same right, in the order of the images.
     ///
     /// # Errors
     /// For none, more than [`MAX_ELEVATIONS`], rolled cameras, or different azimuths.
@@ -101,7 +102,7 @@ impl Azimuth {
         Ok(azimuth)
     }
 
-    /// How many viewpoints there are.
+    /// Returns the number of viewpoints.
     #[must_use]
     pub const fn count(&self) -> usize {
         self.count

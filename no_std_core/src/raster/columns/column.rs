@@ -1,4 +1,4 @@
-//! Filling columns: what of a plane lies in hulls, at all elevations at once, one a lane.
+//! Filling of columns: the part of a plane inside hulls, at all elevations together, one a lane.
 
 use super::Azimuth;
 use crate::budget::LANES;
@@ -7,15 +7,15 @@ use crate::simd::Wide;
 
 const HALF: usize = LANES / 2;
 
-/// One column of the images of all elevations: 24 times 64 rows.
+/// One column of the images at all elevations: 24 times 64 rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C, align(64))]
 pub(crate) struct ImageColumn {
-    /// Of the first sixteen elevations. Bit `r` is row `r`.
+    /// Rows at the first sixteen elevations. Bit `r` is row `r`.
     pub low: [u32; LANES],
-    /// Bit `r` is row 32 + `r`.
+    /// Rows at the first sixteen elevations. Bit `r` is row 32 + `r`.
     pub high: [u32; LANES],
-    /// Of the other elevations: `low`, and behind it `high`.
+    /// Rows at the other elevations: `low`, and after it `high`.
     pub rest: [u32; LANES],
 }
 
@@ -26,13 +26,14 @@ impl ImageColumn {
         rest: [0; LANES],
     };
 
-    /// The rows at one elevation; bit `r` is row `r`.
+    /// Returns the rows at one elevation; bit `r` is row `r`.
     pub fn rows(&self, elevation: usize) -> u64 {
         let [low, high] = self.halves(elevation);
         u64::from(low) | u64::from(high) << 32
     }
 
-    /// The rows at one elevation; bit `r` of the first word is row `r`, of the other 32 + `r`.
+    /// Returns the rows at one elevation; bit `r` of the first word is row `r`, of the other 32 +
+    /// `r`.
     pub fn halves(&self, elevation: usize) -> [u32; 2] {
         if elevation < LANES {
             [self.low[elevation], self.high[elevation]]
@@ -42,21 +43,21 @@ impl ImageColumn {
     }
 }
 
-/// What of one plane lies in a hull: the greatest and the least height that corners of a
-/// cross-section reach, pixels upwards of the image's centre.
+/// The part of one plane inside a hull: the greatest and the least height that corners of a
+/// cross-section reach, pixels upwards from the image's centre.
 #[derive(Clone, Copy)]
 pub struct PlaneSpan<L: Wide> {
     top: L::Floats,
     bottom: L::Floats,
-    /// The top at the other elevations, and the opposite of the bottom.
+    /// The top and the negated bottom at the other elevations.
     rest: L::Floats,
 }
 
-/// Lower than any row.
+/// A height below any row.
 const LOWEST: f32 = -64.0;
 
 impl<L: Wide> PlaneSpan<L> {
-    /// Nothing yet: the top is below the last row, and the bottom above the first.
+    /// Returns an empty span: the top is below the last row, and the bottom above the first.
     #[inline(always)]
     pub fn empty(l: L) -> Self {
         Self {
@@ -66,11 +67,11 @@ impl<L: Wide> PlaneSpan<L> {
         }
     }
 
-    /// Reaches corners: `y` and `w` of those that can be uppermost in the first eight lanes, and
-    /// of those that can be lowest in the others, so many of each. A NaN reaches nothing.
+    /// Extends the span to corners: `y` and `w` hold those that can be uppermost in the first eight
+    /// lanes, and those that can be lowest in the others, `count` of each. A NaN has no effect.
     #[inline(always)]
     pub fn reach(&mut self, l: L, azimuth: &Azimuth, [y, w]: [&[f32; LANES]; 2], count: usize) {
-        // Four without asking how many there are: a branch on that is hard to predict.
+        // Four without checking the count: a branch on it is hard to predict.
         for at in 0..4 {
             self.reach_pair(l, azimuth, [y, w], at);
         }
@@ -92,7 +93,7 @@ impl<L: Wide> PlaneSpan<L> {
         }
     }
 
-    /// Reaches one of each, at the first sixteen elevations.
+    /// Extends the span to one corner of each kind, at the first sixteen elevations.
     #[inline(always)]
     fn reach_pair(&mut self, l: L, azimuth: &Azimuth, [y, w]: [&[f32; LANES]; 2], at: usize) {
         let first = (&azimuth.cos, &azimuth.sin);
@@ -102,16 +103,17 @@ impl<L: Wide> PlaneSpan<L> {
         self.bottom = l.min(lower, self.bottom);
     }
 
-    /// Reaches one of each at the other elevations, or two of each at few.
+    /// Extends the span to one corner of each kind at the other elevations, or to two if these are
+    /// few.
     #[inline(always)]
     fn reach_rest(&mut self, l: L, azimuth: &Azimuth, [y, w]: [L::Floats; 2]) {
         let others = height(l, (y, w), (&azimuth.cos_rest, &azimuth.sin_rest));
         self.rest = l.max(others, self.rest);
     }
 
-    /// Turns the rows on whose centres are below the top and not below the bottom, the top
-    /// itself excluded: from the first centre below the top to the last that is not below the
-    /// bottom. A point at height v has passed floor(`offset` - v) centres.
+    /// Turns on the rows whose centres are below the top and not below the bottom: from the first
+    /// centre strictly below the top to the last that is not below the bottom. A point at height v
+    /// has passed floor(`offset` - v) centres.
     #[inline(always)]
     pub fn paint(
         &self,
@@ -152,13 +154,13 @@ impl<L: Wide> PlaneSpan<L> {
     }
 }
 
-/// Sets in `to` the bits of `words`.
+/// Sets the bits of `words` in `to`.
 #[inline(always)]
 fn merge<L: Wide>(l: L, words: L::Words, to: &mut [u32; LANES]) {
     l.store_words(l.or_words(l.load_words(to), words), to);
 }
 
-/// How high corners appear.
+/// Returns the heights at which corners appear.
 #[inline(always)]
 fn height<L: Wide>(
     l: L,
@@ -168,7 +170,7 @@ fn height<L: Wide>(
     l.sub(l.mul(y, l.load(cos)), l.mul(w, l.load(sin)))
 }
 
-/// Whole numbers of rows.
+/// Rounds counts down to whole numbers of rows.
 #[inline(always)]
 fn passed<L: Wide>(l: L, count: L::Floats, rows: L::Floats) -> L::Words {
     l.truncate(l.min(l.max(count, l.splat(0.0)), rows))

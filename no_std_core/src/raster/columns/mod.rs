@@ -1,23 +1,23 @@
-//! Silhouettes from many elevations at once, column by column.
+//! The column rasteriser: silhouettes at many elevations in one pass, column by column.
 //!
 //! With parallel rays, one azimuth and one scale, the image x of every point is the same at
 //! all elevations. A hull is therefore cut once by the vertical plane through each column's
 //! centre. The cut is a convex polygon; its corners lie where hull edges cross the plane, at
 //! a height y and a depth w towards the camera. At elevation e a corner appears at
 //! v = y cos e - w sin e, and the column's pixels that are on are those with centres between
-//! the least and the greatest v: all elevations are computed at once, one a lane.
+//! the least and the greatest v: all elevations are computed together, one a lane.
 //!
-//! Of a hull's edges only those are cut that can be outermost (about 4 above and 4 below,
-//! of 10), only by planes that they cross, and without a branch on which these are.
+//! Only those of a hull's edges that can be outermost (about 4 above and 4 below, of 10) are cut,
+//! only by planes that they cross, and without a branch on which these are.
 //!
-//! Same conventions as the other rasterisers: a sample is on where `left < x <= right` and
-//! `top < y <= bottom`. It does not work for perspective, roll, or a scale that changes with
-//! the elevation. The idea is ours, found by comparing ways to draw.
+//! The conventions are those of the other rasterisers: a sample is on where `left < x <= right` and
+//! `top < y <= bottom`. It does not work for perspective, roll, or a scale that changes with the
+//! elevation. The method is ours.
 //!
-//! Seen from an eye at the distance d from the middle, the column at c metres is the plane
-//! x d = c (d - w cos e - y sin e), by what [`crate::camera::Camera::project`] does: except for
-//! c = 0 it turns with the elevation. Each elevation would cut hulls anew and reach one lane, so
-//! that nothing is shared but the three coordinates of points: bit rows draw such views.
+//! In perspective, with an eye at the distance d from the centre, the column at c metres is the
+//! plane x d = c (d - w cos e - y sin e) (see [`crate::camera::Camera::project`]), which rotates
+//! with the elevation unless c = 0. Each elevation would need cuts of its own for a single lane,
+//! and elevations would share only the three coordinates of points. Bit rows draw such views.
 //!
 //! # Cost
 //!
@@ -27,31 +27,31 @@
 //!
 //! # Guarantees
 //!
-//! The same bytes with any [`Simd`], and at one elevation whatever others are drawn with it:
-//! single-precision arithmetic, lane by lane, without fused operations. A hull of one point or
-//! line draws nothing.
+//! The bytes are the same with any [`Simd`], and at one elevation whatever others are drawn with
+//! it: single-precision arithmetic, lane by lane, without fused operations. A hull that is a point
+//! or a line draws nothing.
 //!
 //! ```
-//! use edgegait_core::body::{Body, Figure};
+//! use edgegait_core::body::{Figure, UnpackedBody};
 //! use edgegait_core::camera::Viewpoint;
-//! use edgegait_core::raster::columns::{Azimuth, Images, Place, Renderer};
+//! use edgegait_core::raster::columns::{Azimuth, ColumnRenderer, ElevationImages, FigurePlace};
 //! use edgegait_core::silhouette::Size;
 //! use edgegait_core::skeleton::Joint;
 //! use glam::{Vec2, Vec3};
 //!
 //! // A tetrahedron, 1 m wide, seen from the front: level, and from above.
-//! let mut body = Body::default();
+//! let mut body = UnpackedBody::default();
 //! body.push(Joint::Pelvis, [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z]).expect("within the budget");
 //! let figure = Figure::at_rest(&body);
 //! let elevations = [0.0, 90.0].map(|deg| Viewpoint::from_degrees(0.0, deg).expect("in range"));
 //! let azimuth = Azimuth::new(&elevations).expect("one azimuth");
-//! let place = Place {
+//! let place = FigurePlace {
 //!     centre: Vec3::ZERO,
 //!     pixels_per_metre: 10.25,
 //!     jitter: Vec2::ZERO,
 //! };
-//! let mut images = Images::empty(Size::S50x30);
-//! Renderer::new().draw(&figure, &azimuth, &place, &mut images).expect("a finite figure");
+//! let mut images = ElevationImages::empty(Size::S50x30);
+//! ColumnRenderer::new().draw(&figure, &azimuth, &place, &mut images).expect("a finite figure");
 //! assert_eq!(images.rows(0, 15), 0b11_1111_1111 << 15); // 10 rows above the centre
 //! assert_eq!(images.rows(1, 15), 0b11_1111_1111 << 25); // 10 below
 //! ```
@@ -73,19 +73,19 @@ use crate::simd::{Simd, Wide, compiled, dispatch};
 use glam::{Vec2, Vec3};
 use section::{AzimuthPoints, Reach};
 
-/// Where figures are put into images.
+/// The placement of figures in images.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FigurePlace {
     /// The point that appears in the middle of the image, metres.
     pub centre: Vec3,
-    /// Above 0.
+    /// The scale, pixels per metre, above 0.
     pub pixels_per_metre: f32,
-    /// How far from the pixels' centres they are sampled, to the right and down, each within
-    /// half a pixel.
+    /// The offset of samples from the pixels' centres, to the right and down, each within half a
+    /// pixel.
     pub jitter: Vec2,
 }
 
-/// The images of one frame and azimuth at all elevations. 12 kB.
+/// The images of one frame from one azimuth at all elevations. 12 kB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ElevationImages {
     size: Size,
@@ -94,7 +94,7 @@ pub struct ElevationImages {
 }
 
 impl ElevationImages {
-    /// Nothing drawn.
+    /// Makes empty images.
     #[must_use]
     pub const fn empty(size: Size) -> Self {
         Self {
@@ -104,19 +104,20 @@ impl ElevationImages {
         }
     }
 
-    /// Rows and columns of each.
+    /// Returns the size of each image.
     #[must_use]
     pub const fn size(&self) -> Size {
         self.size
     }
 
-    /// Whether all of the figure is inside of the images, as far as the sphere around it tells.
+    /// Returns whether the whole figure is inside all images, judged by a bound that holds at every
+    /// elevation.
     #[must_use]
     pub const fn is_whole(&self) -> bool {
         self.is_whole
     }
 
-    /// The pixels of one column at one elevation: bit `r` is row `r`, row 0 on top.
+    /// Returns the pixels of one column at one elevation: bit `r` is row `r`, row 0 on top.
     #[must_use]
     pub fn rows(&self, elevation: usize, column: usize) -> u64 {
         self.columns()
@@ -124,7 +125,7 @@ impl ElevationImages {
             .map_or(0, |it| it.rows(elevation))
     }
 
-    /// The silhouette at one elevation.
+    /// Returns the silhouette at one elevation.
     #[must_use]
     pub fn silhouette(&self, elevation: usize) -> Silhouette {
         let mut silhouette = Silhouette::empty(self.size);
@@ -137,7 +138,7 @@ impl ElevationImages {
         silhouette
     }
 
-    /// One column, of which there are as many as in the largest size.
+    /// Returns one column; there are as many as in the largest size.
     pub(crate) fn column(&self, column: usize) -> &ImageColumn {
         &self.columns[column % MAX_COLUMNS]
     }
@@ -147,7 +148,7 @@ impl ElevationImages {
     }
 }
 
-/// Draws figures column by column, reusing its memory: 24 kB, and no heap.
+/// A renderer that draws figures column by column and reuses its memory: 24 kB, and no heap.
 #[derive(Clone, Debug)]
 pub struct ColumnRenderer {
     simd: Simd,
@@ -161,13 +162,13 @@ impl Default for ColumnRenderer {
 }
 
 impl ColumnRenderer {
-    /// A renderer that uses the widest registers that the processor has.
+    /// Makes a renderer that uses the widest registers of the processor.
     #[must_use]
     pub fn new() -> Self {
         Self::with_simd(Simd::widest())
     }
 
-    /// A renderer that uses these registers. Pictures do not depend on it.
+    /// Makes a renderer that uses these registers. Images do not depend on them.
     #[must_use]
     pub const fn with_simd(simd: Simd) -> Self {
         Self {
@@ -176,11 +177,11 @@ impl ColumnRenderer {
         }
     }
 
-    /// Draws `figure` into `images`, in place of what they held.
+    /// Draws `figure` into `images`, replacing their content.
     ///
     /// # Errors
-    /// For figures without an image, and for such that reach farther than
-    /// [`MAX_REACH_PIXELS`] from the image's centre; see [`DrawError`].
+    /// For figures without an image, and for figures that reach farther than [`MAX_REACH_PIXELS`]
+    /// from the image's centre; see [`DrawError`].
     pub fn draw(
         &mut self,
         figure: &Figure<'_>,
@@ -207,16 +208,16 @@ impl ColumnRenderer {
     }
 }
 
-/// What does not depend on the figure.
+/// The parameters that do not depend on the figure.
 struct ColumnView<'a> {
     azimuth: &'a Azimuth,
     place: &'a FigurePlace,
     /// Pixels to the right, and towards the camera, for each metre along x and z.
     right: Vec3,
     toward: Vec3,
-    /// Where the image's centre is, pixels to the right of its left side.
+    /// The image's centre, pixels to the right of its left side.
     left: f32,
-    /// How many row centres the point in the middle has passed, with a fraction.
+    /// The number of row centres above the centre of the image, with a fraction.
     offset: f32,
     columns: usize,
     rows: usize,

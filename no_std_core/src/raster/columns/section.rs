@@ -1,4 +1,4 @@
-//! Cross-sections: where the planes of the image's columns cut the edges of hulls.
+//! Cross-sections of hulls by the planes of the image's columns.
 
 use super::column::{ImageColumn, PlaneSpan};
 use super::{Azimuth, ColumnView, FigurePlace};
@@ -10,45 +10,45 @@ use crate::raster::placement::as_pixels;
 use crate::simd::Wide;
 use glam::Vec3;
 
-/// Points of a figure, and behind them what is read together with a hull's last one.
+/// Points of a figure, with padding that is read together with a hull's last point.
 const POINTS: usize = MAX_POINTS + MAX_HULL_POINTS;
 
-/// A figure's points as one azimuth sees them, pixels. 24 kB.
+/// A figure's points as seen from one azimuth, pixels. 24 kB.
 #[derive(Clone, Debug)]
 pub struct AzimuthPoints {
-    /// To the right of the image's left side.
+    /// Distances to the right of the image's left side.
     u: [f32; POINTS],
-    /// Upwards of the image's centre, and towards the camera, at elevation 0.
+    /// Distances upwards from the image's centre, and towards the camera, at elevation 0.
     y: [f32; POINTS],
     w: [f32; POINTS],
-    /// How many columns' centres each point has passed.
+    /// How many column centres lie left of each point.
     passed: [u32; POINTS],
-    /// Cut and not yet drawn.
+    /// Corners that were cut and are not drawn yet.
     queue: [SectionCorners; QUEUE],
 }
 
-/// Corners of a cross-section, as [`PlaneSpan::reach`] takes them.
+/// Corners of a cross-section, in the form for [`PlaneSpan::reach`].
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 struct SectionCorners {
     y: [f32; LANES],
     w: [f32; LANES],
     count: usize,
-    /// In which column, when these are the last ones there.
+    /// The column, if these are its last corners.
     column: Option<usize>,
 }
 
-/// Corners are computed for many columns before any is drawn: a processor that waits for the
-/// ones works on the others.
+/// Entries of the queue. Corners are computed for many columns before any is drawn, so that a
+/// processor that waits for some works on others.
 const QUEUE: usize = MAX_COLUMNS;
-/// Most entries of one column: its 90 edges in two words, eight at once.
+/// Most entries of one column: its 90 edges in two words, eight at a time.
 const MOST: usize = 64 / 8 + 32 / 8;
 
-/// How far from the image's centre a figure reaches, pixels.
+/// The distances to which a figure reaches from the image's centre, pixels.
 pub struct Reach {
     /// To the right or to the left.
     pub across: f32,
-    /// Upwards, downwards or towards the camera: as much as that at some elevation.
+    /// Upwards, downwards or towards the camera, at any elevation.
     pub along: f32,
 }
 
@@ -66,7 +66,7 @@ impl AzimuthPoints {
         }; QUEUE],
     };
 
-    /// Projects a figure's points; none if one of them has no place.
+    /// Projects a figure's points; `None` if one of them has no place.
     #[inline(always)]
     pub fn project<L: Wide>(
         &mut self,
@@ -101,7 +101,7 @@ impl AzimuthPoints {
             let radius = l.add(l.mul(y, y), l.mul(w, w));
             across = l.max(l.max(u, l.sub(zero, u)), across);
             along = l.max(radius, along);
-            // What is not finite differs from itself by what is no number.
+            // A number that is not finite minus itself is NaN.
             let both = l.add(u, radius);
             wild = l.add(wild, l.sub(both, both));
             let u = l.add(u, left);
@@ -109,7 +109,7 @@ impl AzimuthPoints {
             l.store(u, us);
             l.store(y, ys);
             l.store(w, ws);
-            // Of 2 u halves and u whole columns left of it, the last ones rounded off.
+            // floor(2 u) - floor(u) column centres are left of u.
             let halves = l.truncate(l.add(shown, shown));
             l.store_words(l.sub_words(halves, l.truncate(shown)), passed);
         }
@@ -122,7 +122,7 @@ impl AzimuthPoints {
         })
     }
 
-    /// Cuts a hull by all columns that cross it.
+    /// Cuts a hull by all columns that cross it, and draws the cuts.
     #[inline(always)]
     pub fn fill<L: Wide>(
         &mut self,
@@ -171,7 +171,7 @@ impl AzimuthPoints {
     }
 }
 
-/// Draws what was cut.
+/// Draws the corners in the queue.
 #[inline(always)]
 fn draw<L: Wide>(
     l: L,
@@ -194,17 +194,18 @@ fn draw<L: Wide>(
     }
 }
 
-/// The horizontal direction to the camera.
+/// Returns the horizontal direction to the camera.
 pub const fn toward(right: Vec3) -> Vec3 {
     Vec3::new(-right.z, 0.0, right.x)
 }
 
-/// The edges that can be uppermost, and those that can be lowest, from any elevation.
+/// Returns the edges that can be uppermost, and those that can be lowest, at any elevation.
 ///
-/// A cut's corner is uppermost in the directions between the normals of the facets beside
-/// it. From elevation 0 to 90 the image's up is between the vertical and away from the
-/// camera: one of the two has to turn upwards, and one away, or no direction between them
-/// does both. Below the horizon only the first holds. Facets that are edge on turn both ways.
+/// A cut's corner is uppermost in the directions between the normals of the facets beside it. From
+/// elevation 0 to 90 the image's up is between the vertical and the direction away from the camera:
+/// one of the two normals has to point upwards, and one away, or no direction between them does
+/// both. Below the horizon only the first condition holds. Facets that are edge on count as
+/// pointing both ways.
 #[inline(always)]
 fn outermost<L: Wide>(
     l: L,

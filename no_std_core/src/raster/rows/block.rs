@@ -1,11 +1,11 @@
-//! Filling rows between the lines that cross them, eight at once.
+//! Filling of rows between the lines that cross them, eight rows at a time.
 
 use super::super::placement::as_pixels;
 use super::outline::Strip;
 use super::{BLOCK, BLOCKS, BitWindow, LANES, SampleBits, WORD};
 use crate::simd::{Lanes, Wide};
 
-/// Fills the hulls of so many strips.
+/// Fills the hulls of the first `count` strips.
 #[inline(always)]
 pub fn fill_hulls<L: Wide, const N: usize>(l: L, window: &mut BitWindow, count: usize) {
     let BitWindow {
@@ -48,8 +48,8 @@ fn fill_block<L: Lanes<BLOCK>, const N: usize>(
     for strip in hull {
         let mut lines = strip.lines(block as u32);
         while lines != 0 {
-            // Four short ones without asking how many there are: a branch on that is hard to
-            // predict. Behind the last one comes the first of all, which changes nothing.
+            // Four lines without checking the count: a branch on it is hard to predict. After the
+            // last line comes line 0, which changes nothing.
             for _ in 0..if N == 1 { 4 } else { 1 } {
                 let line = lines.trailing_zeros() as usize % LANES;
                 lines &= lines.wrapping_sub(1);
@@ -64,7 +64,7 @@ fn fill_block<L: Lanes<BLOCK>, const N: usize>(
         }
     }
     for (down, (left, right)) in spans.into_iter().enumerate() {
-        // They began at the window's sides: one may be beyond its own only.
+        // Spans begin at the window's sides, so each end can only be beyond its own side.
         let left = l.max(left, zero);
         let right = l.min(right, width);
         for (across, &place) in places.iter().enumerate().take(N) {
@@ -88,7 +88,7 @@ fn fill_block<L: Lanes<BLOCK>, const N: usize>(
 
 const ROW: [f32; BLOCK] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
-/// The bits of one word from column `from` on and before column `to`.
+/// Returns the bits of one word from column `from` on and before column `to`.
 #[inline(always)]
 fn span<L: Lanes<BLOCK>>(l: L, from: L::Words, to: L::Words, word: usize) -> L::Words {
     let (mut from, mut to) = (from, to);

@@ -1,10 +1,10 @@
 //! The bit-row rasteriser: an integer a row, exact samples, no heap, no 2-D hull.
 //!
-//! The outline of a hull is the projection of the edges between its facets that are seen and
-//! those that are not. Each row of samples is crossed by two of them or by none, and the
-//! samples between are on. What can be done without a branch is done for all hulls first: which
-//! facets are seen, sixteen at once, and lines along the outline, sixteen at once. Then rows are
-//! filled, eight at once, by the lines that cross one of them.
+//! The outline of a hull is the projection of the edges between its visible facets and the others.
+//! Two of them or none cross each row of samples, and the samples between are on. Work without
+//! branches is done for all hulls first: visible facets, sixteen at a time, and lines along the
+//! outline, sixteen at a time. Then rows are filled, eight at a time, from the lines that cross any
+//! of them.
 //!
 //! A sample is on where `left < x <= right` and `top < y <= bottom`: tiny-skia's rule for
 //! samples that lie on an edge. Coordinates are f32 pixels, not rounded further.
@@ -34,16 +34,16 @@ use visible_facets::{Looks, look};
 /// Columns of a word.
 const WORD: usize = 32;
 const MAX_WORDS: usize = WINDOW_COLUMNS / WORD;
-/// Samples of one pixel, at most.
+/// Most samples of one pixel.
 const MAX_SAMPLES: usize = 9;
-/// Rows that are filled at once.
+/// Rows that are filled together.
 const BLOCK: usize = LANES / 2;
 const BLOCKS: usize = MAX_ROWS / BLOCK;
-/// Strips of one hull, at most, and of all that wait to be filled.
+/// Most strips of one hull, and of all hulls that wait to be filled.
 const MOST_STRIPS: usize = MAX_HULL_EDGES.div_ceil(LANES);
 const MAX_STRIPS: usize = MAX_HULLS + MOST_STRIPS;
 
-/// One sample in the middle of each pixel, or three by three.
+/// The samples of a pixel: one in its middle, or three by three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sampling {
     Once,
@@ -51,7 +51,7 @@ pub(crate) enum Sampling {
 }
 
 impl Sampling {
-    /// Where the samples of a pixel lie along an axis.
+    /// Returns where the samples of a pixel lie along an axis.
     const fn places(self) -> &'static [f32] {
         match self {
             Self::Once => const { &places::<1>() },
@@ -60,8 +60,8 @@ impl Sampling {
     }
 }
 
-/// The samples by their place in the pixel (all of the leftmost places first), by word, by row.
-/// Bit `c` is column `c` of the word.
+/// The samples by their place in the pixel (all of the leftmost places first), word and row. Bit
+/// `c` is column `c` of the word.
 type SampleBits = [[[u32; MAX_ROWS]; MAX_WORDS]; MAX_SAMPLES];
 
 /// A window of bits to draw into. 43 kB.
@@ -74,7 +74,7 @@ pub(crate) struct BitWindow {
     words: usize,
     looks: Looks,
     points: ImagePoints,
-    /// The outlines of hulls that are not filled yet: ends of lines in the image, metres, and
+    /// The outlines of hulls that are not filled yet: the ends of lines in the image, metres, and
     /// the lines.
     ends: [LineEnds; MAX_STRIPS],
     strips: [Strip; MAX_STRIPS],
@@ -216,7 +216,7 @@ fn fill<L: Wide>(
     fill_strips(l, window, strips, placement);
 }
 
-/// Fills the hulls of so many strips.
+/// Fills the hulls of the first `count` strips.
 #[inline(always)]
 fn fill_strips<L: Wide>(l: L, window: &mut BitWindow, count: usize, placement: &Placement) {
     let drawn = (window.sampling, window.size);

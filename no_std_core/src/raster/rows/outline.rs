@@ -1,11 +1,11 @@
-//! Lines along the outline of a hull, and which rows they cross.
+//! Lines along the outline of a hull, and the rows that they cross.
 
 use super::super::placement::{Placement, as_pixels};
 use super::{BLOCK, Sampling};
 use crate::silhouette::Size;
 use crate::simd::{LANES, Lanes, LineEnds, Wide};
 
-/// More than what rounding adds to a row's number, and far less than a row.
+/// A margin that is larger than the rounding error of a row's number, and far smaller than a row.
 const SLACK: f32 = 2e-5;
 
 /// Up to sixteen lines of one hull's outline: `x + slope * (row - y)` for rows in
@@ -18,9 +18,9 @@ pub struct Strip {
     pub top: [f32; LANES],
     pub bottom: [f32; LANES],
     /// The lines that cross each block of rows, a byte a block: the first eight and the others.
-    /// One may be among them that crosses no sample, by [`SLACK`].
+    /// Because of [`SLACK`], a line may be included that crosses no sample.
     pub crossing: [u64; 2],
-    /// How many lines there are.
+    /// The number of lines.
     pub len: usize,
     /// Whether the next strip is another hull's.
     pub is_last: bool,
@@ -38,7 +38,7 @@ impl Strip {
         is_last: true,
     };
 
-    /// The lines that cross a block, a bit each.
+    /// Returns the lines that cross a block, a bit each.
     #[inline(always)]
     pub const fn lines(&self, block: u32) -> u64 {
         let [first, last] = self.crossing;
@@ -46,7 +46,7 @@ impl Strip {
     }
 }
 
-/// The lines of a strip, sixteen at once where that is one register, or eight.
+/// Computes the lines of a strip: sixteen at a time if that is one register, otherwise eight.
 #[inline(always)]
 pub fn lay_all<L: Wide>(
     l: L,
@@ -87,7 +87,7 @@ fn lay<const N: usize, L: Lanes<N>>(
     store(l, bottom, &mut strip.bottom, first);
 
     // Rows that have a sample below the top, and rows that have one not below the bottom: half a
-    // row less, since what is rounded is rounded to the nearest.
+    // row less, because rounding is to the nearest.
     let places = sampling.places();
     let (Some(&upmost), Some(&lowest)) = (places.first(), places.last()) else {
         return;
@@ -103,7 +103,7 @@ fn lay<const N: usize, L: Lanes<N>>(
     let from = l.max(l.sub(l.mul(from, share), margin), zero);
     let to = l.add(l.mul(to, share), margin);
     let crossing = l.ranges(l.round(from), l.round(to));
-    // Lanes behind the last line hold what was there before.
+    // Lanes after the last line hold old values.
     let lines = crosses & !(u32::MAX << (strip.len - first).min(LANES));
     for (half, (blocks, crossing)) in strip
         .crossing
@@ -123,7 +123,7 @@ pub fn store<const N: usize, L: Lanes<N>>(l: L, lanes: L::Floats, to: &mut [f32]
     }
 }
 
-/// [`Placement::place`] of `N` points.
+/// Places `N` points as [`Placement::place`] does.
 #[inline(always)]
 fn placed<const N: usize, L: Lanes<N>>(
     l: L,
@@ -140,7 +140,7 @@ fn placed<const N: usize, L: Lanes<N>>(
     ]
 }
 
-/// `N` of some numbers.
+/// Loads `N` numbers from number `first` on.
 #[inline(always)]
 pub fn part<const N: usize, L: Lanes<N>>(l: L, numbers: &[f32], first: usize) -> L::Floats {
     match numbers.get(first..).and_then(<[f32]>::first_chunk) {

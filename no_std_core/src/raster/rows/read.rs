@@ -1,4 +1,4 @@
-//! What was drawn: its moments, and the image cut out.
+//! Moments of a drawn window, and the image that is cut out of it.
 
 use super::{BitWindow, MAX_SAMPLES, Sampling, WORD};
 use crate::budget::MAX_ROWS;
@@ -6,11 +6,12 @@ use crate::raster::moments::AreaMoments;
 use crate::silhouette::{AnySilhouette, Ninths, Silhouette};
 use crate::simd::{LANES, Wide};
 
-/// Sums over the images in whole numbers: a sample counts `N`, so that places in a pixel do.
+/// Computes the moments in whole numbers: a sample counts `n`, so that places in a pixel are whole
+/// numbers.
 #[inline(always)]
 pub fn moments<L: Wide>(l: L, window: &BitWindow) -> AreaMoments {
     let n = window.sampling.places().len();
-    // What was filled below the last row, together with it, does not count.
+    // Rows that are filled together with the last one and lie below it do not count.
     let height = window.size.rows();
     let kept = core::array::from_fn(|row| if row < height { u32::MAX } else { 0 });
     let mut moments = AreaMoments::default();
@@ -26,7 +27,7 @@ pub fn moments<L: Wide>(l: L, window: &BitWindow) -> AreaMoments {
     moments
 }
 
-/// How many bits of a word that are `kept` are on, and the sum of their columns.
+/// Returns the number of `kept` bits of a word that are on, and the sum of their columns.
 #[inline(always)]
 fn word_moments<L: Wide>(l: L, rows: &[u32; MAX_ROWS], kept: &[u32; MAX_ROWS]) -> (u32, u32) {
     /// Columns whose number has bit 0, 1, 2, 3 or 4.
@@ -56,7 +57,8 @@ fn word_moments<L: Wide>(l: L, rows: &[u32; MAX_ROWS], kept: &[u32; MAX_ROWS]) -
     (l.sum(area), columns)
 }
 
-/// An image's columns from `left` on, without a copy of what is not used of a frame.
+/// Cuts out the columns from `left` on, without copying unused parts of a frame, and returns their
+/// area.
 #[inline(always)]
 pub fn cut<L: Wide>(_: L, window: &BitWindow, left: isize, frame: &mut AnySilhouette) -> u64 {
     match window.sampling {
@@ -80,7 +82,7 @@ pub fn cut<L: Wide>(_: L, window: &BitWindow, left: isize, frame: &mut AnySilhou
     }
 }
 
-/// The columns from `left` on of the images of nine samples a pixel.
+/// Cuts the columns from `left` on out of the images of nine samples a pixel.
 #[inline(always)]
 pub fn cut_images(window: &BitWindow, left: isize, images: &mut [Silhouette; MAX_SAMPLES]) {
     for (image, silhouette) in images.iter_mut().enumerate() {
@@ -88,7 +90,7 @@ pub fn cut_images(window: &BitWindow, left: isize, images: &mut [Silhouette; MAX
     }
 }
 
-/// One image's columns from `left` on.
+/// Cuts the columns from `left` on out of one image.
 #[inline(always)]
 fn cut_image(window: &BitWindow, image: usize, left: isize, silhouette: &mut Silhouette) {
     *silhouette = Silhouette::empty(window.size);

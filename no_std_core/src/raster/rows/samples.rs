@@ -1,4 +1,4 @@
-//! Three by three samples a pixel as they are, without their sum.
+//! A window that keeps three by three samples a pixel as separate images.
 
 use super::super::placement::{Extent, Placement};
 use super::super::window::{Fill, Pixels};
@@ -10,16 +10,16 @@ use crate::camera::Camera;
 use crate::raster::moments::AreaMoments;
 use crate::silhouette::{Silhouette, Size};
 
-/// The window of [`Rasterizer::Rows3x3`] whose images are kept apart: nine, of the samples at each
-/// place in their pixels, those on the left from the top down first. 43 kB.
+/// The window of [`Rasterizer::Rows3x3`] with nine separate images, one for each place of samples
+/// in their pixels: the leftmost places first, from the top down. 43 kB.
 ///
-/// Together they are a picture of three times as many rows and columns, which effects on images can
-/// act on.
+/// Together they are an image of three times as many rows and columns, to which image effects can
+/// be applied.
 #[derive(Clone, Debug)]
 pub struct SampleImages(BitWindow);
 
 impl SampleImages {
-    /// An empty window, with the widest registers that the processor has.
+    /// Makes an empty window that uses the widest registers of the processor.
     #[must_use]
     pub fn new(size: Size) -> Self {
         Self(BitWindow::new(size, Sampling::ThreeByThree, Simd::widest()))

@@ -1,4 +1,4 @@
-//! Which facets of a figure are seen, of all hulls and by many cameras at once.
+//! The visible facets of a figure, for all hulls and several cameras together.
 
 use super::super::RenderView;
 use super::super::image_points::{dot, splat};
@@ -9,31 +9,31 @@ use crate::budget::{MAX_HULLS, VIEWS_AT_ONCE};
 use crate::camera::Camera;
 use crate::simd::{LANES, Lanes, Wide};
 
-/// What cameras see of a figure. 5 kB.
+/// The facets of a figure that cameras see. 5 kB.
 #[derive(Clone, Debug)]
 pub struct Looks {
-    /// The eyes in the frames of hulls: where they are, or of such as are infinitely far away their
-    /// direction.
+    /// The eyes in the frames of hulls: their positions, or their directions if they are infinitely
+    /// far away.
     eyes: [[[f32; MAX_HULLS]; 3]; VIEWS_AT_ONCE],
-    /// Which facets of hulls are seen, a bit each.
+    /// The visible facets of hulls, a bit each.
     facing: [[u64; MAX_HULLS]; VIEWS_AT_ONCE],
 }
 
 impl Looks {
-    /// Nothing yet.
+    /// The state before any figure.
     pub const NONE: Self = Self {
         eyes: [[[0.0; MAX_HULLS]; 3]; VIEWS_AT_ONCE],
         facing: [[0; MAX_HULLS]; VIEWS_AT_ONCE],
     };
 
-    /// Which facets of a hull a camera sees, a bit each.
+    /// Returns the facets of a hull that a camera sees, a bit each.
     pub const fn facing(&self, view: usize, hull: usize) -> u64 {
         self.facing[view % VIEWS_AT_ONCE][hull % MAX_HULLS]
     }
 }
 
-/// Finds which facets are seen: those whose outer side an eye is on; infinitely far away only its
-/// direction counts.
+/// Finds the visible facets: those with the eye on their outer side. For an eye infinitely far away
+/// only the direction counts.
 #[inline(always)]
 pub fn look<L: Wide>(l: L, looks: &mut Looks, figure: &Figure<'_>, views: &[RenderView]) {
     let Looks { eyes, facing } = looks;
@@ -64,7 +64,7 @@ pub fn look<L: Wide>(l: L, looks: &mut Looks, figure: &Figure<'_>, views: &[Rend
     }
 }
 
-/// Which facets from number `first` on an eye sees, a bit each.
+/// Returns the facets from number `first` on that an eye sees, a bit each.
 #[inline(always)]
 fn seen_by<const N: usize, L: Lanes<N>>(
     l: L,
@@ -87,7 +87,7 @@ fn seen_by<const N: usize, L: Lanes<N>>(
     l.bits(l.less(threshold, dot(l, eye, normals)))
 }
 
-/// Puts an eye into the frames of all hulls.
+/// Converts an eye to the frames of all hulls.
 #[inline(always)]
 fn turn_eye<L: Wide>(
     l: L,

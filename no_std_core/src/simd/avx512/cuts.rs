@@ -1,11 +1,11 @@
-//! Edges that columns cut, 64 at once.
+//! Edges that columns cut, 64 at a time.
 
 use super::{Avx512, Edges, LANES, Lanes};
 use crate::budget::MAX_HULL_POINTS;
 use core::arch::x86_64::*;
 
-/// A bit tells for each facet that it is not in a set, so that those of both sides together tell
-/// that none is.
+/// Sets a bit for each facet that is not in a set: if it is set for both sides of an edge, neither
+/// is.
 #[inline(always)]
 pub fn beside(l: Avx512, pairs: [[u64; 2]; 2], edges: &[Edges]) -> [[u64; 2]; 2] {
     let [[a, b], [c, d]] = pairs;
@@ -88,7 +88,7 @@ pub fn crossed(l: Avx512, cuts: &WideCuts, column: usize) -> [[u64; 2]; 2] {
     masks
 }
 
-/// All edges of a mask are moved together; the other masks are taken when these are empty.
+/// Moves all edges of a mask together. The other masks are used when these are empty.
 #[inline(always)]
 pub fn corners(
     l: Avx512,
@@ -120,8 +120,8 @@ pub fn corners(
     (crate::simd::cuts::cut(l, a, b, plane), count.min(LANES / 2))
 }
 
-/// Up to 64 edges that columns cut: the numbers of their ends, the first column that cuts each,
-/// and the one behind the last. Behind them are such as none cuts.
+/// Up to 64 edges that columns cut: the numbers of their ends, the first column that cuts each, and
+/// the column after the last. No column cuts unused entries.
 #[derive(Clone, Copy, Debug)]
 struct CutSide {
     from: __m512i,
@@ -130,7 +130,7 @@ struct CutSide {
     end: __m512i,
 }
 
-/// Edges that columns cut, and those that there is no room for.
+/// Edges that columns cut, and the rest if there is no room for all.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WideCuts {
     sides: [CutSide; 2],
@@ -143,7 +143,7 @@ impl Avx512 {
         with!(_mm512_set1_epi8(value.cast_signed()))
     }
 
-    /// Those that the masks name, at most 64.
+    /// Returns the edges that the masks select, at most 64.
     #[inline(always)]
     fn those(self, [low, high]: &[CutSide; 2], masks: [u64; 2]) -> CutSide {
         let first = masks[0].count_ones();
@@ -164,7 +164,7 @@ impl Avx512 {
         }
     }
 
-    /// Which of them the plane of a column crosses.
+    /// Returns the edges that the plane of a column crosses.
     #[inline(always)]
     fn crossing(self, side: &CutSide, column: __m512i) -> u64 {
         with! {
@@ -174,12 +174,12 @@ impl Avx512 {
     }
 }
 
-/// Without the lowest eight bits that are set.
+/// Clears the lowest eight bits that are set.
 fn without_eight(mask: u64) -> u64 {
     (0..8).fold(mask, |mask, _| mask & mask.wrapping_sub(1))
 }
 
-/// Numbers below 64, and the others below 128.
+/// The numbers 0 to 63, and 64 to 127.
 const NUMBERS: [[u8; 64]; 2] = {
     let mut numbers = [[0; 64]; 2];
     let mut at = 0;

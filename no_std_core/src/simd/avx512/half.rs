@@ -1,4 +1,4 @@
-//! Eight of the sixteen lanes.
+//! Operations on eight of the sixteen lanes.
 
 use super::{Avx512Half, Lanes};
 use core::arch::x86_64::*;

@@ -3,8 +3,8 @@
 use super::Avx512;
 use core::arch::x86_64::*;
 
-/// The bytes of eight words each, the last word first, as squares of bits: of the words' first and
-/// second bytes, and of the others.
+/// Indices of the bytes of eight words each, the last word first, as squares of bits: the words'
+/// first and second bytes, and the others.
 const SQUARES: [[u8; 64]; 2] = {
     let mut squares = [[0; 64]; 2];
     let mut at = 0;
@@ -19,7 +19,7 @@ const SQUARES: [[u8; 64]; 2] = {
     squares
 };
 
-/// Of two times four squares, the bytes of each row.
+/// Indices of the bytes of each row in two times four squares.
 const ROWS: [u8; 64] = {
     let mut rows = [0; 64];
     let mut at = 0;
@@ -31,7 +31,7 @@ const ROWS: [u8; 64] = {
     rows
 };
 
-/// A square of bits is turned by multiplying the one with ones in its diagonal by it.
+/// Transposes squares of bits by multiplying the one with ones in its diagonal by them.
 #[inline(always)]
 pub fn turn(_: Avx512, columns: &[u32; 32]) -> [u32; 32] {
     let mut rows = [0; 32];

@@ -6,7 +6,7 @@ use crate::silhouette::Silhouette;
 /// left column.
 const FOUR: [[u64; 2]; 4] = [[0b01, 0b10], [0b11, 0b00], [0b01, 0b10], [0b11, 0b10]];
 
-/// The upper left two by two pixels of each plane of a template of these frames.
+/// Returns the upper left two by two pixels of each plane of a template of these frames.
 fn corners(mut builder: TemplateBuilder, frames: &[[u64; 2]]) -> heapless::Vec<[u8; 4], 3> {
     let size = builder.size;
     for rows in frames {
@@ -21,7 +21,7 @@ fn corners(mut builder: TemplateBuilder, frames: &[[u64; 2]]) -> heapless::Vec<[
     planes
         .map(|plane| {
             let at = |row: usize, column: usize| plane[row * size.columns() + column];
-            // Nothing was ever there.
+            // These pixels were never on.
             assert_eq!([at(0, 2), at(2, 0), at(size.rows() - 1, 0)], [0; 3]);
             [at(0, 0), at(0, 1), at(1, 0), at(1, 1)]
         })

@@ -17,7 +17,7 @@ pub(super) struct Shrunk {
     pub intensity: f64,
     /// The correlations of the sample itself.
     pub sample: Matrix,
-    /// The shrunk ones.
+    /// The shrunk correlations.
     pub shrunk: Matrix,
 }
 

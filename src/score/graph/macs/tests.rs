@@ -1,10 +1,10 @@
-//! Multiply-accumulates of graphs whose figures are published or can be counted by hand.
+//! Multiply-accumulates of graphs whose counts are published or can be found by hand.
 
 use super::super::written::{graph, integers, node, stated, weights};
 use crate::score::Graph;
 use crate::score::shipped;
 
-/// GEINet (Shiraga 2016) at 50x30 with 256 numbers before 26 people, without its
+/// Returns GEINet (Shiraga 2016) at 50x30 with 256 hidden numbers and 26 people, without its
 /// normalisations; `flatten` goes from `p2` to `f`.
 fn geinet(flatten: &[Vec<u8>]) -> Graph {
     let parts = [
@@ -90,7 +90,7 @@ fn a_quantised_convolution_counts_as_much_as_a_plain_one() {
     assert_eq!(found.parameters, 36 + 4 + 2); // weights, 32-bit biases, scale and zero point
 }
 
-/// The multiply-accumulates of one convolution of 8 filters on `[1, 4, 50, 30]`.
+/// Counts the multiply-accumulates of one convolution of 8 filters on `[1, 4, 50, 30]`.
 fn of_convolution(depth: i64, kernel: i64, attributes: &[&str]) -> Result<u64, String> {
     let parts = [
         weights("w", 1, &[8, depth, kernel, kernel]),
@@ -117,12 +117,12 @@ fn strides_pads_dilations_groups_and_automatic_padding_shape_the_output() {
         Ok(8 * 48 * 28 * 4 * 9)
     );
     let refused = of_convolution(2, 3, &[]).expect_err("4 channels in 1 group");
-    assert_eq!(refused, "the shape that Conv (\"y\") gives is not known");
+    assert_eq!(refused, "the output shape of Conv (\"y\") is not known");
 }
 
 #[test]
 fn sets_of_silhouettes_are_followed_through_reductions_and_batched_products() {
-    // As GaitSet does it: the maximum over frames, strips, and a matrix a strip.
+    // As in GaitSet: the maximum over frames, strips, and a matrix for each strip.
     let parts = [
         node("Unsqueeze", "x one", "u", &[]),
         integers("one", &[2]),
@@ -162,9 +162,9 @@ fn what_is_unknown_is_named_and_not_guessed() {
     ];
     assert_eq!(
         macs(&computed),
-        Err("the shape that Reshape (\"y\") gives is not known".into())
+        Err("the output shape of Reshape (\"y\") is not known".into())
     );
-    // The same, where the file states what comes out.
+    // The same with an output shape that the file states.
     let product = [
         stated(13, "y", &[0, 1500]),
         weights("w", 1, &[1500, 2]),
@@ -196,7 +196,7 @@ fn shapes_and_lists_that_double_with_each_operation_are_not_followed() {
     let lists = doubling("Concat", integers("v0", &[1, 2]));
     assert_eq!(
         ranks.macs(&[1, 1, 50, 30]),
-        Err("the shape that Gather (\"v6\") gives is not known".into())
+        Err("the output shape of Gather (\"v6\") is not known".into())
     );
     // A length of 2 x 2^60 is known, though the numbers are not.
     assert_eq!(lists.macs(&[1, 1, 50, 30]), Ok(0));
@@ -217,7 +217,7 @@ fn axes_by_the_hundred_thousand_are_not_followed() {
     let found = graph(&[0, 1], &[node("Unsqueeze", "x", "y", &[&axes])]);
     assert_eq!(
         found.macs(&[1, 1]),
-        Err("the shape that Unsqueeze (\"y\") gives is not known".into())
+        Err("the output shape of Unsqueeze (\"y\") is not known".into())
     );
 }
 

@@ -1,6 +1,6 @@
-//! Makes the list of hashes that every target has to make, and compares it with the one that
-//! the core's tests hold a host to. Draws with every rasteriser, unpacked bodies and all:
-//! in far more memory than `study` has.
+//! Computes the list of hashes that must be equal on every target, and compares it with the list
+//! that the core's tests use on a host. Draws with every rasteriser, unpacked bodies too, in far
+//! more memory than `study` has.
 #![no_std]
 #![no_main]
 

@@ -1,8 +1,8 @@
-//! Makes GEIs of several people, speeds and viewpoints hull by hull out of the cohort's pack, and
-//! recognizes them: on a Cortex-M, with as much RAM as `build.rs` gives it.
+//! Makes GEIs of several people, speeds and viewpoints from the cohort's pack, hull by hull, and
+//! recognizes them, on a Cortex-M with the RAM that `build.rs` gives it.
 //!
-//! Prints each GEI's hash and answer, instructions by stage, and the high-water marks of stack
-//! and heap. Ends with status 0 if the answers are the host's, and all is within its limits.
+//! Prints each GEI's hash and answer, instructions by stage, and the high-water marks of stack and
+//! heap. Exits with status 0 if the answers equal the host's and everything is within its limits.
 #![no_std]
 #![no_main]
 
@@ -32,7 +32,7 @@ type Window = edgegait_core::lean::LeanRows;
 #[cfg(feature = "skia")]
 type Window = edgegait_core::raster::Skia;
 
-/// Its name in the list of answers.
+/// The rasteriser's name in the list of answers.
 const RASTERIZER: &str = if cfg!(feature = "skia") {
     "skia"
 } else {
@@ -41,23 +41,23 @@ const RASTERIZER: &str = if cfg!(feature = "skia") {
 /// The people: with the feature `dressed`, in clothes.
 const STUDY: Study = if IS_DRESSED { DRESSED } else { BARE };
 const IS_DRESSED: bool = cfg!(feature = "dressed");
-/// Most bytes of RAM: static, stack and heap. Clothes that hang take 60 more points.
+/// Most bytes of RAM: static, stack and heap. Draped clothes take 60 more points.
 const RAM_LIMIT: usize = match (cfg!(feature = "skia"), cfg!(target_abi = "eabihf")) {
     (false, _) if IS_DRESSED => 16 * 1024,
     (false, _) => 15_000,
     (true, true) => 24 * 1024,
     (true, false) => 26 * 1024,
 };
-/// Bytes of the arena of tiny-skia.
+/// Bytes of tiny-skia's arena.
 #[cfg(feature = "skia")]
 const ARENA_BYTES: usize = 8_704;
-/// Room for every body of the study; tiny-skia asks for no facets.
+/// Room for every body of the study; tiny-skia needs no facets.
 type Room =
     LeanBody<{ if IS_DRESSED { 548 } else { 488 } }, { if cfg!(feature = "skia") { 0 } else { 896 } }>;
-/// A person of 19 hulls of 8 points, or one fewer.
+/// A person of 19 hulls of 8 points or 7.
 const EIGHT: &[u8] = include_bytes!("../../../../tests/golden/eight.egp");
-/// Most instructions of one of that person's silhouettes: required of rows with floats in
-/// hardware, and twice what was measured of the others.
+/// Most instructions of one of that person's silhouettes: a requirement for rows with hardware
+/// floats, and twice the measured number for the others.
 const SILHOUETTE_LIMIT: u64 = match (cfg!(feature = "skia"), cfg!(target_abi = "eabihf")) {
     (false, true) => 60_000,
     (false, false) => 2_600_000,
@@ -66,7 +66,7 @@ const SILHOUETTE_LIMIT: u64 = match (cfg!(feature = "skia"), cfg!(target_abi = "
 };
 
 /// Most instructions of checking the pack, of a pose, and of a silhouette of the study by rows,
-/// with floats in hardware. What hangs is wrapped anew in each pose.
+/// with hardware floats. Draped hulls are wrapped anew in each pose.
 const STAGE_LIMITS: [u64; 3] = if cfg!(target_abi = "eabihf") {
     [
         2_500_000,
@@ -82,7 +82,7 @@ const STAGE_LIMITS: [u64; 3] = if cfg!(target_abi = "eabihf") {
     [u64::MAX; 3]
 };
 
-/// Instructions of a stage.
+/// The instructions of a stage.
 struct Stage {
     name: &'static str,
     calls: u32,
@@ -100,7 +100,7 @@ impl Stage {
         }
     }
 
-    /// Adds what `work` takes.
+    /// Runs `work` and adds its instructions.
     fn of<R>(&mut self, meter: &mut Meter, work: impl FnOnce() -> R) -> R {
         let (result, instructions) = meter.count(work);
         self.calls += 1;
@@ -118,7 +118,7 @@ impl Stage {
     }
 }
 
-/// Stages of a GEI.
+/// The stages of a GEI.
 struct Stages {
     facets: Stage,
     pose: Stage,
@@ -139,7 +139,7 @@ impl Stages {
     }
 }
 
-/// What is kept from one GEI to the next.
+/// The values that are reused from one GEI to the next.
 struct Tools {
     body: &'static mut Room,
     renderer: &'static mut Renderer<Window>,
@@ -148,7 +148,7 @@ struct Tools {
 }
 
 impl Tools {
-    /// In static memory, once. Apart from `main`, whose stack is never given back.
+    /// Makes the tools in static memory, once. Separate from `main`, whose stack is never freed.
     #[inline(never)]
     fn take() -> Self {
         let renderer = singleton!(: Renderer<Window> = Renderer::of(Window::new(Size::S50x30)));
@@ -216,7 +216,7 @@ fn main() -> ! {
     process::exit(i32::from(!is_well));
 }
 
-/// Prints what memory was used; the sum of RAM in bytes.
+/// Prints the memory used, and returns the sum of RAM in bytes.
 fn memory_used() -> usize {
     let [code, constants] = memory::flash_bytes();
     let packs = STUDY.pack.len() + EIGHT.len();
@@ -238,7 +238,7 @@ fn memory_used() -> usize {
     fixed + stack
 }
 
-/// Makes a GEI; its line of the list.
+/// Makes a GEI, and returns its line of the list.
 #[inline(never)]
 fn recognize(
     (pack, number): (&Pack<'_>, usize),
@@ -288,7 +288,7 @@ fn recognize(
     line
 }
 
-/// Silhouettes of a person of 19 hulls of 8 points, a cycle from three viewpoints.
+/// Draws the silhouettes of a person of 19 hulls of 8 points, a cycle from three viewpoints.
 #[inline(never)]
 fn eight(tools: &mut Tools, meter: &mut Meter) -> Stage {
     let mut stage = Stage::new("silhouette, hulls of 8");
