@@ -1,12 +1,12 @@
-//! Tells the command its version: that of the package and, in a release build from a checkout, the
-//! commit, so that results can be traced to it.
+//! Sets the version of the command: the package's version and, in a release build from a checkout,
+//! the commit, so that results can be traced to it.
 //!
-//! A debug build leaves the commit out, and so need not be built anew after each.
+//! A debug build omits the commit, so that it is not rebuilt after each commit.
 
 use std::path::Path;
 use std::process::Command;
 
-/// What a build is made of, besides the modules in `src`.
+/// Inputs of a build besides the modules in `src`.
 const SOURCES: [&str; 4] = ["no_std_core/src", "models", "Cargo.toml", "Cargo.lock"];
 
 fn main() {
@@ -22,7 +22,8 @@ fn main() {
     }
 }
 
-/// All that a build is made of: the package for Python, which lies in `src` too, is made of it in turn.
+/// Returns all inputs of a build. The Python package, although in `src`, is not one: it depends on
+/// this crate.
 fn sources() -> Vec<String> {
     let entries = std::fs::read_dir("src").into_iter().flatten().flatten();
     let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
@@ -35,10 +36,10 @@ fn sources() -> Vec<String> {
     sources
 }
 
-/// The first 12 digits of the commit that is checked out, and a word if files differ from it; none
-/// outside of a checkout of this package.
+/// Returns the first 12 digits of the checked-out commit, with a note if files differ from it; none
+/// outside a checkout of this package.
 fn commit(sources: &[String]) -> Option<String> {
-    // That of another project around this one is not ours.
+    // A checkout of another project around this one does not count.
     git(&["ls-files", "--error-unmatch", "src/build.rs"])?;
     for name in ["HEAD", "logs/HEAD"] {
         let path = git(&["rev-parse", "--git-path", name])?;
@@ -60,7 +61,7 @@ fn commit(sources: &[String]) -> Option<String> {
     })
 }
 
-/// What git prints; none if it fails or is not there.
+/// Returns git's output; none if git fails or is missing.
 fn git(arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").args(arguments).output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;

@@ -1,9 +1,9 @@
-//! What is costly and the same each time, kept by the content that it was made of.
+//! A cache of costly, deterministic results.
 //!
-//! A folder of files that anybody may remove at any time, as a whole or one by one: what is gone or
-//! broken is made again. Names are hashes of all that a file's content follows from, so that nothing
-//! in it can be out of date. Files that were used longest ago go first where they take more than a
-//! gigabyte.
+//! The cache is a folder of files. The folder or any file may be removed at any time: missing or
+//! broken files are made again. A file's name is a hash of everything that determines its content,
+//! so that files are never out of date. Above a gigabyte, the least recently used files are
+//! removed.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -13,25 +13,25 @@ use super::files::hex;
 use crate::error::{Error, Result};
 use sha2::{Digest as _, Sha256};
 
-/// Most bytes of all files. Ours: a hundred thousand embeddings of GaitSet's 16,000 numbers would take six
-/// times as much, and ten thousand fitted bodies a tenth.
+/// Most bytes of all files. Our choice: a hundred thousand embeddings of GaitSet's 16,000 numbers
+/// would take six times as much, and ten thousand fitted bodies a tenth.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// The variable that names the folder.
+/// The environment variable that names the folder.
 const VARIABLE: &str = "EDGEGAIT_CACHE";
 /// The name that stands for no folder.
 const NONE: &str = "none";
 
-/// Where things are kept, if anywhere.
+/// The folder of cached results, if there is one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cache {
     folder: Option<PathBuf>,
 }
 
 impl Cache {
-    /// The folder of this name, or else that which `EDGEGAIT_CACHE` names, or else one in the system's
-    /// folder for caches; none if the name is `none`, or the system has no such folder. It is made when
-    /// something is kept in it.
+    /// Returns the cache in the folder of this name, else in the folder that `EDGEGAIT_CACHE`
+    /// names, else in a folder in the system's cache folder. It caches nothing if the name is
+    /// `none`, or if the system has no such folder. The folder is made when it is first used.
     #[must_use]
     pub fn named(name: Option<&Path>) -> Self {
         let variable = || std::env::var_os(VARIABLE).filter(|name| !name.is_empty());
@@ -48,12 +48,12 @@ impl Cache {
         }
     }
 
-    /// Where a thing of this kind is or will be, if things are kept.
+    /// Returns the path of a result of this kind, if there is a folder.
     pub(crate) fn path(&self, kind: &str, key: &CacheKey) -> Option<PathBuf> {
         Some(self.folder.as_ref()?.join(kind).join(&key.0))
     }
 
-    /// The bytes of a thing, if they are kept.
+    /// Returns the bytes of a result, if they are cached.
     #[cfg(feature = "import")]
     pub(crate) fn read(&self, kind: &str, key: &CacheKey) -> Option<Vec<u8>> {
         let path = self.path(kind, key)?;
@@ -62,10 +62,10 @@ impl Cache {
         Some(bytes)
     }
 
-    /// Keeps the bytes of a thing, if things are kept.
+    /// Caches the bytes of a result, if there is a folder.
     ///
     /// # Errors
-    /// The system's; then nothing is kept.
+    /// For errors of the system; then nothing is cached.
     #[cfg(feature = "import")]
     pub(crate) fn keep(&self, kind: &str, key: &CacheKey, bytes: &[u8]) -> Result<()> {
         let Some(path) = self.path(kind, key) else {
@@ -75,10 +75,10 @@ impl Cache {
         self.make_room()
     }
 
-    /// Removes files, those first that were used longest ago, until all take at most a gigabyte.
+    /// Removes files, the least recently used first, until all take at most a gigabyte.
     ///
     /// # Errors
-    /// The system's, if the folder cannot be read.
+    /// If the folder cannot be read.
     pub(crate) fn make_room(&self) -> Result<()> {
         self.prune(MOST_BYTES)
     }
@@ -90,7 +90,7 @@ impl Cache {
         let mut files: Vec<(SystemTime, u64, PathBuf)> = Vec::new();
         for kind in entries(folder)?.into_iter().filter(|kind| kind.is_dir()) {
             for path in entries(&kind)? {
-                // What another process removed meanwhile is gone.
+                // Another process may have removed the file in the meantime.
                 let Ok(found) = fs::metadata(&path) else {
                     continue;
                 };
@@ -111,7 +111,7 @@ impl Cache {
     }
 }
 
-/// Notes that a file was used; it matters only for which is removed first.
+/// Marks a file as used, which determines the order of removal.
 pub(crate) fn touch(path: &Path) {
     let file = File::options().append(true).open(path);
     let _ = file.and_then(|file| file.set_modified(SystemTime::now()));
@@ -124,12 +124,12 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
     paths.collect::<std::io::Result<_>>().map_err(io)
 }
 
-/// The hash of all that a thing follows from.
+/// The hash of everything that determines a result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct CacheKey(String);
 
 impl CacheKey {
-    /// Of these parts, each whole, and of the version of this program.
+    /// Hashes these parts, with their boundaries, and the version of this program.
     pub(crate) fn of(parts: &[&[u8]]) -> Self {
         let mut digest = Sha256::new();
         for part in [env!("CARGO_PKG_VERSION").as_bytes()].iter().chain(parts) {

@@ -49,7 +49,7 @@ pub enum Error {
         /// A setting that may help.
         remedy: Option<Remedy>,
     },
-    /// The operating system refused.
+    /// The operating system refused an operation.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file or folder.

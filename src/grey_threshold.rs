@@ -1,23 +1,24 @@
-//! Two clusters of grey levels: where to part them.
+//! The threshold between two clusters of grey levels.
 //!
-//! Segmentation parts the differences of a frame from its background so (Charalambous & Bharath,
-//! BMVC 2016, section 3.3), and the confounder `light` simulates that.
+//! Segmentation applies it to the differences between a frame and its background (Charalambous &
+//! Bharath, BMVC 2016, section 3.3), and the confounder `light` simulates that.
 
-/// Midway between the means of two clusters of levels, of which there are so many each: k-means
-/// (Lloyd 1982) from the least and the greatest level on. What is above it is the figure.
+/// Returns the threshold midway between the means of two clusters of levels, from the count of each
+/// level: k-means (Lloyd 1982), starting from the least and the greatest level. Levels above the
+/// threshold are the figure.
 #[must_use]
 pub(crate) fn threshold(counts: &[u32; 256]) -> f64 {
     let used = |level: &usize| counts[*level] > 0;
     let (first, last) = ((0..256).find(used), (0..256).rfind(used));
     let mut threshold = 0.5 * (first.unwrap_or(0) + last.unwrap_or(0)) as f64;
-    // Counts and sums of all levels below one: whole numbers, so that differences are exact.
+    // Counts and sums of all levels below each level: whole numbers, so that differences are exact.
     let mut below = [(0, 0); 257];
     for level in 0..256 {
         let (count, sum) = below[level];
         let here = u64::from(counts[level]);
         below[level + 1] = (count + here, sum + here * level as u64);
     }
-    // Each step moves levels to one side, so that there are at most 256.
+    // Each step moves levels to one side, so that there are at most 256 steps.
     for _ in 0..256 {
         let mean = |levels: std::ops::Range<usize>| {
             let (from, to) = (below[levels.start], below[levels.end]);
@@ -68,8 +69,8 @@ mod tests {
         assert_eq!(threshold(&counts(&[(7, 3)])), 7.0);
     }
 
-    /// Splits at which every level is nearest to the mean of its own cluster, and the split whose
-    /// clusters have the least sum of squares: by trying all.
+    /// Finds, by trying all, the splits at which every level is nearest to the mean of its own
+    /// cluster, and the split whose clusters have the least sum of squares.
     fn brute_force(counts: &[u32; 256]) -> (Vec<usize>, usize) {
         let moments = |levels: std::ops::Range<usize>| {
             let sum = |power: i32| -> f64 {

@@ -1,8 +1,8 @@
-//! The EdgeGait host: everything around `edgegait-core` that needs a computer.
+//! The EdgeGait host crate: everything around `edgegait-core` that needs an operating system.
 //!
-//! People and their walks are made ([`people::cohort`]) or recorded ([`people::recorded`]), encoded
-//! into a [`Pack`], drawn from viewpoints under conditions ([`sweep()`]), and shown to recognizers
-//! ([`Contest`]). The [`guide`] has a page for each topic of the command.
+//! People and their walks are synthetic ([`people::cohort`]) or recorded ([`people::recorded`]).
+//! They are encoded into a [`Pack`], drawn from viewpoints under conditions ([`sweep()`]), and
+//! shown to recognizers ([`Contest`]). The [`guide`] has a page for each topic of the command.
 //!
 //! # GEIs of a pack, as an array
 //!
@@ -59,7 +59,7 @@
 //! # }
 //! ```
 //!
-//! # What a confounder does to rank-1
+//! # Measure the effect of a confounder on rank-1
 //!
 //! ```
 //! # use edgegait::people::cohort;
@@ -73,7 +73,7 @@
 //! # let pack = Pack::parse(&bytes)?;
 //! # let model = Model::open("models/side.onnx")?;
 //! # let entrants = [Entrant::drawn(&model, &Runtime::rten(), Settings::default())?];
-//! // A camera that is rolled by 1 and by 20 degrees.
+//! // A camera rolled by 1 and by 20 degrees.
 //! let rolled = ["roll=1deg", "roll=20deg"]
 //!     .map(|text| Condition::of(Doses::new(dose(text).ok())));
 //! let options = ContestOptions { views: Some(Views::side()?), conditions: &rolled, ..ContestOptions::default() };
@@ -90,19 +90,32 @@
 //!
 //! # Modules
 //!
-//! Data flows one way, and each module uses only what is upstream of it:
+//! Data flows in one direction, and a module uses only the modules upstream of it:
 //!
 //! ```text
-//! import -> scene -> encode -> [pack bytes, core] -> sweep -> dataset -> source -> score -> train
+//! import -> people -> encode -> [pack bytes, core] -> sweep -> dataset -> sequences -> score
 //!        -> evaluate -> report
 //! ```
 //!
-//! `segment` makes silhouettes of video, a tree that `source` reads; `cycle` finds gait cycles in
-//! silhouettes that were not drawn here. `cache` keeps what is costly for the next run.
-//! `design` says of what a training set is made, from people to templates, and is upstream of
-//! `dataset`; `study` sets real silhouettes beside those of synthetic twins, between `train` and `report`; `summary` says what a pack holds; `frontier` measures what the whole chain costs and what
-//! it gets wrong, for the command; `bench` what a recognizer costs on the machine at hand, and the whole
-//! path from a video to its answers; `gate` whether results keep to limits.
+//! The other modules:
+//!
+//! | module | contents |
+//! |---|---|
+//! | `audit` | measurements of the people of a pack, beside published norms |
+//! | `bench` | the cost of recognizers, and of the path from video to answers, on this machine |
+//! | `cache` | costly results kept for the next run |
+//! | `cli` | the command |
+//! | `confounders` | confounders, and conditions of several |
+//! | `design` | the specification of a training set, from people to templates |
+//! | `frontier` | the cost and error of the whole chain |
+//! | `gait_cycles` | gait cycles in silhouettes that EdgeGait did not draw |
+//! | `gate` | limits on results |
+//! | `inspect` | the contents of a pack |
+//! | `literature` | recognizers from the literature |
+//! | `segment` | silhouettes from video |
+//! | `study` | real silhouettes compared with those of synthetic twins |
+//! | `template` | templates of gait cycles |
+//! | `train` | training of linear recognizers, and their export as ONNX |
 
 #![warn(unreachable_pub)]
 

@@ -1,4 +1,4 @@
-//! What is built in under a name, or is a TOML file of the user's.
+//! TOML texts that are built in under a name, or read from a user's file.
 
 use crate::error::{Error, Result};
 use std::borrow::Cow;
@@ -7,11 +7,11 @@ use std::path::Path;
 /// Most bytes of a file.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// The TOML that is built in under `name`, or that of a `.toml` file; `what` there are, such as
-/// `protocol`, under which `names`, for messages.
+/// Returns the TOML that is built in under `name`, or reads it from a `.toml` file. Messages use
+/// `what`, the kind of text (such as `protocol`), and `names`, the names of the `built_in` texts.
 ///
 /// # Errors
-/// If it is no such name, or the file cannot be read.
+/// If the name is unknown, or the file cannot be read.
 pub(crate) fn toml_of(
     name: &str,
     what: &str,

@@ -1,8 +1,8 @@
-//! Cells in columns, as commands print them: on a terminal, or as Markdown.
+//! Text tables that commands print, for a terminal or as Markdown.
 
 use std::fmt;
 
-/// How a column is aligned, and how many letters it is wide at least.
+/// The alignment of a column, and its least width in letters.
 #[derive(Clone, Copy)]
 pub(crate) enum Column {
     Left(usize),
@@ -22,8 +22,7 @@ enum TableLine {
 }
 
 impl<'a> Table<'a> {
-    /// No row yet. There is at least one column; those of a row that are not listed are like the
-    /// last one.
+    /// Creates an empty table with at least one column. Further columns are like the last one.
     pub(crate) const fn new(columns: &'a [Column]) -> Self {
         Self {
             columns,
@@ -32,7 +31,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// With so many spaces between two columns.
+    /// Sets the number of spaces between two columns.
     pub(crate) fn with_gap(self, gap: usize) -> Self {
         Self { gap, ..self }
     }
@@ -42,7 +41,7 @@ impl<'a> Table<'a> {
         self.lines.push(TableLine::Row(cells.collect()));
     }
 
-    /// Adds text that stands in no column.
+    /// Adds a line of text outside the columns.
     pub(crate) fn note(&mut self, text: impl Into<String>) {
         self.lines.push(TableLine::Note(text.into()));
     }
@@ -51,7 +50,7 @@ impl<'a> Table<'a> {
         self.columns[at.min(self.columns.len() - 1)]
     }
 
-    /// The widest cell of each column, or what it is wide at least.
+    /// Returns the width of each column: of its widest cell, or its least width.
     fn widths(&self) -> Vec<usize> {
         let mut widths: Vec<usize> = Vec::new();
         for line in &self.lines {
@@ -69,7 +68,7 @@ impl<'a> Table<'a> {
         widths
     }
 
-    /// The same in Markdown.
+    /// Formats the table as Markdown.
     pub(crate) fn markdown(&self) -> String {
         let mut text = String::new();
         for (at, line) in self.lines.iter().enumerate() {
@@ -94,7 +93,8 @@ impl<'a> Table<'a> {
     }
 }
 
-/// As aligned text: each line ends, none in spaces, and rows of nothing are left out.
+/// Formats the table as aligned text. Each line ends with a newline, without trailing spaces; empty
+/// rows are left out.
 impl fmt::Display for Table<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let widths = self.widths();

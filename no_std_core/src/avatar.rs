@@ -292,7 +292,7 @@ struct StoredHulls<'a> {
     left: u8,
     /// Draped hulls begun so far.
     drapes: u8,
-    /// How many of the next hulls are parts of the last draped hull.
+    /// The number of next hulls that are parts of the last draped hull.
     parts: u8,
 }
 

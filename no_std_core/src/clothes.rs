@@ -6,7 +6,7 @@ use core::fmt;
 /// wear.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clothes {
-    /// How far clothes stand away from the body.
+    /// The distance of clothes from the body.
     pub fit: ClothesFit,
     /// The garment on the legs.
     pub legs: Legs,
@@ -18,7 +18,7 @@ pub struct Clothes {
     pub has_short_sleeves: bool,
 }
 
-/// How far clothes stand away from the body.
+/// The distance of clothes from the body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ClothesFit {
     /// A few millimetres.

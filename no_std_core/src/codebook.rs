@@ -286,7 +286,7 @@ impl CodeTable {
         table
     }
 
-    /// Separate from [`Self::of`], so that a board needs no copy of the table.
+    /// Reads the channels. Separate from [`Self::of`], so that a board needs no copy of the table.
     #[inline(never)]
     fn read(&mut self, mut bits: BitReader<'_>) {
         let mut codes = [0; MAX_GROUPS];
@@ -356,7 +356,7 @@ impl<'a> MeanWalk<'a> {
 pub(crate) struct TemplateChannel {
     /// The number of its groups.
     pub groups: usize,
-    /// How much larger its Rice parameters are than those of clips' differences.
+    /// The excess of its Rice parameters over those of clips' differences.
     larger: u32,
 }
 

@@ -286,7 +286,7 @@ impl<'a> Pack<'a> {
         self.avatars.len()
     }
 
-    /// Returns the avatar with this number, without work: [`Self::parse`] has checked it.
+    /// Returns the avatar with this number, without further checks: [`Self::parse`] has checked it.
     #[must_use]
     pub fn avatar(&self, index: usize) -> Option<Avatar<'a>> {
         self.avatars

@@ -164,10 +164,7 @@ fn mean_and_sd(values: &[f64]) -> (f64, f64) {
 impl fmt::Display for Audit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.lines.is_empty() {
-            return writeln!(
-                f,
-                "no cycles to measure (uncut motions are not measured)"
-            );
+            return writeln!(f, "no cycles to measure (uncut motions are not measured)");
         }
         writeln!(
             f,

@@ -66,100 +66,104 @@ pub(crate) struct ModelResult {
     /// The peak memory of the process after its first single inference and the warm-up, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_rss_bytes: Option<u64>,
-    /// The same above what it had before the runtime was started, bytes.
+    /// That peak less the memory before the runtime was started, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_rss_over_baseline_bytes: Option<u64>,
-    /// Inferences in batches, if there was time and memory for any.
+    /// Inferences in batches, if time and memory allowed any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offline: Option<Offline>,
-    /// Batches of the other sizes that were asked for.
+    /// Batches of the other requested sizes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub batches: Vec<Offline>,
-    /// What each operator takes, if that was asked for and the runtime tells.
+    /// The time of each operator, if requested and reported by the runtime.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub operators: Vec<OperatorTime>,
-    /// What comes before an inference, and both together.
+    /// The times of drawing an input, and of drawing and inference.
     pub parts: AnswerParts,
-    /// Loops around nothing but ONNX Runtime, in the same run.
+    /// The times of loops around ONNX Runtime alone, in the same run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bare: Option<BareLoops>,
     /// Energy, where the machine meters it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<Energy>,
-    /// How often it is right, with this runtime and these settings.
+    /// The model's accuracy with this runtime and these settings.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<Accuracy>,
-    /// Inputs of other lengths, if they were asked for.
+    /// The costs of inputs of other lengths, if requested.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lengths: Vec<Length>,
-    /// What its measuring might take, seconds; none if it had no end.
+    /// The time limit of the measurement, seconds; none if it had no limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_seconds: Option<f64>,
-    /// What it took from the first inference on, seconds; none in results of versions that do not say.
+    /// The duration from the first inference on, seconds; none in results of versions that do not
+    /// state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seconds: Option<f64>,
-    /// What was cut to end in that time, if anything was.
+    /// What was cut to stay within the time limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cut: Option<LeftOut>,
-    /// The machine while this was measured.
+    /// The state of the machine during the measurement.
     pub conditions: MachineConditions,
-    /// The share of its processors that others kept busy meanwhile, 0..1, if the machine tells.
+    /// The share of the processors that other processes kept busy during the measurement, 0..1, if
+    /// known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub others_busy: Option<f64>,
-    /// What should be known before these numbers are trusted.
+    /// Reasons to doubt these numbers.
     pub warnings: Vec<String>,
 }
 
-/// What was left out, because all of it would have taken longer than it might.
+/// The work that was left out to stay within the time limit.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LeftOut {
-    /// Each thing, in words.
+    /// A description of each part.
     pub what: Vec<String>,
-    /// How long all of it would take, seconds, estimated.
+    /// The estimated time of the full measurement, seconds.
     pub full_seconds: f64,
 }
 
-/// Inferences in batches; the times are those of a batch.
+/// Inferences in batches, with the times of a whole batch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Offline {
-    /// Inferences of a batch.
+    /// The number of inferences in a batch.
     pub batch: usize,
-    /// How many they were to have; none in results of versions that do not say.
+    /// The requested number; none in results of versions that do not state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub batch_planned: Option<usize>,
-    /// Times of batches.
+    /// The times of batches.
     #[serde(flatten)]
     pub timing: Timing,
-    /// The most memory that the process had with batches, bytes.
+    /// The peak memory of the process with batches, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_rss_bytes: Option<u64>,
 }
 
-/// From silhouettes to an answer.
+/// The times of what an answer takes besides the inference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct AnswerParts {
-    /// One input from the pack: decode, pose, project, draw and average, on one thread.
+    /// The times of making one input from the pack: decode, pose, project, draw and average, on one
+    /// thread.
     pub preprocessing: Timing,
-    /// The same and the inference.
+    /// The times of making one input and its inference.
     pub end_to_end: Timing,
 }
 
-/// Loops around nothing but the runtime, window by window in turn with ours.
+/// Loops around the runtime alone, whose windows alternate with those of EdgeGait.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct BareLoops {
-    /// Times of the usual loop: the input lies ready, the runtime makes outputs in each call.
+    /// The times of the usual loop: the input is in memory, and each call allocates its outputs.
     #[serde(flatten)]
     pub timing: Timing,
-    /// The median over pairs of windows of our p50 over its p50, less 1.
+    /// EdgeGait's overhead: the median over pairs of windows of its p50 over the loop's p50, less
+    /// 1.
     pub overhead: f64,
-    /// Median time of the same with outputs in the same tensors each time, microseconds.
+    /// The median time of a loop that reuses the output tensors, microseconds.
     pub reusing_p50_us: f64,
-    /// Our overhead over that.
+    /// EdgeGait's overhead over the loop that reuses the output tensors.
     pub overhead_reusing: f64,
 }
 
 impl BareLoops {
-    /// Of windows that took turns; none of no windows.
+    /// Compares windows that alternated; none if there are none.
     #[must_use]
     pub(crate) fn of(
         ours: &[MeasuredWindow],
@@ -182,19 +186,19 @@ impl BareLoops {
     }
 }
 
-/// Energy of all that the counter sees, divided by the inferences.
+/// The energy of all that the meter covers, per inference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Energy {
-    /// What was read.
+    /// The name of the meter.
     pub source: String,
-    /// Millijoules of an inference, one at a time.
+    /// The energy of a single inference, millijoules.
     pub single_mj: f64,
-    /// Millijoules of an inference in the largest batch.
+    /// The energy of an inference in the largest batch, millijoules.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offline_mj: Option<f64>,
 }
 
-/// Millijoules of an inference over all windows; none if one was not metered.
+/// Returns the millijoules per inference over all windows; none if a window was not metered.
 pub(super) fn millijoules(windows: &[MeasuredWindow], batch: usize) -> Option<f64> {
     let joules = windows
         .iter()
@@ -205,7 +209,7 @@ pub(super) fn millijoules(windows: &[MeasuredWindow], batch: usize) -> Option<f6
 }
 
 impl ModelResult {
-    /// More of it was cut.
+    /// Records further work that was cut.
     pub(crate) fn add(&mut self, cut: Option<LeftOut>) {
         if let Some(more) = cut {
             let all = self.cut.get_or_insert_default();
@@ -216,7 +220,7 @@ impl ModelResult {
 }
 
 impl BenchResults {
-    /// Reads the JSON that `edgegait bench` wrote.
+    /// Reads the results of `edgegait bench` from JSON.
     ///
     /// # Errors
     /// If the file cannot be read, or holds something else.
@@ -227,7 +231,7 @@ impl BenchResults {
             let stated: Option<serde_json::Value> = serde_json::from_str(&text).ok();
             let command = stated.as_ref().and_then(|it| it.get("command")?.as_str());
             let problem = match command.filter(|command| *command != "bench") {
-                Some(command) => format!("{expected}, found those of {command}"),
+                Some(command) => format!("{expected}, found results of {command}"),
                 None => format!("{expected}: {error}"),
             };
             Error::input(path, problem)
@@ -235,28 +239,29 @@ impl BenchResults {
     }
 }
 
-/// What inputs of one length cost, one at a time.
+/// The costs of inputs of one length, one at a time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Length {
-    /// Frames of an input.
+    /// The number of frames in an input.
     pub frames: usize,
     /// Shape of the input for one inference.
     pub input: Vec<usize>,
-    /// Multiply-accumulates of one inference.
+    /// The multiply-accumulates of one inference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub macs: Option<u64>,
-    /// The first inference on this length, milliseconds.
+    /// The time of the first inference on this length, milliseconds.
     pub first_ms: f64,
-    /// Inferences one at a time.
+    /// The times of single inferences.
     #[serde(flatten)]
     pub timing: Timing,
-    /// The most memory that the process had with this length, bytes.
+    /// The peak memory of the process with this length, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_rss_bytes: Option<u64>,
-    /// The same above what it had before the runtime was started, bytes.
+    /// That peak less the memory before the runtime was started, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_rss_over_baseline_bytes: Option<u64>,
-    /// The share of the processors that others kept busy meanwhile, 0..1, if the machine tells.
+    /// The share of the processors that other processes kept busy during the measurement, 0..1, if
+    /// known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub others_busy: Option<f64>,
 }
@@ -306,9 +311,9 @@ mod tests {
             ..full
         };
         let windows = [window(&[second; 3], None), window(&[second; 4], None)];
-        let expected = "2 of 5 windows, 3 to 4 of 100 inferences in each, 1 of 10 calls to warm up";
+        let expected = "2 of 5 windows, 3 to 4 of 100 inferences in each, 1 of 10 warm-up calls";
         assert_eq!(said(full, fewer, &windows, 1).as_deref(), Some(expected));
-        // Three batches of 8; nobody asked for more windows or a warm-up.
+        // Three batches of 8; one window and no warm-up were requested.
         let one = TimingPlan {
             warm_up: 0,
             windows: 1,
@@ -317,11 +322,11 @@ mod tests {
         let expected = "24 of 100 inferences in it";
         let found = said(one, one, &windows[..1], 8);
         assert_eq!(found.as_deref(), Some(expected));
-        // Enough inferences in too short a time.
+        // Enough inferences, in a window that is too short.
         let short = vec![window(&[second / 200; 100], None); 5];
         let expected = "windows of 0.50 s, not 1 s";
         assert_eq!(said(full, full, &short, 1).as_deref(), Some(expected));
-        // Results of versions that do not say.
+        // Results of versions that do not state the plan.
         assert_eq!(Timing::of(&windows, 1).and_then(|it| it.cut()), None);
     }
 

@@ -1,4 +1,4 @@
-//! What sequences of several lengths cost a model that takes any.
+//! The costs of sequences of several lengths, for models that take any number of frames.
 
 use super::board::{LoadWatch, MachineState};
 use super::measure::shape_and_macs;
@@ -11,10 +11,10 @@ use crate::error::{Error, Result};
 use crate::score::Model;
 use crate::template::Template;
 
-/// Refuses a model whose inputs have one length.
+/// Rejects a model whose inputs have a fixed length.
 ///
 /// # Errors
-/// Saying which.
+/// If the inputs have a fixed length, which the error states.
 pub(crate) fn require_any_length(model: &Model) -> Result<()> {
     let contract = model.contract();
     let found = match (contract.template, contract.frames) {
@@ -28,12 +28,12 @@ pub(crate) fn require_any_length(model: &Model) -> Result<()> {
     ))
 }
 
-/// Measures a task's model on inputs of these lengths, which rise; each takes its share of the time,
-/// and what is cut for that comes with them. The model is loaded anew for each, so that memory which a
-/// runtime keeps for later is no part of the next one's.
+/// Measures a task's model on inputs of these lengths, in ascending order, each within its share of
+/// the time, and returns what was cut as well. The model is loaded again for each length, so that
+/// memory that a runtime keeps does not count for the next.
 ///
 /// # Errors
-/// If the model cannot be loaded or drawn for, or an inference fails.
+/// If the model cannot be loaded, its input cannot be drawn, or an inference fails.
 pub(crate) fn measure_lengths(
     task: &Task<'_>,
     lengths: &[usize],
@@ -70,7 +70,7 @@ pub(crate) fn measure_lengths(
         let to_come: usize = lengths[at..].iter().sum();
         let most_s = watched.cap.left_s() * frames as f64 / to_come as f64 / 2.0;
         let first = First::of(recognizer, &input, plan, most_s)?;
-        // Time grows with the frames.
+        // The estimate grows linearly with the frames.
         let full_s = |other: &usize| plan.takes_s(first.call_s * *other as f64 / frames as f64, 1);
         let expected: Vec<f64> = lengths[at..].iter().map(full_s).collect();
         watched.cap.expect(&expected);

@@ -1,21 +1,21 @@
-//! What a list of times says.
+//! Statistics of a list of times.
 
 use serde::{Deserialize, Serialize};
 
-/// How times are distributed, microseconds.
+/// The distribution of times, microseconds.
 ///
-/// Percentiles are by nearest rank: the `ceil(p n)`-th smallest, always one of the times. Those
-/// that fewer than one time in the sample would exceed are absent: p90 of fewer than 10 times,
-/// p95 of 20, p99 of 100, p99.9 of 1000.
+/// Percentiles are by nearest rank: the `ceil(p n)`-th smallest, always one of the times. A
+/// percentile that needs more times is absent: p90 needs 10 times, p95 needs 20, p99 needs 100,
+/// p99.9 needs 1000.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Times {
-    /// How many times.
+    /// The number of times.
     pub calls: u64,
-    /// Least.
+    /// Minimum.
     pub min_us: f64,
     /// Arithmetic mean.
     pub mean_us: f64,
-    /// Standard deviation of the sample (by n - 1; 0 of one time).
+    /// Sample standard deviation (divisor n - 1; 0 for one time).
     pub sd_us: f64,
     /// Median.
     pub p50_us: f64,
@@ -31,12 +31,13 @@ pub(crate) struct Times {
     /// 99.9th percentile.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub p999_us: Option<f64>,
-    /// Greatest.
+    /// Maximum.
     pub max_us: f64,
 }
 
 impl Times {
-    /// The distribution of times in nanoseconds, which are sorted; none of no times.
+    /// Returns the distribution of times in nanoseconds, after sorting them; none if there are
+    /// none.
     #[must_use]
     pub(crate) fn of(times_ns: &mut [u64]) -> Option<Self> {
         times_ns.sort_unstable();
@@ -65,8 +66,8 @@ impl Times {
     }
 }
 
-/// Which of so many numbers, from 1 for the smallest, is a percentile by nearest rank; none if fewer
-/// than one of them would exceed it, but for the median of any. In thousandths, so that ceil(p n) is
+/// Returns the nearest rank of a percentile among `count` numbers, from 1 for the smallest; none if
+/// there are too few (the median needs one). The percentile is in thousandths, so that ceil(p n) is
 /// exact.
 pub(super) fn rank(per_mille: u64, count: u64) -> Option<u64> {
     let exceeding = count.checked_mul(1000 - per_mille)?;
@@ -75,7 +76,7 @@ pub(super) fn rank(per_mille: u64, count: u64) -> Option<u64> {
     (is_enough && rank > 0).then_some(rank)
 }
 
-/// The index of the middle one by size, the lower of two; none of an empty list.
+/// Returns the index of the median, the lower of two; none for an empty list.
 pub(super) fn median_index(values: &[f64]) -> Option<usize> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));

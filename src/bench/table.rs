@@ -1,4 +1,4 @@
-//! Results for people: boards, then models, a column each, as plain text or as Markdown.
+//! Tables of results: boards, then models, a column each, as plain text or Markdown.
 
 use super::cells::{ResultRow, degrees, megabytes, of_clocks, per_second, some_of, us};
 use super::results::{BenchResults, ModelResult};
@@ -8,7 +8,7 @@ use crate::report::{grouped, microseconds, percent};
 use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
 
-/// How a table is written.
+/// The format of a table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum TableFormat {
     /// Aligned columns.
@@ -19,7 +19,7 @@ pub(crate) enum TableFormat {
 }
 
 impl TableFormat {
-    /// The name under which flags state it.
+    /// Returns the format's name in flags.
     #[must_use]
     pub(crate) const fn name(self) -> &'static str {
         match self {
@@ -29,18 +29,18 @@ impl TableFormat {
     }
 }
 
-/// Results and what to call them; with a name, its models are headed by it too.
+/// Results and their name, which also appears in the headings of their models unless it is empty.
 pub(crate) struct ResultColumn<'a> {
-    /// Such as the name of the results' file.
+    /// The name, such as that of the results' file.
     pub name: &'a str,
     /// The results.
     pub results: &'a BenchResults,
 }
 
-/// What is not known.
+/// The cell of an unknown value.
 const ABSENT: &str = "-";
 
-/// All results side by side. Rows that no column has anything for are left out.
+/// Renders all results side by side, without rows that are empty in all columns.
 #[must_use]
 pub(crate) fn render(columns: &[ResultColumn<'_>], format: TableFormat) -> String {
     let boards = columns
@@ -83,7 +83,7 @@ pub(crate) fn render(columns: &[ResultColumn<'_>], format: TableFormat) -> Strin
     tables.join("\n")
 }
 
-/// A model's name, with its threads where it was measured with several numbers of them.
+/// Returns a model's name, with its number of threads if it was measured with several.
 pub(super) fn named(model: &ModelResult, results: &BenchResults) -> String {
     let is_again = |other: &&ModelResult| other.name == model.name;
     match (
@@ -96,13 +96,13 @@ pub(super) fn named(model: &ModelResult, results: &BenchResults) -> String {
     }
 }
 
-/// What batches of several sizes cost a model, a row each.
+/// Renders the costs of batches of several sizes, a row each.
 fn by_batch(name: &str, model: &ModelResult, format: TableFormat) -> String {
     let mut table = Table::new(&[Left(0), Right(0)]).with_gap(2);
     let headings = [
         name,
         "p50 of a batch, us",
-        "us an inference",
+        "us per inference",
         "a second",
         "windows apart",
         "peak memory",
@@ -123,7 +123,7 @@ fn by_batch(name: &str, model: &ModelResult, format: TableFormat) -> String {
     written(&table, format)
 }
 
-/// What operators take of an inference, the longest first.
+/// Renders the times of operators, the longest first.
 fn by_operator(name: &str, model: &ModelResult, format: TableFormat) -> String {
     let mut table = Table::new(&[Left(0), Left(0), Left(0), Right(0)]).with_gap(2);
     table.row([name, "by", "in", "operators", "us", "share"]);
@@ -150,7 +150,7 @@ fn written(table: &Table<'_>, format: TableFormat) -> String {
     }
 }
 
-/// What inputs of several lengths cost a model, a row each.
+/// Renders the costs of inputs of several lengths, a row each.
 fn by_length(name: &str, model: &ModelResult, format: TableFormat) -> String {
     let mut table = Table::new(&[Left(0), Right(0)]).with_gap(2);
     let headings = [
@@ -185,14 +185,14 @@ fn by_length(name: &str, model: &ModelResult, format: TableFormat) -> String {
     written(&table, format)
 }
 
-/// A row of headings, and one for each label.
+/// Renders a row of headings and a row for each label.
 pub(super) fn side_by_side<'a, T: 'a>(
     columns: impl Iterator<Item = (String, &'a T)>,
     rows: &[ResultRow<T>],
     format: TableFormat,
 ) -> String {
     let (mut headings, columns): (Vec<String>, Vec<&T>) = columns.unzip();
-    // A single column of text reads better from the left.
+    // A single column of text is more readable left-aligned.
     let aligned = match (format, columns.len()) {
         (TableFormat::Text, 1) => [Left(0); 2],
         _ => [Left(0), Right(0)],
@@ -227,13 +227,13 @@ const BOARD_ROWS: [ResultRow<BenchResults>; 10] = [
         });
         some_of(groups)
     }),
-    ("used", |r| {
+    ("processors used", |r| {
         r.board.affinity.as_ref().map(ToString::to_string)
     }),
     ("features", |r| Some(r.board.features.join(" "))),
     ("memory", |r| r.board.ram_bytes.map(megabytes)),
     ("kernel", |r| r.board.kernel.clone()),
-    ("load of others", |r| {
+    ("load of other processes", |r| {
         r.load_of_others
             .map(|share| format!("{} %", percent(share)))
     }),
@@ -280,13 +280,15 @@ const MODEL_ROWS: [ResultRow<ModelResult>; 43] = [
     ("p99", |m| us(m.single.times.p99_us?)),
     ("p99.9", |m| us(m.single.times.p999_us?)),
     ("max", |m| us(m.single.times.max_us)),
-    ("a second", |m| Some(per_second(m.single.throughput))),
-    ("windows apart", |m| spread(&m.single)),
+    ("inferences a second", |m| {
+        Some(per_second(m.single.throughput))
+    }),
+    ("spread of windows", |m| spread(&m.single)),
     ("cut: one at a time", |m| m.single.cut()),
     ("in batches of", |m| {
         m.offline.as_ref().map(|it| it.batch.to_string())
     }),
-    ("cut: batches of", |m| {
+    ("cut: batch size", |m| {
         let planned = m.offline.as_ref()?.batch_planned?;
         let is_cut = planned > m.offline.as_ref()?.batch;
         is_cut.then(|| format!("not {planned}"))
@@ -294,20 +296,20 @@ const MODEL_ROWS: [ResultRow<ModelResult>; 43] = [
     ("p50 of a batch, us", |m| {
         us(m.offline.as_ref()?.timing.times.p50_us)
     }),
-    ("a second, batches", |m| {
+    ("inferences a second, batches", |m| {
         Some(per_second(m.offline.as_ref()?.timing.throughput))
     }),
-    ("windows apart, batches", |m| {
+    ("spread of windows, batches", |m| {
         spread(&m.offline.as_ref()?.timing)
     }),
     ("cut: batches", |m| m.offline.as_ref()?.timing.cut()),
-    ("drawing its input: p50, us", |m| {
+    ("drawing one input: p50, us", |m| {
         us(m.parts.preprocessing.times.p50_us)
     }),
     ("drawing and inference: p50, us", |m| {
         us(m.parts.end_to_end.times.p50_us)
     }),
-    ("cut: drawing; and inference", |m| {
+    ("cut: drawing, with inference", |m| {
         some_of(
             [m.parts.preprocessing.cut(), m.parts.end_to_end.cut()]
                 .into_iter()
@@ -317,13 +319,13 @@ const MODEL_ROWS: [ResultRow<ModelResult>; 43] = [
     ("ONNX Runtime alone: p50, us", |m| {
         us(m.bare.as_ref()?.timing.times.p50_us)
     }),
-    ("EdgeGait over it", |m| {
+    ("overhead of EdgeGait", |m| {
         Some(format!("{:+.1} %", 100.0 * m.bare.as_ref()?.overhead))
     }),
-    ("alone, outputs reused: p50, us", |m| {
+    ("the same, outputs reused: p50, us", |m| {
         us(m.bare.as_ref()?.reusing_p50_us)
     }),
-    ("EdgeGait over that", |m| {
+    ("overhead of EdgeGait over that", |m| {
         Some(format!(
             "{:+.1} %",
             100.0 * m.bare.as_ref()?.overhead_reusing
@@ -347,21 +349,23 @@ const MODEL_ROWS: [ResultRow<ModelResult>; 43] = [
         let [rank1, low, high] = [a.rank1, low, high].map(percent);
         Some(format!("{rank1} % ({low} - {high})"))
     }),
-    ("cut: its viewpoints", |m| {
+    ("cut: viewpoints of rank-1", |m| {
         let a = m.accuracy.as_ref()?;
         let planned = a
             .viewpoints_planned
             .filter(|&planned| planned > a.viewpoints)?;
         Some(format!("{} of {planned}", a.viewpoints))
     }),
-    ("load of others meanwhile", |m| {
+    ("load of other processes meanwhile", |m| {
         m.others_busy.map(|share| format!("{} %", percent(share)))
     }),
-    ("clock start, end", |m| of_clocks(&m.conditions)),
-    ("C start, hottest, end", |m| degrees(&m.conditions)),
+    ("clock: start, end", |m| of_clocks(&m.conditions)),
+    ("temperature, C: start, highest, end", |m| {
+        degrees(&m.conditions)
+    }),
 ];
 
-/// How far windows are apart; of one nobody knows.
+/// Returns the spread of windows; none for a single window.
 fn spread(timing: &Timing) -> Option<String> {
     let is_known = timing.window_mean_us.len() > 1;
     is_known.then(|| format!("{} %", percent(timing.spread)))

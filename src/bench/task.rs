@@ -1,4 +1,4 @@
-//! What is to be measured of a model.
+//! What to measure of a model.
 
 use super::inputs::DrawnInputs;
 use super::process::MeasuringProgress;
@@ -8,32 +8,32 @@ use crate::score::{Model, Runtime};
 use std::path::Path;
 use std::time::Duration;
 
-/// What is to be measured.
+/// The measurement of a model.
 pub(crate) struct Task<'a> {
-    /// Reads the model.
+    /// A function that reads the model.
     pub open: &'a dyn Fn() -> Result<Model>,
-    /// Starts the runtime.
+    /// A function that starts the runtime.
     pub start: &'a dyn Fn() -> Result<Runtime>,
-    /// Threads inside of one inference.
+    /// The number of threads within one inference.
     pub threads: usize,
-    /// Inferences of a batch, of each size that is measured; at least one.
+    /// The batch sizes that are measured; at least one.
     pub batches: &'a [usize],
-    /// Whether to measure its rank-1.
+    /// Whether to measure rank-1.
     pub with_accuracy: bool,
-    /// Whether to measure what each operator takes, where the runtime tells.
+    /// Whether to measure the time of each operator, where the runtime reports it.
     pub with_operators: bool,
-    /// How long.
+    /// The timing plan.
     pub plan: TimingPlan,
-    /// How long all of it may take from the first inference on; no end if none.
+    /// The time limit from the first inference on; none for no limit.
     pub most: Option<Duration>,
-    /// Is told how far it is.
+    /// A function that is called with the progress.
     pub tell: &'a (dyn Fn(&MeasuringProgress) + Sync),
-    /// Whether to compare with a loop around nothing but the runtime.
+    /// Whether to compare with loops around the runtime alone.
     pub bare: bool,
-    /// What is drawn.
+    /// The inputs that are drawn.
     pub scene: DrawnInputs<'a>,
-    /// Seed of the intervals of accuracy.
+    /// The seed of the accuracy's intervals.
     pub seed: u64,
-    /// Where the machine's files are.
+    /// The root folder of the machine's files.
     pub root: &'a Path,
 }

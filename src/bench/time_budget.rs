@@ -1,34 +1,34 @@
-//! How the time that the measuring of a model may take is shared by its kinds of work.
+//! Sharing a model's measuring time among its kinds of work.
 //!
-//! A network of a second an inference would take hours for what a linear model does in half a minute.
-//! What is to be done is known ahead, from the first inference on: what would take longer than there
-//! is time for is cut, and each result states it.
+//! What a linear model finishes in half a minute would take hours with a network that needs a
+//! second an inference. After the first inference the duration of all work can be estimated. What
+//! does not fit the time is cut, and each result states that.
 
 use super::process::MeasuringProgress;
 use std::time::{Duration, Instant};
 
-/// A kind of work that is still to come.
+/// A kind of work that has not begun.
 #[derive(Clone, Debug)]
 pub(super) struct WorkKind {
-    /// What progress calls it.
+    /// The work's name in progress reports.
     pub what: String,
-    /// How long all of it would take, seconds, as far as that is known.
+    /// The estimated time of the full work, seconds.
     pub full_s: f64,
-    /// Its share of the time, as against those of the others.
+    /// The weight of the work in sharing the time.
     pub weight: f64,
 }
 
-/// What one kind of work may take.
+/// The time for one kind of work.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TimeShare {
-    /// Seconds, without end if there is no cap.
+    /// The time in seconds; infinite if there is no limit.
     pub most_s: f64,
-    /// When they are over.
+    /// The end of that time.
     pub until: Option<Instant>,
 }
 
 impl TimeShare {
-    /// Seconds that are left of it.
+    /// Returns the seconds that remain.
     #[must_use]
     pub(super) fn left_s(&self) -> f64 {
         self.until.map_or(self.most_s, |until| {
@@ -39,21 +39,21 @@ impl TimeShare {
     }
 }
 
-/// The time that is left, and what it is for.
+/// The remaining time, and the work that shares it.
 pub(super) struct Cap<'a> {
     started: Instant,
     until: Option<Instant>,
     to_come: Vec<WorkKind>,
     tell: &'a (dyn Fn(&MeasuringProgress) + Sync),
-    /// What is being done, and when all will be over.
+    /// The current work, and the estimated end of all work.
     now: (String, Instant),
-    /// How long all of what has begun would have taken in full, seconds.
+    /// The time that all work so far would have taken in full, seconds.
     full_s: f64,
 }
 
 impl<'a> Cap<'a> {
-    /// From now on at most so long, for these kinds of work one after another; `tell` is told what is
-    /// done and how long the rest takes.
+    /// Starts a time limit of `most` for these kinds of work in turn; `tell` is called with the
+    /// current work and the remaining time.
     #[must_use]
     pub(super) fn new(
         most: Option<Duration>,
@@ -71,8 +71,8 @@ impl<'a> Cap<'a> {
         }
     }
 
-    /// Begins the next kind of work, of which all would take `full_s`: it may take what the others do
-    /// not need, or what its weight gives it of the time that is left, whichever is more.
+    /// Begins the next kind of work, which would take `full_s` in full. It gets its weighted share
+    /// of the remaining time, or what the later work does not need, whichever is more.
     pub(super) fn begin(&mut self, full_s: f64) -> TimeShare {
         let kind = WorkKind {
             full_s,
@@ -95,14 +95,14 @@ impl<'a> Cap<'a> {
         }
     }
 
-    /// How long those that are still to come would take in full, in their order, is known better now.
+    /// Updates the estimated full times of the remaining work, in order.
     pub(super) fn expect(&mut self, full_s: &[f64]) {
         for (kind, &full_s) in self.to_come.iter_mut().zip(full_s) {
             kind.full_s = full_s;
         }
     }
 
-    /// Says what is being done, and how long the rest takes.
+    /// Reports the current work and the remaining time.
     pub(super) fn tell(&self) {
         let (what, over) = &self.now;
         (self.tell)(&MeasuringProgress {
@@ -111,7 +111,7 @@ impl<'a> Cap<'a> {
         });
     }
 
-    /// Seconds that are left, without end if there is no cap.
+    /// Returns the seconds that remain; infinite if there is no limit.
     #[must_use]
     pub(super) fn left_s(&self) -> f64 {
         self.until.map_or(f64::INFINITY, |until| {
@@ -121,36 +121,36 @@ impl<'a> Cap<'a> {
         })
     }
 
-    /// Seconds since it began.
+    /// Returns the seconds since the start.
     #[must_use]
     pub(super) fn taken_s(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
     }
 
-    /// Seconds that all that has begun would have taken without a cap, as far as that is known.
+    /// Returns the estimated seconds that all work so far would have taken without a limit.
     #[must_use]
     pub(super) const fn full_s(&self) -> f64 {
         self.full_s
     }
 }
 
-/// The most that a kind of work may take of `left_s` seconds: its share of them, or what those after it
-/// leave.
+/// Returns how many of `left_s` seconds a kind of work may take: its share, or what the later work
+/// leaves, whichever is more.
 fn most_of(left_s: f64, share: f64, later_s: f64) -> f64 {
     (left_s * share).max(left_s - later_s).max(0.0)
 }
 
-/// Fewest calls of a batch that are worth their time: one to warm up, three that are timed.
+/// The fewest calls for which a batch is measured: one warm-up call and three timed ones.
 pub(super) const LEAST_BATCHES: f64 = 4.0;
 
-/// The largest size of a batch that is `asked` or a power of two below it, and whose
-/// [`LEAST_BATCHES`] fit the time, at `call_s` an inference; below two there is none.
+/// Returns the largest batch size, `asked` or a power of two below it, whose [`LEAST_BATCHES`]
+/// calls fit the time at `call_s` an inference; none below two.
 #[must_use]
 pub(super) fn batch_within(most_s: f64, call_s: f64, asked: usize) -> Option<usize> {
     largest(asked, |size| LEAST_BATCHES * size as f64 * call_s <= most_s)
 }
 
-/// The largest that fits of `asked` and the powers of two below it, down to two.
+/// Returns the largest size that fits, `asked` or a power of two below it, down to two.
 pub(super) fn largest(asked: usize, fits: impl Fn(usize) -> bool) -> Option<usize> {
     let powers = std::iter::successors(Some(1_usize), |size| size.checked_mul(2));
     let below: Vec<usize> = powers.skip(1).take_while(|&size| size < asked).collect();
@@ -173,9 +173,9 @@ mod tests {
 
     #[test]
     fn each_kind_takes_its_share_or_what_the_others_leave() {
-        // 100 s for work of 500, 300 and 10 s: half of them, which is more than 100 - 310.
+        // 100 s for work of 500, 300 and 10 s: half, which is more than 100 - 310.
         assert_eq!(most_of(100.0, 0.5, 310.0), 50.0);
-        // Others need 30 s only.
+        // The others need only 30 s.
         assert_eq!(most_of(100.0, 0.5, 30.0), 70.0);
         assert_eq!(most_of(0.0, 0.5, 30.0), 0.0);
         assert_eq!(most_of(f64::INFINITY, 0.1, 30.0), f64::INFINITY);

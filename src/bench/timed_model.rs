@@ -1,4 +1,4 @@
-//! What is timed of a loaded model, as far as there is time for it.
+//! Timing a loaded model within its share of the time.
 
 use super::board::MachineState;
 use super::energy::{EnergyCount, Meter};
@@ -12,7 +12,7 @@ use crate::score::{Model, Recognizer, Runtime};
 use std::path::Path;
 use std::time::Instant;
 
-/// A model that is loaded.
+/// A loaded model, with the costs of loading it.
 pub(super) struct LoadedModel {
     pub runtime: Runtime,
     pub model: Model,
@@ -49,18 +49,18 @@ impl LoadedModel {
 pub(super) struct MemoryBaseline(Option<u64>);
 
 impl MemoryBaseline {
-    /// How much more a peak is.
+    /// Returns by how much a peak exceeds the baseline.
     pub(super) fn below(self, peak: Option<u64>) -> Option<u64> {
         let both = peak.zip(self.0);
         both.map(|(peak, baseline)| peak.saturating_sub(baseline))
     }
 }
 
-/// The first inference, and those to warm up, of which there are fewer where they would take long.
+/// The first inference and the warm-up, which is shorter for slow models.
 pub(super) struct First {
     pub first_ms: f64,
     pub non_finite: usize,
-    /// The shortest of them, seconds.
+    /// The shortest of these calls, seconds.
     pub call_s: f64,
     pub peak_rss_bytes: Option<u64>,
 }
@@ -88,25 +88,24 @@ impl First {
     }
 }
 
-/// How long a kind of work is timed: the plan, the time that it may take, and what one call does.
+/// The timing of one kind of work: the plan, its share of the time, and the size of a call.
 #[derive(Clone, Copy)]
 pub(super) struct TimedWork<'a> {
     pub plan: &'a TimingPlan,
     pub share: &'a TimeShare,
-    /// How long one call takes, seconds.
+    /// The time of one call, seconds.
     pub call_s: f64,
-    /// Inferences of one call.
+    /// The number of inferences in one call.
     pub batch: usize,
 }
 
-/// Windows, and what they come to.
+/// Measured windows and their summary.
 pub(super) struct MeasuredWindows {
     pub windows: Vec<MeasuredWindow>,
     pub timing: Timing,
 }
 
-/// Measures as much of a plan as its share of the time has room for; `call_s` is how long a call of
-/// `batch` inferences takes.
+/// Measures as much of a plan as fits its share of the time.
 pub(super) fn timed<const N: usize>(
     call: &TimedWork<'_>,
     works: [TimedCall<'_>; N],
@@ -132,7 +131,7 @@ pub(super) fn timed<const N: usize>(
         .map_err(|_| Error::Missing("each kind of work"))
 }
 
-/// Inferences, called from where they cost least.
+/// Times inferences, called from the thread where they cost least.
 pub(super) fn beside(
     recognizer: &dyn Recognizer,
     input: &[f32],
@@ -152,14 +151,14 @@ fn ms_since(started: Instant) -> f64 {
     started.elapsed().as_secs_f64() * 1e3
 }
 
-/// How long one call takes, seconds.
+/// Returns the time of one call, seconds.
 pub(super) fn seconds_of(work: TimedCall<'_>) -> Result<f64> {
     let started = Instant::now();
     work()?;
     Ok(started.elapsed().as_secs_f64())
 }
 
-/// The machine between windows, and the time that is left.
+/// The states of the machine between windows, and the remaining time.
 pub(super) struct Watched<'a> {
     root: &'a Path,
     pub(super) states: Vec<MachineState>,

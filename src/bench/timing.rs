@@ -1,30 +1,30 @@
-//! Times of inferences as results state them.
+//! The times of inferences, as results state them.
 
 use super::statistics::{Times, median_index};
 use super::windows::{MeasuredWindow, TimingPlan};
 use serde::{Deserialize, Serialize};
 
-/// How much was planned, and how much was made of it.
+/// How much was planned, and how much was measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct WorkExtent {
-    /// Windows that were planned.
+    /// The planned number of windows.
     pub windows_planned: u32,
-    /// Windows that were made.
+    /// The number of windows.
     pub windows: u32,
-    /// Fewest inferences that were planned for each.
+    /// The planned minimum of inferences in each window.
     pub inferences_planned: u64,
-    /// Inferences of each that was made.
+    /// The number of inferences in each window.
     pub inferences: Vec<u64>,
-    /// Calls before each, not timed, that were planned.
+    /// The planned number of untimed calls before each window.
     pub warm_up_planned: u32,
-    /// How many of these were made at most.
+    /// The actual number of untimed calls before each window, at most.
     pub warm_up: u32,
-    /// How long each was to be at least, seconds.
+    /// The planned minimum length of a window, seconds.
     pub window_s_planned: f64,
 }
 
 impl WorkExtent {
-    /// Of windows with `batch` inferences a call.
+    /// Describes windows with `batch` inferences a call.
     #[must_use]
     pub(super) fn of(
         planned: &TimingPlan,
@@ -46,8 +46,8 @@ impl WorkExtent {
         }
     }
 
-    /// What is less than was planned, in words, such as `3 of 5 windows, 10 of 100 inferences in each`;
-    /// none if nothing is. `window_s` is how long the shortest window was, seconds.
+    /// Describes what is less than planned, such as `3 of 5 windows, 10 of 100 inferences in each`;
+    /// none if nothing is. `window_s` is the length of the shortest window, seconds.
     #[must_use]
     pub(super) fn cut(&self, window_s: f64) -> Option<String> {
         let mut cut = Vec::new();
@@ -74,7 +74,7 @@ impl WorkExtent {
         }
         if self.warm_up < self.warm_up_planned {
             cut.push(format!(
-                "{} of {} calls to warm up",
+                "{} of {} warm-up calls",
                 self.warm_up, self.warm_up_planned
             ));
         }
@@ -82,26 +82,26 @@ impl WorkExtent {
     }
 }
 
-/// Several windows of calls. The figures are those of the window whose mean is the median of
-/// the windows' means (the lower of two).
+/// The summary of several windows of calls. Times and throughput are from the window whose mean is
+/// the median of the windows' means (the lower of two).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Timing {
-    /// Times of its calls.
+    /// The times of the median window's calls.
     #[serde(flatten)]
     pub times: Times,
-    /// Inferences a second in it.
+    /// The inferences a second in the median window.
     pub throughput: f64,
     /// The mean of each window, in order.
     pub window_mean_us: Vec<f64>,
-    /// How far the windows are apart: their largest mean less their smallest, over the median.
+    /// The spread of windows: their largest mean less their smallest, over the median.
     pub spread: f64,
-    /// How much was planned, and made; none in results of versions that do not say.
+    /// How much was planned and measured; none in results of versions that do not state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub extent: Option<WorkExtent>,
 }
 
 impl Timing {
-    /// Of windows whose calls make `batch` inferences each; none of no windows.
+    /// Summarises windows with `batch` inferences a call; none if there are none.
     #[must_use]
     pub(crate) fn of(windows: &[MeasuredWindow], batch: usize) -> Option<Self> {
         let window_mean_us: Vec<f64> = windows.iter().map(|w| w.times.mean_us).collect();
@@ -117,11 +117,11 @@ impl Timing {
         })
     }
 
-    /// What of it is less than was planned, in words; none if nothing is.
+    /// Describes what is less than planned; none if nothing is.
     #[must_use]
     pub(super) fn cut(&self) -> Option<String> {
         let extent = self.extent.as_ref()?;
-        // Of batches, each call makes as many as the rate says.
+        // The inferences in a call follow from the throughput.
         let batch = (self.throughput * self.times.mean_us * 1e-6).max(1.0);
         let windows = extent.inferences.iter().zip(&self.window_mean_us);
         let seconds = windows.map(|(&count, mean_us)| count as f64 / batch * mean_us * 1e-6);

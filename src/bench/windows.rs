@@ -1,36 +1,36 @@
-//! How long is measured: warm-up, and windows of many calls.
+//! The duration of measurements: warm-up, and windows of many calls.
 
 use super::statistics::Times;
 use crate::error::{Error, Result};
 use std::time::{Duration, Instant};
 
-/// Fewest inferences of a window (the suggestion of gait benchmarks at the edge: enough for a
-/// 99th percentile).
+/// The fewest inferences in a window: enough for a 99th percentile, as benchmarks of gait
+/// recognition on edge devices suggest.
 pub(crate) const LEAST_INFERENCES: u64 = 100;
 
-/// How long is measured.
+/// The duration of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TimingPlan {
-    /// Calls before each window that are not timed.
+    /// The number of untimed calls before each window.
     pub warm_up: u32,
-    /// Shortest window; one also has at least so many inferences.
+    /// The minimum length of a window.
     pub window: Duration,
-    /// Fewest inferences of a window, at least one.
+    /// The minimum number of inferences in a window; at least one.
     pub inferences: u64,
-    /// Windows, at least one.
+    /// The number of windows; at least one.
     pub windows: u32,
 }
 
 impl TimingPlan {
-    /// Ten calls to warm up, five windows of 1 s.
+    /// The default: ten warm-up calls, five windows of 1 s.
     pub(crate) const DEFAULT: Self = Self {
         warm_up: 10,
         window: Duration::from_secs(1),
         inferences: LEAST_INFERENCES,
         windows: 5,
     };
-    /// As MLPerf Tiny 1.2 runs its performance script: five windows, median; 10 s at least,
-    /// here each; 10 calls to warm up before each, the most that any of its tasks has.
+    /// The performance script of MLPerf Tiny 1.2: the median of five windows, here of at least 10 s
+    /// each, and 10 warm-up calls before each, the most of any of its tasks.
     pub(crate) const MLPERF: Self = Self {
         warm_up: 10,
         window: Duration::from_secs(10),
@@ -38,7 +38,7 @@ impl TimingPlan {
         windows: 5,
     };
 
-    /// How long it takes, seconds, if a call takes `call_s` and makes `batch` inferences.
+    /// Returns the duration of the plan, seconds, if a call of `batch` inferences takes `call_s`.
     #[must_use]
     pub(crate) fn takes_s(&self, call_s: f64, batch: usize) -> f64 {
         let calls = self.inferences.div_ceil(batch.max(1) as u64) as f64;
@@ -46,9 +46,9 @@ impl TimingPlan {
         f64::from(self.windows) * (f64::from(self.warm_up) * call_s + timed)
     }
 
-    /// The same, or what of it fits `most_s` seconds: as many windows as have ten calls each (fewer
-    /// have no 90th percentile), at least one; before each, one call to warm up for ten that are timed;
-    /// and what is left of the time for the window, at least one call.
+    /// Returns the plan, shortened to fit `most_s` seconds: as many windows as have ten calls each
+    /// (a 90th percentile needs ten), at least one; one warm-up call for every ten calls of a
+    /// window; and the rest of the time for timed calls, at least one.
     #[must_use]
     pub(crate) fn within(&self, most_s: f64, call_s: f64, batch: usize) -> Self {
         if self.takes_s(call_s, batch) <= most_s {
@@ -78,41 +78,41 @@ impl TimingPlan {
     }
 }
 
-/// Fewest calls of a window that have a 90th percentile.
+/// The fewest calls in a window that have a 90th percentile.
 const CALLS_FOR_P90: u64 = 10;
 
-/// What is timed: one call.
+/// The call that is timed.
 pub(crate) type TimedCall<'w> = &'w mut dyn FnMut() -> Result<()>;
 
-/// What was measured in one window.
+/// The measurements of one window.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MeasuredWindow {
-    /// Times of the calls.
+    /// The times of the calls.
     pub times: Times,
     /// Energy in joules, where it was metered.
     pub energy_j: Option<f64>,
 }
 
-/// Is told when a window begins and ends, outside of what is timed.
+/// An observer that is called when a window begins and ends, outside the timed part.
 pub(crate) trait Watch {
-    /// A window begins.
+    /// Called when a window begins.
     fn begin(&mut self);
-    /// It has ended; the energy that it took, joules, if that is metered.
+    /// Called when a window has ended; returns its energy in joules, if metered.
     fn end(&mut self) -> Option<f64>;
 }
 
-/// Measures calls of which each makes `batch` inferences; several kinds of work take turns,
-/// window by window, the first and the last of them by turns, so that what slows the machine
-/// slows all of them. Windows of each kind.
+/// Measures calls of `batch` inferences each and returns the windows of each kind of work. Several
+/// kinds of work alternate, window by window, in an order that reverses each round, so that what
+/// slows the machine slows all of them.
 ///
-/// A call's time is from the end of the call before it, so that the times of a window add up to
-/// its length and one reading of the clock a call is all that is added.
+/// A call's time starts at the end of the previous call, so that the times of a window add up to
+/// its length, and each call reads the clock only once.
 ///
-/// After the moment `until` each window ends with the call that it is at, its first at least, and no
-/// other turns begin.
+/// After the moment `until`, each window ends with its current call, at least its first, and no
+/// further round begins.
 ///
 /// # Errors
-/// When a call fails.
+/// If a call fails.
 pub(crate) fn measure<const N: usize>(
     plan: &TimingPlan,
     until: Option<Instant>,
@@ -172,7 +172,7 @@ fn window(
 mod tests {
     use super::*;
 
-    /// Counts windows, and says that each took 2 J.
+    /// Counts windows, and reports 2 J for each.
     #[derive(Default)]
     struct Counted(usize);
 
@@ -280,7 +280,7 @@ mod tests {
         assert_eq!(cut(250.0, 1.0, 1), (5, 45, 5));
         // 12 batches of 8.
         assert_eq!(cut(12.0, 1.0, 8), (1, 88, 1));
-        // Not even one call: one is made.
+        // No time for one call: one is made.
         assert_eq!(cut(1.0, 2.0, 1), (1, 1, 0));
         assert_eq!(cut(0.0, 2.0, 4), (1, 4, 0));
         // Short calls have shorter windows, with as many inferences.
@@ -290,7 +290,7 @@ mod tests {
             (5, 100, 10)
         );
         assert!((short.window.as_secs_f64() - 0.59).abs() < 1e-9);
-        // What is cut takes no longer than it may.
+        // A shortened plan takes no longer than allowed.
         for call_s in [1e-3, 0.01, 0.1, 0.3, 1.0, 3.0] {
             for most_s in [3.0_f64, 10.0, 33.0, 150.0] {
                 let plan = TimingPlan::DEFAULT.within(most_s, call_s, 1);

@@ -22,7 +22,7 @@ pub(super) struct DrawArgs {
     /// columns, all elevations in one pass, for --framing cycle and camera [default: skia]
     #[arg(long, value_name = "NAME", value_parser = raster())]
     raster: Option<Raster>,
-    /// How figures are fitted into the image [default: height]
+    /// Framing of figures in the image [default: height]
     #[arg(long, value_name = "NAME")]
     framing: Option<FramingMode>,
     /// Projection [default: ortho]
@@ -34,7 +34,7 @@ pub(super) struct DrawArgs {
     /// Vertical field of view in degrees, for --framing camera [default: 45]
     #[arg(long, value_name = "F")]
     fov_deg: Option<f64>,
-    /// Whether the camera follows the pelvis or stands still [default: follow]
+    /// Camera movement: follow the pelvis, or stand still [default: follow]
     #[arg(long, value_name = "NAME")]
     camera: Option<CameraArg>,
     /// Aim of a static camera in metres [default: the pelvis' mean over the frames]

@@ -246,7 +246,7 @@ mod tests {
         );
     }
 
-    /// Lines of code of the library with a flag; those of git and variables of CSS do not count.
+    /// Collects lines of the library's code with a flag, except git's flags and CSS variables.
     fn with_flag(folder: &Path, found: &mut Vec<String>) {
         let is_flag = |rest: &str| rest.starts_with(|first: char| first.is_ascii_lowercase());
         for entry in std::fs::read_dir(folder).expect("readable") {

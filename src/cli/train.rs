@@ -100,7 +100,7 @@ enum MethodArg {
     Lda,
     /// LDA of templates and of their crops (--crop-steps, --crop-rows), in two parts (Han & Bhanu)
     RealSynthetic,
-    /// Linear support vector machines on the principal components, one for each person against the rest
+    /// Linear support vector machines on the principal components, one-versus-rest for each person
     Svm,
     /// Values of a template that vary more between people than within them (after Nandy et al.:
     /// row-width)

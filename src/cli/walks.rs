@@ -13,8 +13,8 @@ pub(super) struct SelectionArgs {
     /// Only these people, by name
     #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
     pub subjects: Vec<String>,
-    /// Only these walks, by name [default: walk-5kmh of the built-in cohort, all of a pack; `render`
-    /// without names: the first]
+    /// Only these walks, by name [default: walk-5kmh of the built-in cohort, all of a pack; for
+    /// `render` without names, the first]
     #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
     pub walks: Vec<String>,
 }

@@ -99,7 +99,7 @@ pub enum EncodeError {
     TooManyPeople {
         /// The numbers of the people.
         people: Range<usize>,
-        /// The numbers of those who fit.
+        /// The numbers of the people who fit.
         fit: Range<usize>,
     },
     /// A walk of a population is an uncut motion.

@@ -85,9 +85,7 @@ pub enum EvaluateError {
         at: &'static str,
     },
     /// There are too many viewpoints to compare in pairs.
-    #[error(
-        "protocol {protocol}: {found} viewpoints to compare in pairs, expected at most {most}"
-    )]
+    #[error("protocol {protocol}: {found} viewpoints to compare in pairs, expected at most {most}")]
     TooManyViews {
         /// The protocol.
         protocol: String,

@@ -59,7 +59,7 @@ pub enum SweepError {
     /// A figure has no height to scale it by, metres.
     #[error("a figure of {0} m height: expected more than 0")]
     Flat(f64),
-    /// The number of frames does not divide that of the exact GEI.
+    /// The number of frames does not divide the exact GEI's number.
     #[error("{found} frames a cycle: expected a divisor of {of}")]
     Frames {
         /// Frames a cycle.

@@ -243,7 +243,7 @@ mod tests {
         assert!((map.high - (1.0 + rank1.high) / 2.0).abs() < 1e-12);
     }
 
-    /// Genuine pairs at i, impostor pairs at i + shift, all of them distinct between subjects.
+    /// Returns genuine pairs at i and impostor pairs at i + shift, all distinct between subjects.
     fn pairs(subjects: u32, each: u32, shift: f64) -> Vec<Pairs> {
         (0..subjects)
             .map(|s| {

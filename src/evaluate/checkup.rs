@@ -109,7 +109,8 @@ impl Checkup {
             .then_some(found.greatest_relative)
     }
 
-    /// Returns whether the numbers of every answer are not negative and sum to 1, as after a softmax.
+    /// Returns whether the numbers of every answer are not negative and sum to 1, as after a
+    /// softmax.
     pub(crate) fn is_softmax(&self) -> bool {
         let is_shares = |answer: &Vec<f32>| {
             let sum: f32 = answer.iter().sum();

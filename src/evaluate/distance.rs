@@ -4,8 +4,9 @@
 //! that number i of part j is at `i * p + j` (OpenGait's `[n, c, p]`). A plain vector has one part.
 //!
 //! - Euclidean: the mean over the parts of `|x - y|` (OpenGait's `euc`), 0 or more.
-//! - Cosine: 1 minus the mean over the parts of `x . y / (|x| |y|)` (OpenGait's `cos`), 0..2. A part
-//!   that is zero in one of the two has no direction; its cosine counts as 0, as with `F.normalize`.
+//! - Cosine: 1 minus the mean over the parts of `x . y / (|x| |y|)` (OpenGait's `cos`), 0..2. A
+//!   part that is zero in one of the two has no direction; its cosine counts as 0, as with
+//!   `F.normalize`.
 //! - Votes: the share of the parts whose nearest gallery entry is another person's, 0..1. It is
 //!   defined only within a gallery.
 //! - View: `|x - y|` in the part of the probe's viewpoint, or the mean over the parts where that

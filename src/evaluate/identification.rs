@@ -3,9 +3,10 @@
 //! A probe's gallery is sorted by (distance, gallery index). Ties go to the lower index, so that a
 //! recognizer with constant answers is not flattered and every run gives the same numbers.
 //!
-//! Two kinds of probes are also counted apart:
-//! - *without mate*: the person is not in the compared gallery. A miss for Rank-k; mAP and mINP leave
-//!   it out (both as OpenGait's `compute_ACC_mAP`; its `evaluate_rank` leaves it out of Rank-k too).
+//! Two kinds of probes are also counted separately:
+//! - *without mate*: the person is not in the compared gallery. A miss for Rank-k; mAP and mINP
+//!   leave it out (both as OpenGait's `compute_ACC_mAP`; its `evaluate_rank` leaves it out of
+//!   Rank-k too).
 //! - *not finite*: a compared distance is NaN or infinite. A miss for Rank-k; mAP and mINP leave
 //!   it out, so never quote them without [`Ranking::non_finite`].
 
@@ -133,8 +134,8 @@ impl Ranking {
         self.non_finite
     }
 
-    /// Returns the hits at rank `k`: probes with a mate among the first `k` entries. `k` counts from
-    /// 1, and is limited to [`MAX_RANK`].
+    /// Returns the hits at rank `k`: probes with a mate among the first `k` entries. `k` counts
+    /// from 1, and is limited to [`MAX_RANK`].
     #[must_use]
     pub(crate) fn tally(&self, k: usize) -> Tally {
         Tally {

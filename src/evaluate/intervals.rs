@@ -7,8 +7,8 @@ use super::rank1::Tally;
 
 /// The two 95 % intervals of a Rank-1.
 ///
-/// A person's probes are correlated, so Wilson's interval, which takes probes as independent, is too
-/// narrow. The interval that resamples people therefore has the plain names.
+/// A person's probes are correlated, so Wilson's interval, which takes probes as independent, is
+/// too narrow. The interval that resamples people therefore has the plain names.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Rank1Intervals {
     /// Lower end of the interval that resamples people, 0..1; none with fewer than two people.

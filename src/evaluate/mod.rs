@@ -3,15 +3,15 @@
 //! - [`contest`] shows a source's sequences to recognizers as a [`protocol`] specifies. `trial`
 //!   compares the probes with the gallery, and `totals` sums the outcomes.
 //! - `distance` compares embeddings. `rank1` decides hits and misses by class score,
-//!   `identification` computes Rank-k, mAP and mINP from distances, `verification` EER, ROC and AUC,
-//!   and `cross_view` the means over pairs of views.
+//!   `identification` computes Rank-k, mAP and mINP from distances, `verification` EER, ROC and
+//!   AUC, and `cross_view` the means over pairs of views.
 //! - `intervals`, `wilson` and `bootstrap` compute intervals of rates, `median` those of medians.
 //!   `paired` tests whether two recognizers differ.
 //! - `bands` and `view_angle` sum results over viewpoints.
 //! - [`results`] is the JSON that `edgegait score` writes.
 //! - `strengths` measures the effect of each confounder, `eight_bit` that of 8-bit weights.
-//!   `checkup` checks that a model works, and `parity` whether runtimes and variants of a model give
-//!   the same answers.
+//!   `checkup` checks that a model works, and `parity` whether runtimes and variants of a model
+//!   give the same answers.
 
 pub(crate) mod bands;
 pub(crate) mod bootstrap;

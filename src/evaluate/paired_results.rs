@@ -93,7 +93,8 @@ pub struct PairedResult {
     pub recognizer: String,
     /// The other recognizer.
     pub other: String,
-    /// The set of probes; none for the leading sets, [`super::results::RecognizerResult::of_probe_sets`].
+    /// The set of probes; none for the leading sets,
+    /// [`super::results::RecognizerResult::of_probe_sets`].
     pub probe_set: Option<String>,
     /// Number of people with probes.
     pub people: u64,
@@ -104,8 +105,8 @@ pub struct PairedResult {
     pub low: Option<f64>,
     /// Upper end of the interval of the difference.
     pub high: Option<f64>,
-    /// Differences at each viewpoint. Only for the best recognizer and the leading probe sets; empty
-    /// where there are too many viewpoints and people for intervals.
+    /// Differences at each viewpoint. Only for the best recognizer and the leading probe sets;
+    /// empty where there are too many viewpoints and people for intervals.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub by_viewpoint: Vec<PairedViewpoint>,
 }

@@ -1,8 +1,8 @@
 //! Protocols as data: which takes are the gallery and which are probes.
 //!
 //! A protocol selects takes by name, condition or order, independently of how their pictures were
-//! made. So it applies to a pack, a dataset and a tree of silhouettes in the same way. The protocols
-//! in [`NAMES`] are built in; others are TOML files with the same keys.
+//! made. So it applies to a pack, a dataset and a tree of silhouettes in the same way. The
+//! protocols in [`NAMES`] are built in; others are TOML files with the same keys.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -54,7 +54,7 @@ pub struct Protocol {
     pub name: String,
     /// A sentence about the protocol.
     pub description: String,
-    /// What identifies the person of a probe.
+    /// The rule that decides the person of a probe.
     pub decision: Decision,
     /// The gallery viewpoints that a probe is compared with.
     #[serde(default)]
@@ -85,7 +85,7 @@ pub struct ViewpointGrid {
     pub elevation_deg: Vec<f32>,
 }
 
-/// What identifies the person of a probe.
+/// The rule that decides the person of a probe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum Decision {
     /// The class with the highest score.
@@ -174,8 +174,8 @@ impl TakeRoles {
 }
 
 impl TakeRoles {
-    /// Returns the roles of takes that are probed under conditions, as in [`Protocol::under`]. A take
-    /// has the same role as without a condition.
+    /// Returns the roles of takes that are probed under conditions, as in [`Protocol::under`]. A
+    /// take has the same role as without a condition.
     #[must_use]
     pub fn under(
         &self,
@@ -308,7 +308,8 @@ impl Protocol {
         .into())
     }
 
-    /// Returns warnings about parts of the protocol that match no take, or pool different conditions.
+    /// Returns warnings about parts of the protocol that match no take, or pool different
+    /// conditions.
     #[must_use]
     pub fn doubts(&self, takes: &[SequenceTake], roles: &TakeRoles) -> Vec<String> {
         let mut doubts = Vec::new();
@@ -360,8 +361,8 @@ impl Protocol {
         })
     }
 
-    /// Returns the takes that are made of a walk, each probe take with `cycles` cycles. They begin at
-    /// the stated variation and go to the end of its take of 8 variations. Further cycles are of
+    /// Returns the takes that are made of a walk, each probe take with `cycles` cycles. They begin
+    /// at the stated variation and go to the end of its take of 8 variations. Further cycles are of
     /// every n-th take after it, where n is the number of probe takes.
     ///
     /// # Errors

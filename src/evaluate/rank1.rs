@@ -88,7 +88,8 @@ impl FromIterator<ProbeOutcome> for Tally {
     }
 }
 
-/// Returns the outcome in a closed set by class score: a hit if class `truth` has the highest score.
+/// Returns the outcome in a closed set by class score: a hit if class `truth` has the highest
+/// score.
 ///
 /// Ties go to the lowest index, so that a recognizer with constant answers hits one class only.
 /// A row with a number that is not finite is [`ProbeOutcome::NonFinite`]; a `truth` beyond the row

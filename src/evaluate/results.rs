@@ -1,8 +1,8 @@
 //! The results of `edgegait score`, as the JSON that it writes.
 //!
 //! Two runs with the same header give the same results except for the timings. These are separate
-//! types ([`RunTime`], [`Latency`]) that can be removed ([`ScoreResults::without_timings`]). In JSON
-//! they are fields like the others.
+//! types ([`RunTime`], [`Latency`]) that can be removed ([`ScoreResults::without_timings`]). In
+//! JSON they are fields like the others.
 
 use super::intervals::Rank1Intervals;
 use super::rank1::Tally;
@@ -302,7 +302,7 @@ impl ViewpointResult {
     }
 }
 
-/// How long one inference takes, microseconds.
+/// The latency of one inference, microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Latency {
     /// Median.
@@ -314,8 +314,8 @@ pub struct Latency {
 }
 
 impl Latency {
-    /// Returns the percentiles of samples in microseconds by nearest rank, ceil(p n), so that each is
-    /// one of the samples. None without samples.
+    /// Returns the percentiles of samples in microseconds by nearest rank, ceil(p n), so that each
+    /// is one of the samples. None without samples.
     #[must_use]
     pub fn of(samples_us: &[f64]) -> Option<Self> {
         let mut sorted = samples_us.to_vec();
@@ -407,7 +407,8 @@ impl RecognizerResult {
         self
     }
 
-    /// Returns the counts at the training viewpoints, empty if these are unknown or were not scored.
+    /// Returns the counts at the training viewpoints, empty if these are unknown or were not
+    /// scored.
     #[must_use]
     pub fn at_training(&self) -> Tally {
         let trained = self

@@ -17,7 +17,7 @@ pub(crate) struct ConfounderResult {
     pub name: &'static str,
     /// Name of its class.
     pub class: &'static str,
-    /// What it is at strength 1.
+    /// The confounder at strength 1, in words.
     pub at_full: &'static str,
     /// Effects by rising strength. The first is at 0 or, for a confounder with an opposite, at -1.
     pub by_strength: Vec<StrengthResult>,
@@ -70,8 +70,8 @@ pub(crate) struct StrengthStudy {
 }
 
 impl StrengthStudy {
-    /// Creates a study with each confounder alone at each of these strengths above 0, and confounders
-    /// with an opposite at the negative strengths too.
+    /// Creates a study with each confounder alone at each of these strengths above 0, and
+    /// confounders with an opposite at the negative strengths too.
     #[must_use]
     pub(crate) fn new(confounders: &[&'static Confounder], strengths: &[f64]) -> Self {
         let mut strengths = strengths.to_vec();
@@ -161,8 +161,8 @@ impl StrengthStudy {
         Ok(results)
     }
 
-    /// Returns the root mean square difference between GEIs under each condition and those under the
-    /// first one, of 255.
+    /// Returns the root mean square difference between GEIs under each condition and those under
+    /// the first one, of 255.
     ///
     /// # Errors
     /// If a figure cannot be rendered.
@@ -193,8 +193,8 @@ impl StrengthStudy {
         self.conditions[1..].iter().map(effect).collect()
     }
 
-    /// Returns the additional time per silhouette of each confounder at the highest strength, ns: the
-    /// least of `rounds` measurements. Each round measures all confounders.
+    /// Returns the additional time per silhouette of each confounder at the highest strength, ns:
+    /// the least of `rounds` measurements. Each round measures all confounders.
     ///
     /// # Errors
     /// If a figure cannot be rendered.

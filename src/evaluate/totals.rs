@@ -35,8 +35,8 @@ struct ProbeSums {
     cells: Option<CrossView>,
 }
 
-/// Returns a recognizer's results. `seed` is the seed for resampling people, and `tell` is called for
-/// each answer that counts.
+/// Returns a recognizer's results. `seed` is the seed for resampling people, and `tell` is called
+/// for each answer that counts.
 ///
 /// # Errors
 /// If the gallery has no finite embedding, or no probe can be compared.

@@ -55,8 +55,8 @@ impl Meeting {
 }
 
 impl<'a> Trial<'a> {
-    /// Returns the comparisons. If `gallery_views` is given, the gallery consists of these viewpoints
-    /// and of all cameras with a name only.
+    /// Returns the comparisons. If `gallery_views` is given, the gallery consists of these
+    /// viewpoints and of all cameras with a name only.
     ///
     /// # Errors
     /// If the gallery is empty, or there are too many viewpoints to compare all pairs.
@@ -111,7 +111,8 @@ impl<'a> Trial<'a> {
         self.is_probe(sequence) || self.gallery[view].binary_search(&sequence).is_ok()
     }
 
-    /// Returns an upper bound of the number of comparisons, of two embeddings or of one with a class.
+    /// Returns an upper bound of the number of comparisons, of two embeddings or of one with a
+    /// class.
     #[must_use]
     pub(crate) fn comparisons(&self) -> u64 {
         let all: usize = self.gallery.iter().map(Vec::len).sum();
@@ -124,8 +125,8 @@ impl<'a> Trial<'a> {
         probes.map(|sequence| of_probe(sequence) as u64).sum()
     }
 
-    /// Returns the galleries of a probe: lists of sequences, each with its viewpoint if viewpoints are
-    /// compared separately.
+    /// Returns the galleries of a probe: lists of sequences, each with its viewpoint if viewpoints
+    /// are compared separately.
     fn galleries(&self, probe: usize) -> Vec<(Option<usize>, Vec<usize>)> {
         let own = &self.sequences.list[probe];
         // The same recording, under any condition.
@@ -217,7 +218,8 @@ impl<'a> Trial<'a> {
         self.galleries(probe).into_iter().map(of).collect()
     }
 
-    /// Returns the name of the wrong person that a recognizer identified a probe as, if it is a miss.
+    /// Returns the name of the wrong person that a recognizer identified a probe as, if it is a
+    /// miss.
     pub(super) fn taken_for<'s>(
         &'s self,
         recognizer: &'s dyn Recognizer,

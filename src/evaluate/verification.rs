@@ -68,15 +68,16 @@ pub struct TarAtFar {
     pub far: f64,
     /// The true accept rate, 0..1; none if there are too few impostors.
     pub tar: Option<f64>,
-    /// The highest distance with a FAR of at most `far`; none if there are too few impostors, or if no
-    /// distance has such a FAR.
+    /// The highest distance with a FAR of at most `far`; none if there are too few impostors, or if
+    /// no distance has such a FAR.
     pub threshold: Option<f64>,
     /// Why there is no rate, or why it is unreliable.
     pub note: Option<String>,
 }
 
 impl Verification {
-    /// Returns the curve of these distances. Those that are NaN or infinite are counted and left out.
+    /// Returns the curve of these distances. Those that are NaN or infinite are counted and left
+    /// out.
     ///
     /// Takes 16 bytes per distance while sorting, and 24 bytes per distinct distance afterwards.
     #[must_use]
@@ -120,15 +121,16 @@ impl Verification {
         self.steps.last().map_or(0, |step| step.impostor)
     }
 
-    /// Returns the numbers of (genuine, impostor) pairs with a non-finite distance. No rate includes
-    /// them.
+    /// Returns the numbers of (genuine, impostor) pairs with a non-finite distance. No rate
+    /// includes them.
     #[must_use]
     pub(crate) const fn non_finite(&self) -> (u64, u64) {
         (self.non_finite_genuine, self.non_finite_impostor)
     }
 
-    /// Returns the equal error rate: at the first threshold where FAR >= FRR or, if they are not equal
-    /// there, where straight lines from the previous point cross. None without pairs of both kinds.
+    /// Returns the equal error rate: at the first threshold where FAR >= FRR or, if they are not
+    /// equal there, where straight lines from the previous point cross. None without pairs of both
+    /// kinds.
     #[must_use]
     pub(crate) fn eer(&self) -> Option<Eer> {
         let mut before = RocPoint { far: 0.0, tar: 0.0 };
@@ -154,8 +156,8 @@ impl Verification {
         None
     }
 
-    /// Returns the area under the ROC: how often a genuine pair is nearer than an impostor pair, ties
-    /// counted half (Mann and Whitney, 1947). None without pairs of both kinds.
+    /// Returns the area under the ROC: how often a genuine pair is nearer than an impostor pair,
+    /// ties counted half (Mann and Whitney, 1947). None without pairs of both kinds.
     #[must_use]
     pub(crate) fn auc(&self) -> Option<f64> {
         let (mut twice_wins, mut before) = (0_u128, (0, 0));
@@ -168,8 +170,9 @@ impl Verification {
         (pairs > 0).then(|| twice_wins as f64 / (2 * pairs) as f64)
     }
 
-    /// Returns the ROC from (0, 0) to (1, 1) with at most [`MAX_ROC_POINTS`] points. All of them are
-    /// exact; points too close to the previous one are left out. Empty without pairs of both kinds.
+    /// Returns the ROC from (0, 0) to (1, 1) with at most [`MAX_ROC_POINTS`] points. All of them
+    /// are exact; points too close to the previous one are left out. Empty without pairs of both
+    /// kinds.
     #[must_use]
     pub(crate) fn roc(&self) -> Vec<RocPoint> {
         let Some(all) = self

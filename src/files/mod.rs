@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all, and their SHA-256.
+//! Writes files whole or not at all, and computes their SHA-256.
 
 mod staging;
 
@@ -13,12 +13,12 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Read, Write};
 use std::path::Path;
 
-/// SHA-256 of a file's bytes as 64 lower-case hexadecimal digits. Reads the file
+/// Returns the SHA-256 of a file's bytes as 64 lower-case hexadecimal digits. Reads the file
 /// in pieces of 64 KiB.
 ///
 /// # Errors
 ///
-/// The system's, if the file cannot be read.
+/// If the file cannot be read.
 pub fn sha256_of_file(path: impl AsRef<Path>) -> Result<String> {
     let path = path.as_ref();
     let io = |source| Error::io(path, source);
@@ -33,7 +33,7 @@ pub fn sha256_of_file(path: impl AsRef<Path>) -> Result<String> {
     }
 }
 
-/// SHA-256 of bytes as 64 lower-case hexadecimal digits.
+/// Returns the SHA-256 of bytes as 64 lower-case hexadecimal digits.
 #[must_use]
 pub fn sha256_of_bytes(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
@@ -43,7 +43,7 @@ pub fn sha256_of_bytes(bytes: &[u8]) -> String {
 ///
 /// # Errors
 ///
-/// The system's; then nothing has changed.
+/// If the file cannot be written; then nothing has changed.
 pub fn write_bytes(path: impl AsRef<Path>, bytes: &[u8]) -> Result<()> {
     let path = path.as_ref();
     write_atomically(path, |file| {
@@ -52,14 +52,13 @@ pub fn write_bytes(path: impl AsRef<Path>, bytes: &[u8]) -> Result<()> {
     })
 }
 
-/// Writes a file through `write`, and gives it its name only when all of it is
-/// there. A former file of that name stays until then. A link stays a link, and what
-/// is there and no file (a pipe, `/dev/null`) is written into, not replaced. The folder that
-/// holds it is made if need be.
+/// Writes a file through `write`, and gives it its name only when it is complete. A former file of
+/// that name stays until then. A link stays a link. A pipe or device (such as `/dev/null`) is
+/// written into, not replaced. The folder of the file is made if it is missing.
 ///
 /// # Errors
 ///
-/// What `write` returns, or the system's; then nothing has changed.
+/// The errors of `write` and of the system; then nothing has changed.
 pub fn write_atomically(
     path: impl AsRef<Path>,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
@@ -83,10 +82,10 @@ pub fn write_atomically(
     together(|| fs::rename(&unfinished, &target)).map_err(io)
 }
 
-/// Pixels row by row as a grey PNG, whose bytes are always the same.
+/// Encodes pixels, row by row, as a grey PNG. The same pixels always give the same bytes.
 ///
 /// # Errors
-/// None that pixels in whole rows give cause for.
+/// Never for pixels in whole rows.
 pub fn grey_png(pixels: &[u8], columns: usize) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let encoder =
@@ -99,7 +98,7 @@ pub fn grey_png(pixels: &[u8], columns: usize) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Bytes as lower-case hexadecimal digits.
+/// Formats bytes as lower-case hexadecimal digits.
 #[must_use]
 pub fn hex(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 16] = b"0123456789abcdef";

@@ -1,4 +1,4 @@
-//! Folders in which files are made before they get their names, and that do not outlive the process.
+//! Temporary folders in which files are made before they get their names.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -8,24 +8,24 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::error::{Error, Result};
 
-/// Those that there are now.
+/// The existing staging folders of this process.
 static ALIVE: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// A folder that is removed with all that is in it when it is dropped, and by
+/// A temporary folder, which is removed with its contents when it is dropped, and by
 /// [`remove_unfinished`].
 ///
-/// It and what is created inside have the permissions that the user's umask gives, and keep them.
+/// The folder and the files created in it have the permissions of the user's umask, and keep them.
 #[derive(Debug)]
 pub struct Staging {
     folder: PathBuf,
 }
 
 impl Staging {
-    /// A hidden folder in the folder that holds `path`, so that what is made inside
-    /// can be renamed to `path`.
+    /// Creates a hidden folder in the folder of `path`, so that files made inside can be renamed
+    /// to `path`.
     ///
     /// # Errors
-    /// If `path` ends in no name, or the system's, about `path`.
+    /// If `path` does not end in a name, and errors of the system, about `path`.
     pub fn beside(path: &Path) -> Result<Self> {
         let name = path.file_name().ok_or_else(|| {
             Error::Usage(format!(
@@ -37,17 +37,17 @@ impl Staging {
         Self::new(&prefix, &folder_of(path)).map_err(|source| Error::io(path, source))
     }
 
-    /// A folder in the system's place for temporary files.
+    /// Creates a folder in the system's folder for temporary files.
     ///
     /// # Errors
-    /// The system's.
+    /// If the system cannot create it.
     pub fn temporary() -> Result<Self> {
         let place = std::env::temp_dir();
         Self::new("edgegait.", &place).map_err(|source| Error::io(place, source))
     }
 
     fn new(prefix: &str, place: &Path) -> std::io::Result<Self> {
-        // Made and noted at once, so that none is forgotten.
+        // Made and noted under one lock, so that none is forgotten.
         let mut alive = alive();
         let mut number = alive.len();
         loop {
@@ -57,18 +57,18 @@ impl Staging {
                     alive.insert(folder.clone());
                     return Ok(Self { folder });
                 }
-                // Another one's, or what a former process of this number left.
+                // Another process's folder, or one that a former process of this number left.
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => number += 1,
                 Err(error) => return Err(error),
             }
         }
     }
 
-    /// Gives `made`, a folder that was made in this one, the name `target`, in place of what has it
-    /// now. The folders that hold it are made if need be.
+    /// Renames `made`, a file or folder in this folder, to `target`, replacing an existing one. The
+    /// parent folders of `target` are made if missing.
     ///
     /// # Errors
-    /// The system's; then what had the name has it still.
+    /// If the system refuses; then the existing `target` stays.
     pub fn place(self, made: &str, target: &Path) -> Result<()> {
         let io = |source| Error::io(target, source);
         let (made, former) = (self.folder.join(made), self.folder.join("former"));
@@ -88,7 +88,7 @@ impl Staging {
         })
     }
 
-    /// Where it is.
+    /// Returns the path of the folder.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.folder
@@ -97,35 +97,32 @@ impl Staging {
 
 impl Drop for Staging {
     fn drop(&mut self) {
-        // Forgotten only when it is gone.
+        // Forgotten only after its removal.
         let mut alive = alive();
         let _ = fs::remove_dir_all(&self.folder);
         alive.remove(&self.folder);
     }
 }
 
-/// Removes all folders of this process that are still being worked in, for a process that ends
-/// before its work does. What has to happen together is waited for. Nothing is made or
-/// given its name afterwards.
+/// Removes all staging folders of this process, when it ends before its work is done. Waits for
+/// work that must not be interrupted. Afterwards, no file is made or given its name.
 pub fn remove_unfinished() {
     let alive = alive();
     for folder in alive.iter() {
-        // Again if another thread makes a file in it meanwhile. The process ends: there is nobody
-        // to tell.
+        // Retried, as another thread may make a file in it. Errors are ignored: the process ends.
         let _ = (0..3).any(|_| fs::remove_dir_all(folder).is_ok());
     }
-    // Never given back: the process ends with it.
+    // The lock is never released: the process ends.
     std::mem::forget(alive);
 }
 
-/// Does what must not be interrupted half-way by [`remove_unfinished`], such as to exchange
-/// folders.
+/// Does work that [`remove_unfinished`] must not interrupt half-way, such as exchanging folders.
 pub(crate) fn together<R>(work: impl FnOnce() -> R) -> R {
     let _alive = alive();
     work()
 }
 
-/// The folder that holds `path`.
+/// Returns the folder of `path`.
 pub(crate) fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),

@@ -1,9 +1,8 @@
 //! The values in Bencher's metric format, which bencher.dev tracks over commits.
 //!
-//! The format is "Bencher Metric Format" (BMF) JSON:
-//! `{benchmark: {measure: {value, lower_value, upper_value}}}`
-//! (bencher.dev/docs/reference/bencher-metric-format). The benchmark is the path of the object around
-//! a value, and the measure is the value's key.
+//! The format is "Bencher Metric Format" (BMF) JSON: `{benchmark: {measure: {value, lower_value,
+//! upper_value}}}` (bencher.dev/docs/reference/bencher-metric-format). The benchmark is the path of
+//! the object around a value, and the measure is the value's key.
 
 use super::report::GateReport;
 use serde_json::{Map, Value, json};

@@ -7,8 +7,8 @@ use crate::evaluate::wilson::Interval;
 use serde::Serialize;
 use serde_json::Value;
 
-/// The number of runs from which the interval of a median is used: the least and the greatest of five
-/// contain it with 94 %.
+/// The number of runs from which the interval of a median is used: the least and the greatest of
+/// five contain it with 94 %.
 const ENOUGH_RUNS: usize = 5;
 
 /// A number and its interval; both ends are the value where nothing varies.
@@ -35,8 +35,8 @@ pub(crate) enum FigureKind {
     Time,
     /// Work per time: more is better, and other work on the machine decreases it.
     Rate,
-    /// A value that is (nearly) the same on each run, such as bytes or accuracy, and which direction is
-    /// better, if that is known.
+    /// A value that is (nearly) the same on each run, such as bytes or accuracy, and which
+    /// direction is better, if that is known.
     Steady(Option<Better>),
 }
 
@@ -102,10 +102,10 @@ impl Estimate {
 
     /// Returns the estimate from the same value in each run.
     ///
-    /// With one run, the interval comes from fields next to the value: the means of its windows for a
-    /// time, `<key>_low` and `<key>_high` for a rate of hits. With several runs, the value is their
-    /// median. With fewer than five, which is too few for the interval of a median, the interval
-    /// contains the intervals of all runs.
+    /// With one run, the interval comes from fields next to the value: the means of its windows for
+    /// a time, `<key>_low` and `<key>_high` for a rate of hits. With several runs, the value is
+    /// their median. With fewer than five, which is too few for the interval of a median, the
+    /// interval contains the intervals of all runs.
     pub(crate) fn of(places: &[ResultFigure<'_>], measure: FigureKind) -> Self {
         let each: Vec<Self> = places
             .iter()
@@ -201,8 +201,8 @@ impl Estimate {
     }
 }
 
-/// Keys of times to which the intervals of the windows do not apply: they are not of all calls in the
-/// windows, or are not typical calls.
+/// Keys of times to which the intervals of the windows do not apply: they are not of all calls in
+/// the windows, or are not typical calls.
 const NOT_OF_WINDOWS: [&str; 9] = [
     "load_ms",
     "first_ms",

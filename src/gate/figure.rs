@@ -2,9 +2,9 @@
 //!
 //! A path consists of the keys of the JSON, with dots between them. Brackets choose an element of a
 //! list by its name (`recognizers[mine]`) or by any of its keys
-//! (`by_viewpoint[azimuth_deg=90,elevation_deg=0]`), or all elements (`probe_sets[*]`). A list of one
-//! element needs none. Names with dots or brackets are in quotation marks:
-//! `recognizers["pixels as gei"]`.
+//! (`by_viewpoint[azimuth_deg=90,elevation_deg=0]`), or all elements (`probe_sets[*]`). A list of
+//! one element needs none. Names with dots or brackets are in quotation marks: `recognizers["pixels
+//! as gei"]`.
 
 use serde_json::{Map, Value};
 

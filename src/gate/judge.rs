@@ -127,9 +127,9 @@ fn within(found: Estimate, bound: Bound, judge: Judge) -> GateOutcome {
     }
 }
 
-/// Judges a difference by `not_worse`. A value that is not worse holds, and one that is worse beyond the
-/// interval is missed. It is undecided if it is worse within the interval, or not worse than a value
-/// that may really be better.
+/// Judges a difference by `not_worse`. A value that is not worse holds, and one that is worse
+/// beyond the interval is missed. It is undecided if it is worse within the interval, or not worse
+/// than a value that may really be better.
 fn not_worse(difference: Estimate, better: Option<Better>, judge: Judge) -> GateOutcome {
     let Estimate { value, low, high } = difference;
     // How much worse the value is.

@@ -1,9 +1,9 @@
 //! Limits on values of results, which decide whether a build passes.
 //!
-//! A file of limits ([`limits`]) names values by their paths in the JSON ([`figure`]). Each value has an
-//! interval ([`estimate`]), from several runs or from fields next to it. [`judge`] decides whether a
-//! limit holds, is missed, or is undecided ("cannot tell"), so that noise neither fails a build nor
-//! passes one. Results that are not comparable are rejected ([`results`]).
+//! A file of limits ([`limits`]) names values by their paths in the JSON ([`figure`]). Each value
+//! has an interval ([`estimate`]), from several runs or from fields next to it. [`judge`] decides
+//! whether a limit holds, is missed, or is undecided ("cannot tell"), so that noise neither fails a
+//! build nor passes one. Results that are not comparable are rejected ([`results`]).
 
 mod bencher;
 mod estimate;
@@ -229,7 +229,8 @@ fn beside(
         (GateOutcome::CannotTell, unsure)
     } else {
         let outcome = relative(between, bound, (measure, limit.judge, paired.is_some()));
-        let below_0 = "a ratio of values below 0 is meaningless (use difference_at_most or another bound)";
+        let below_0 =
+            "a ratio of values below 0 is meaningless (use difference_at_most or another bound)";
         let is_untold = is_ratio && between.ratio.value.is_nan();
         (
             outcome,
@@ -257,8 +258,8 @@ struct KnownFigure {
 }
 
 impl KnownFigure {
-    /// Returns the estimate from all runs; each must have the value. Disturbed runs count only if there
-    /// are no quiet ones.
+    /// Returns the estimate from all runs; each must have the value. Disturbed runs count only if
+    /// there are no quiet ones.
     fn of(
         place: &ResultFigure<'_>,
         limit: &GateLimit,

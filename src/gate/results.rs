@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 /// The maximum size of a file of results in bytes.
 const MAX_BYTES: u64 = 1 << 28;
-/// Settings that are not compared: paths or descriptions of files that `inputs` compares by content, and
-/// settings for the duration or detail of measurements.
+/// Settings that are not compared: paths or descriptions of files that `inputs` compares by
+/// content, and settings for the duration or detail of measurements.
 const NOT_COMPARED: [&str; 11] = [
     "pack",
     "dataset",
@@ -155,8 +155,8 @@ impl ResultFile {
         ))
     }
 
-    /// Returns whether both were measured on the same kind of machine with the same number of threads,
-    /// as far as both state these.
+    /// Returns whether both were measured on the same kind of machine with the same number of
+    /// threads, as far as both state these.
     pub(crate) fn is_same_board(&self, other: &Self) -> bool {
         let of_board = |results: &Self, key: &str| {
             let board = results.value.get("board");

@@ -147,7 +147,10 @@ fn what_cannot_be_judged_is_an_error_and_no_pass() {
     }
     let vague = "[[limit]]\nfigure = \"models.threads\"\nnot_worse = true\n";
     let said = report(vague, &one, &one).expect_err("vague").to_string();
-    assert!(said.contains("better direction, found \"threads\""), "{said}");
+    assert!(
+        said.contains("better direction, found \"threads\""),
+        "{said}"
+    );
     let without = [bench(100.0, |value| {
         value["models"][0]
             .as_object_mut()

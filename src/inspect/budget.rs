@@ -96,7 +96,7 @@ impl fmt::Display for BudgetSummary {
         } = self;
         writeln!(
             f,
-            "largest body: {hulls} hulls, lean::Body<{points}, {facets}>, {body_bytes} bytes; an unpacked loop takes {expanded_bytes} more"
+            "largest body: {hulls} hulls, lean::LeanBody<{points}, {facets}>, {body_bytes} bytes; an unpacked loop takes {expanded_bytes} more"
         )?;
         writeln!(
             f,

@@ -305,7 +305,8 @@ mod tests {
     use super::*;
     use crate::import::{MotionFormat, SourceFrame, SourceJoint};
 
-    /// A T-posed figure of 0.9 m legs that swings, in centimetres, Y up, facing +Z.
+    /// Returns a figure with a T-pose at rest and legs of 0.9 m that swing, in centimetres, Y up,
+    /// facing +Z.
     fn figure() -> Motion {
         let spec: [(&str, usize, [f64; 3]); 18] = [
             ("Hips", 0, [0.0, 0.0, 0.0]),

@@ -159,7 +159,7 @@ mod tests {
     use edgegait_core::pack::Sex;
     use edgegait_core::skeleton::Joint;
 
-    /// A person who walks, or runs, along a heading and leans ahead by `more_deg` more.
+    /// Returns a person who walks, or runs, along a heading and leans ahead by `more_deg` more.
     fn take(speed_kmh: f64, heading: f64, more_deg: f64) -> RetargetedMotion {
         let mut take = RetargetedMotion::of_person(&Person::average(Sex::Male), speed_kmh);
         let turn = DQuat::from_rotation_y(heading);

@@ -62,8 +62,8 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
         figure {
         p {
             "Rank-1 against the angle between a viewpoint and the recognizer's nearest training "
-            "viewpoint. At 0 are the training viewpoints themselves, then follow steps of "
-            (BIN_DEG) " degrees, each including its upper end, drawn at their middle. Bars are " (bars) "."
+            "viewpoint. 0 stands for the training viewpoints themselves. Steps of "
+            (BIN_DEG) " degrees follow, each with its upper end, drawn at its middle. Bars are " (bars) "."
         }
         ul.quiet { @for result in &curves {
             li { (result.name) ": " (headline_scope::counts(result, THIN))

@@ -21,7 +21,8 @@ struct ChartPair<'a> {
 }
 
 /// Draws CMC and ROC of all recognizers: one pair of charts if there are few enough sets of probes,
-/// else one pair for each recognizer, with the sets of [`headline_scope::chosen`]. None without lines.
+/// else one pair for each recognizer, with the sets of [`headline_scope::chosen`]. None without
+/// lines.
 pub(super) fn charts(results: &[RecognizerResult]) -> Option<Markup> {
     let drawn: Vec<Markup> = pairs(results).iter().filter_map(pair).collect();
     (!drawn.is_empty()).then(|| html! { @for one in drawn { (one) } })
@@ -67,14 +68,17 @@ fn of_one(result: &RecognizerResult) -> ChartPair<'_> {
     ChartPair {
         lines: sets.iter().map(|set| (set.name.clone(), *set)).collect(),
         name: Some(&result.name),
-        words: format!("The charts show {which}; the table of {} has all", result.name),
+        words: format!(
+            "The charts show {which}; the table of {} has all",
+            result.name
+        ),
         classes: result.classes,
     }
 }
 
 fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
     let sets = || pair.lines.iter().map(|(_, set)| *set);
-    // The last rank is the number of people, where the rate is 100 %.
+    // The last rank is the number of people, at most `RANKS`.
     let last = pair.classes.clamp(1, RANKS);
     let place = |rank: usize| (rank - 1) as f64 / (last - 1).max(1) as f64;
     let cmc: Vec<ChartCurve> = pair
@@ -92,12 +96,7 @@ fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
         .into_iter()
         .map(|r| (place(r), r.to_string()))
         .collect();
-    let cmc = curves(
-        "Right person within rank k (CMC)",
-        "rank k",
-        &ranks,
-        &cmc,
-    );
+    let cmc = curves("Right person within rank k (CMC)", "rank k", &ranks, &cmc);
     let roc: Vec<ChartCurve> = pair
         .lines
         .iter()

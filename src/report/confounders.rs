@@ -26,8 +26,8 @@ pub(crate) fn write_strengths(
     write_bytes(path, strengths::svg(results, classes).as_bytes())
 }
 
-/// Returns a table of all confounders, and the worst ones for each recognizer; `probes` is the number
-/// of probes at each strength.
+/// Returns a table of all confounders, and the worst ones for each recognizer; `probes` is the
+/// number of probes at each strength.
 #[must_use]
 pub(crate) fn strength_table(results: &[ConfounderResult], classes: usize, probes: u64) -> String {
     let recognizers = recognizers(results);

@@ -57,8 +57,8 @@ pub(super) fn of_people(probes: u64, people: u64, gap: &str) -> String {
     }
 }
 
-/// Returns the set with the lowest rank-1 among those that the leading rates leave out, and the number
-/// of these sets.
+/// Returns the set with the lowest rank-1 among those that the leading rates leave out, and the
+/// number of these sets.
 pub(super) fn worst_other(result: &RecognizerResult) -> Option<(&ProbeSetResult, usize)> {
     let others = result.probe_sets.iter();
     let others: Vec<_> = others
@@ -71,8 +71,8 @@ pub(super) fn worst_other(result: &RecognizerResult) -> Option<(&ProbeSetResult,
     worst.map(|set| (set, others.len()))
 }
 
-/// Returns at most `most` of the sets, and a description: the clean one (the best if none is clean),
-/// then those with the lowest rank-1.
+/// Returns at most `most` of the sets, and a description: the clean one (the best if none is
+/// clean), then those with the lowest rank-1.
 pub(super) fn chosen(result: &RecognizerResult, most: usize) -> (Vec<&ProbeSetResult>, String) {
     let all = &result.probe_sets;
     if all.len() <= most {
@@ -121,8 +121,8 @@ pub(super) mod tests {
     use super::*;
     use crate::evaluate::results::tests::{result_of, set};
 
-    /// Returns a result like the command's: 26 of 26 right on clean probes, and other sets that are not
-    /// pooled.
+    /// Returns a result like the command's: 26 of 26 right on clean probes, and other sets that are
+    /// not pooled.
     pub(crate) fn confounded(sets: Vec<ProbeSetResult>) -> RecognizerResult {
         let mut result = result_of(&[(90.0, 0.0, 26, 26)]);
         result.people = 26;

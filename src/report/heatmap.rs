@@ -5,8 +5,8 @@ use maud::{Markup, html};
 use super::percent;
 use crate::evaluate::results::{RecognizerResult, ViewpointResult};
 
-/// Viridis in 16 equal steps (van der Walt and Smith, 2015; matplotlib 3). Its lightness is even, so
-/// that it is readable in grey, and it is safe for the colour-blind.
+/// Viridis in 16 equal steps (van der Walt and Smith, 2015; matplotlib 3). Its lightness is even,
+/// so that it is readable in grey, and it is safe for the colour-blind.
 const VIRIDIS: [[u8; 3]; 17] = [
     [0x44, 0x01, 0x54],
     [0x48, 0x18, 0x6a],
@@ -73,8 +73,8 @@ pub(super) struct HeatmapGrid<'a> {
 }
 
 impl<'a> HeatmapGrid<'a> {
-    /// Returns the grid; none if the viewpoints are not a grid: no viewpoint, more than a third of the
-    /// cells empty, or two results in a cell.
+    /// Returns the grid; none if the viewpoints are not a grid: no viewpoint, more than a third of
+    /// the cells empty, or two results in a cell.
     pub(super) fn of(viewpoints: &'a [ViewpointResult]) -> Option<Self> {
         let azimuths = distinct(viewpoints.iter().map(|v| v.azimuth_deg));
         let elevations = distinct(viewpoints.iter().map(|v| v.elevation_deg));
@@ -168,7 +168,8 @@ pub(super) fn class_of(width: usize) -> &'static str {
     }
 }
 
-/// Returns the CSS width of a picture on the page; a small one is only as wide as legible letters need.
+/// Returns the CSS width of a picture on the page; a small one is only as wide as legible letters
+/// need.
 pub(super) fn style_of(width: usize) -> String {
     if width > LARGE {
         format!("max-width: {}px", width * 7 / 5)
@@ -187,8 +188,8 @@ pub(super) fn axes(left: usize, plot_width: usize, (width, height): (usize, usiz
     }
 }
 
-/// Returns the width and height of a cell: square, except where there are so many in a row or column
-/// that squares would be too small.
+/// Returns the width and height of a cell: square, except where there are so many in a row or
+/// column that squares would be too small.
 fn cell(columns: usize, rows: usize) -> (usize, usize) {
     let of = |count: usize| (SIDE / count).min(LARGEST);
     let square = of(columns.max(rows));
@@ -277,8 +278,8 @@ fn place(angles: &[f64], angle: f64) -> Option<usize> {
         .ok()
 }
 
-/// Returns the places to label, at least `room` apart: all if they fit, else multiples of 15, 30, 45
-/// or 90 degrees if there are enough of them, else every n-th.
+/// Returns the places to label, at least `room` apart: all if they fit, else multiples of 15, 30,
+/// 45 or 90 degrees if there are enough of them, else every n-th.
 fn ticks(angles: &[f64], cell: usize, room: usize) -> Vec<usize> {
     if cell >= room {
         return (0..angles.len()).collect();

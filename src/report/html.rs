@@ -1,7 +1,7 @@
 //! The report: one self-contained HTML page.
 //!
-//! It has no scripts, fonts or links, so that it can be archived, sent by e-mail, read on a phone and
-//! printed. All external text is escaped.
+//! It has no scripts, fonts or links, so that it can be archived, sent by e-mail, read on a phone
+//! and printed. All external text is escaped.
 
 use std::fs;
 use std::io::Write;
@@ -222,7 +222,7 @@ fn reading() -> Markup {
             "person, or all probes are of one person, it is Wilson's, which takes probes as independent." }
         p { strong { "mAP and mINP" } " leave out probes whose person is not in the gallery, as OpenGait "
             "does; " strong { "EER, AUC and TAR" } " take every distance as a claim of identity. A "
-            "question mark marks rates based on fewer than 30 false accepts." }
+            "question mark marks rates based on fewer than 30 false accepts; a dash, too few impostor pairs." }
         p { strong { "Viewpoints" } ": azimuth 0 is a camera in front of the walker, 90 on the walker's "
             "left, 180 behind; elevation 0 is level, 90 straight above, where all azimuths are one "
             "direction and differ by roll." }

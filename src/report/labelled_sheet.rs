@@ -220,8 +220,8 @@ fn side_by_side(pictures: &[RgbImage]) -> RgbImage {
     strip
 }
 
-/// Writes texts at their upper left corners, after a square in the colour of their class if they have
-/// one.
+/// Writes texts at their upper left corners, after a square in the colour of their class if they
+/// have one.
 fn write(sheet: &mut RgbImage, texts: &[((u32, u32), &str, Option<usize>)]) -> Result<()> {
     let font = FontRef::try_from_slice(epaint_default_fonts::HACK_REGULAR)
         .map_err(|error| ReportError::Font(error.into()))?;

@@ -5,8 +5,8 @@ use crate::literature::{ClassRank1, Garments, LiteratureRow};
 use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
 
-/// Returns a table of Rank-1 of each recognizer under each class, with its 95 % interval over people,
-/// percent.
+/// Returns a table of Rank-1 of each recognizer under each class, with its 95 % interval over
+/// people, percent.
 pub(crate) fn literature_table(
     rows: &[LiteratureRow],
     people: usize,
@@ -34,7 +34,8 @@ pub(crate) fn literature_table(
     table
 }
 
-/// Returns a table of the correlations of row widths between garments, and their variance within each.
+/// Returns a table of the correlations of row widths between garments, and their variance within
+/// each.
 pub(crate) fn garments_table(garments: &Garments) -> Table<'static> {
     let mut table = Table::new(&[Left(0), Right(0)]).with_gap(2);
     let names = garments.names.iter().map(String::as_str);

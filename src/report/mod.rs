@@ -57,8 +57,8 @@ pub(crate) const TITLE_END: &str = " · EdgeGait</title>";
 /// U+202F, a narrow no-break space.
 const THIN: &str = "\u{202f}";
 
-/// Formats a rate in percent with one decimal, such as `41.2`. Only a true 100 % is `100.0` and only
-/// a true 0 % is `0.0`, so that a single miss in a million is visible.
+/// Formats a rate in percent with one decimal, such as `41.2`. Only a true 100 % is `100.0` and
+/// only a true 0 % is `0.0`, so that a single miss in a million is visible.
 pub(crate) fn percent(rate: f64) -> String {
     let rounded = (rate * 1000.0).round() / 10.0;
     let honest = if rate < 1.0 && rounded >= 100.0 {

@@ -42,7 +42,8 @@ fn of_the_best(results: &ScoreResults) -> impl Iterator<Item = &PairedResult> {
     differences.filter(move |one| Some(&one.recognizer) == best)
 }
 
-/// Returns at how many viewpoints the best recognizer is better and worse; empty if that is unknown.
+/// Returns at how many viewpoints the best recognizer is better and worse; empty if that is
+/// unknown.
 fn of_viewpoints(one: &PairedResult) -> String {
     if one.by_viewpoint.is_empty() {
         return String::new();
@@ -51,8 +52,8 @@ fn of_viewpoints(one: &PairedResult) -> String {
     format!("{beyond}, {behind} of {}", one.by_viewpoint.len())
 }
 
-/// Returns the best recognizer's differences on the leading probe sets as text of at most 80 columns;
-/// empty if there are none.
+/// Returns the best recognizer's differences on the leading probe sets as text of at most 80
+/// columns; empty if there are none.
 #[must_use]
 pub(super) fn text(results: &ScoreResults) -> String {
     let leading = || of_the_best(results).filter(|one| one.probe_set.is_none());

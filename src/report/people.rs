@@ -8,8 +8,8 @@ use maud::{Markup, html};
 /// The number of people with the lowest rank-1 that the page lists for a recognizer.
 const SHOWN: usize = 12;
 
-/// Returns for each recognizer except baselines the people with the lowest rank-1; empty if hits are
-/// not known by person.
+/// Returns for each recognizer except baselines the people with the lowest rank-1; empty if hits
+/// are not known by person.
 pub(super) fn section(results: &ScoreResults) -> Markup {
     let named = |one: &&RecognizerResult| !one.baseline && !one.by_person.is_empty();
     let recognizers: Vec<&RecognizerResult> = results.recognizers.iter().filter(named).collect();

@@ -54,9 +54,9 @@ pub(crate) fn contact_sheet<P: AsRef<[u8]>>(
     Ok(sheet)
 }
 
-/// Returns a template of silhouettes of this size as images of the same size. Each image of a template
-/// is one image. A vector is drawn as vertical bars, a column for each number, in as many images as
-/// needed; with a number for each row, it is drawn as horizontal bars around the middle.
+/// Returns a template of silhouettes of this size as images of the same size. Each image of a
+/// template is one image. A vector is drawn as vertical bars, a column for each number, in as many
+/// images as needed; with a number for each row, it is drawn as horizontal bars around the middle.
 #[must_use]
 pub(crate) fn cells(bytes: &[u8], shape: TemplateShape, size: Size) -> Vec<Vec<u8>> {
     let (rows, columns) = (size.rows(), size.columns());
@@ -112,8 +112,8 @@ where
     Ok(signed(&bytes.into_inner()))
 }
 
-/// The chunk that names the program: its length, and its type with the registered keyword `Software`
-/// (PNG, third edition, 11.3.3.2).
+/// The chunk that names the program: its length, and its type with the registered keyword
+/// `Software` (PNG, third edition, 11.3.3.2).
 const SIGNATURE: (u32, &[u8]) = (17, b"tEXtSoftware\0EdgeGait");
 /// The end of the first chunk of a PNG file, the header.
 const HEADER_END: usize = 33;

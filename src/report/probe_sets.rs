@@ -76,7 +76,7 @@ fn angles(bins: &[AngleResult]) -> Table<'static> {
     let mut row = |head: &str, of: fn(&AngleResult) -> String| {
         table.row([head.to_owned()].into_iter().chain(bins.iter().map(of)));
     };
-    row("  degrees up to", |bin| bin.to_deg.to_string());
+    row("  up to (deg)", |bin| bin.to_deg.to_string());
     row("  rank-1 %", |bin| percent(bin.rank1));
     row("    from", |bin| percent(bin.intervals.shown().0));
     row("    to", |bin| percent(bin.intervals.shown().1));
@@ -108,7 +108,9 @@ fn accepted(set: &ProbeSetResult) -> Option<String> {
 
 fn mean(cross_view: &CrossViewResult) -> String {
     match (cross_view.mean_percent, &cross_view.note) {
-        (Some(mean), _) => format!("mean over pairs of different viewpoints: {mean:.2} %"),
+        (Some(mean), _) => {
+            format!("mean over pairs of different viewpoints, equally weighted: {mean:.2} %")
+        }
         (None, Some(note)) => note.clone(),
         (None, None) => "no mean over viewpoints".into(),
     }

@@ -1,4 +1,5 @@
-//! A scatter plot of Rank-1 at viewpoints that are not a grid (inline SVG): a dot for each viewpoint.
+//! A scatter plot of Rank-1 at viewpoints that are not a grid (inline SVG): a dot for each
+//! viewpoint.
 
 use maud::{Markup, html};
 

@@ -2,7 +2,8 @@
 
 use maud::{Markup, html};
 
-/// The page's colours on white paper, because viewers other than browsers do not support CSS variables.
+/// The page's colours on white paper, because viewers other than browsers do not support CSS
+/// variables.
 const PAPER: [(&str, &str); 3] = [
     ("var(--ink)", "#16191d"),
     ("var(--quiet)", "#5b6470"),

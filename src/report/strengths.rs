@@ -25,8 +25,8 @@ const LINE: f64 = 24.0;
 const KEY: f64 = 28.0;
 const CHANCE: (&str, &str) = ("#9aa4b0", "4 4");
 
-/// Draws the charts of all confounders by class, with a line for each recognizer and a dashed line at
-/// chance; `classes` is the number of people to choose from.
+/// Draws the charts of all confounders by class, with a line for each recognizer and a dashed line
+/// at chance; `classes` is the number of people to choose from.
 pub(super) fn svg(results: &[ConfounderResult], classes: usize) -> String {
     let chance = 1.0 / classes.max(1) as f64;
     let mut parts = vec![legend(&recognizers(results))];

@@ -121,7 +121,8 @@ fn rate_and_interval(tally: Tally) -> Markup {
     }
 }
 
-/// Returns the elevation band with a recognizer's lowest rank-1, by name, if there are several bands.
+/// Returns the elevation band with a recognizer's lowest rank-1, by name, if there are several
+/// bands.
 fn worst_elevation(result: &RecognizerResult) -> Option<(String, Tally)> {
     let bands = Bands::of(&result.by_viewpoint);
     let seen = (0..ELEVATIONS.len()).filter(|&band| bands.elevation(band).probes > 0);

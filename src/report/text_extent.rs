@@ -1,11 +1,11 @@
 //! Checks for tests of the positions of texts in a chart, with widths that are rather over- than
 //! underestimated.
 
-/// Asserts that no text of any `<svg>` extends beyond its `viewBox`, and that no two texts on one line
-/// overlap.
+/// Asserts that no text of any `<svg>` extends beyond its `viewBox`, and that no two texts on one
+/// line overlap.
 ///
-/// Texts have the size on a phone (16 units, see `style.css`), and a letter has the width of the widest
-/// digits of common fonts: 0.6 of that.
+/// Texts have the size on a phone (16 units, see `style.css`), and a letter has the width of the
+/// widest digits of common fonts: 0.6 of that.
 #[track_caller]
 pub(super) fn assert_texts_are_readable(html: &str) {
     assert_texts_of_size_are_readable(html, 16.0);

@@ -11,8 +11,8 @@ use maud::{Markup, html};
 /// The maximum number of viewpoints that are listed one by one rather than in bands.
 const LISTED: usize = 25;
 
-/// Returns a recognizer's section: its sets of probes, a picture of its viewpoints, and a list of them
-/// or, if there are many, the bands.
+/// Returns a recognizer's section: its sets of probes, a picture of its viewpoints, and a list of
+/// them or, if there are many, the bands.
 pub(super) fn recognizer(result: &RecognizerResult) -> Markup {
     let bands = Bands::of(&result.by_viewpoint);
     let grid = HeatmapGrid::of(&result.by_viewpoint);

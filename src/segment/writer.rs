@@ -196,10 +196,7 @@ mod tests {
         check(false).unwrap();
         fs::write(folder.join("001-nm-01-090-001.png"), "").unwrap();
         let error = check(false).unwrap_err().to_string();
-        assert!(
-            error.ends_with("001/nm-01/090: already exists"),
-            "{error}"
-        );
+        assert!(error.ends_with("001/nm-01/090: already exists"), "{error}");
         check(true).unwrap();
         fs::write(folder.join("notes.txt"), "").unwrap();
         let error = check(true).unwrap_err().to_string();

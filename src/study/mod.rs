@@ -142,6 +142,7 @@ pub(crate) struct Findings {
     /// The effects of the differences between S and R.
     pub prices: Vec<Price>,
     /// Warnings for the user.
+    #[serde(skip)]
     pub warnings: Vec<String>,
 }
 

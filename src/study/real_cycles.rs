@@ -148,7 +148,9 @@ fn take(
             });
         }
         if examples.is_empty() {
-            return Ok(Err(format!("{name}: no frame of its cycles shows a person")));
+            return Ok(Err(format!(
+                "{name}: no frame of its cycles shows a person"
+            )));
         }
         by_framing.push(examples);
     }

@@ -345,10 +345,7 @@ mod tests {
     #[test]
     fn one_class_is_refused() {
         let text = refusal(array![[0.0], [1.0]], &[0, 0], 1);
-        assert_eq!(
-            text,
-            "training needs at least 2 classes, found 1"
-        );
+        assert_eq!(text, "training needs at least 2 classes, found 1");
     }
 
     #[test]

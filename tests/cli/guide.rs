@@ -228,13 +228,60 @@ fn links_between_pages_lead_to_files() {
     let mut links = 0;
     for (path, text) in pages() {
         for link in text.split("](").skip(1) {
-            let link = link.split([')', '#']).next().expect("a link's end");
-            if !link.is_empty() && !link.contains("://") {
-                let to = path.parent().expect("a folder").join(link);
-                assert!(to.exists(), "{}: {link}", path.display());
-                links += 1;
+            let link = link.split(')').next().expect("a link's end");
+            if link.contains("://") {
+                continue;
             }
+            let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
+            let to = if file.is_empty() {
+                path.clone()
+            } else {
+                path.parent().expect("a folder").join(file)
+            };
+            assert!(to.exists(), "{}: {link}", path.display());
+            if !anchor.is_empty() {
+                let text = fs::read_to_string(&to).expect("a page");
+                let is_there = anchors(&text).contains(anchor);
+                assert!(is_there, "{}: no heading for {link}", path.display());
+            }
+            links += 1;
         }
     }
-    assert!(links >= 15, "{links}");
+    assert!(links >= 100, "{links}");
+}
+
+#[test]
+fn the_readme_is_short_and_leads_to_every_page() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let readme = fs::read_to_string(root.join("README.md")).expect("the README");
+    assert!(readme.lines().count() <= 200, "{}", readme.lines().count());
+    let words = readme.split_whitespace().count();
+    assert!(words <= 1_500, "{words} words");
+    let modules = fs::read_to_string(root.join("src/guide/mod.rs")).expect("the guide");
+    for (path, _) in pages() {
+        let name = path.file_name().expect("a name").to_string_lossy();
+        if name != "README.md" {
+            let link = format!("](src/guide/{name}");
+            assert!(readme.contains(&link), "README.md: no link to {name}");
+            let include = format!("include_str!(\"{name}\")");
+            assert!(modules.contains(&include), "mod.rs: no module of {name}");
+        }
+    }
+}
+
+/// The anchors of a page's headings, as GitHub makes them.
+fn anchors(text: &str) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    let mut is_code = false;
+    for line in text.lines() {
+        is_code ^= line.starts_with("```");
+        if let Some(heading) = line.strip_prefix('#').filter(|_| !is_code) {
+            let heading = heading.trim_start_matches('#').trim().to_lowercase();
+            let kept = heading
+                .chars()
+                .filter(|c| c.is_alphanumeric() || [' ', '-', '_'].contains(c));
+            found.insert(kept.collect::<String>().replace(' ', "-"));
+        }
+    }
+    found
 }

@@ -159,7 +159,7 @@ fn a_video_without_a_gait_cycle_is_refused_with_what_was_found() {
         1,
         &[
             "walk.y4m: expected a whole gait cycle",
-            "somebody is in 20 of 20 frames, and at 30 frames a second two cycles are 33",
+            "20 of 20 frames show a person, and at 30 frames a second two cycles are 33",
         ],
     );
     // Its own rate is 30, unless another is given.

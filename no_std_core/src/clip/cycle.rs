@@ -31,7 +31,7 @@ impl<'a> Loop<'a> {
     /// Returns the loop of these bytes, which the caller has checked or will check.
     ///
     /// # Errors
-    /// If they are too few for a loop's header.
+    /// If the bytes are too few for a loop's header.
     pub(super) fn over(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
         let Some((header, stream)) = bytes.split_at_checked(LOOP_HEADER_BYTES) else {
             return Err(FormatError::new(bytes.len(), "a loop's header of 19 bytes"));
@@ -214,8 +214,8 @@ struct CoefficientReader<'a> {
     numbers: BitReader<'a>,
     scale: u8,
     template: Option<MeanWalk<'a>>,
-    /// Of the current channel: the Rice parameters of its groups, its own numbers, and the
-    /// template's numbers.
+    /// The Rice parameters of the current channel's groups, its own numbers, and the template's
+    /// numbers.
     codes: Codes,
     own: ChannelNumbers,
     usual: ChannelNumbers,

@@ -33,9 +33,9 @@ const LOOKS_A_STEP: f32 = 3.0;
 /// whether it begins with the left or the right foot ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetectedCycle {
-    /// Where it begins, in frames from the first, which is 0; a real number.
+    /// The beginning, in frames from the first, which is 0; a real number.
     pub start: f64,
-    /// Where it ends, and the next one begins.
+    /// The end, where the next cycle begins.
     pub end: f64,
     /// The share of the change in the legs' outline that a steady wave explains, 0..1: the least at
     /// the three peaks of its two steps. Above 0.25; about 0.9 from the side.
@@ -79,7 +79,7 @@ pub struct CycleDetector {
     samples: HistoryBuf<WaveSample, CYCLE_SAMPLES>,
     /// The wave of the last samples, or the reason why there is none.
     seen: Result<Wave, NoCycle>,
-    /// Where the last step was widest, in samples from the first.
+    /// The moment at which the last step was widest, in samples from the first.
     peak: Option<f64>,
     /// The start of the incomplete cycle, and which of its steps is current.
     begun: Option<Begun>,

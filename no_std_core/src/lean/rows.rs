@@ -203,7 +203,7 @@ where
 }
 
 impl LeanRows {
-    /// An empty window of one sample a pixel, at its centre.
+    /// Makes an empty window of one sample a pixel, at its centre.
     #[must_use]
     pub const fn new(size: Size) -> Self {
         Self::empty_of(size)
@@ -211,7 +211,7 @@ impl LeanRows {
 }
 
 impl LeanRows<3> {
-    /// An empty window of three by three samples a pixel, a third of a pixel apart.
+    /// Makes an empty window of three by three samples a pixel, a third of a pixel apart.
     #[must_use]
     pub const fn three_by_three(size: Size) -> Self {
         Self::empty_of(size)
@@ -357,7 +357,7 @@ fn first_row<const N: usize>(y: f32) -> u32 {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "saturates, and the fraction is meant to go"
+        reason = "saturates, and drops the fraction on purpose"
     )]
     let whole = |rows: f32| rows as usize;
     let row = if N == 1 {
@@ -383,7 +383,7 @@ fn first_column(x: f32, place: f32) -> u32 {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        reason = "saturates, and the fraction is meant to go"
+        reason = "saturates, and drops the fraction on purpose"
     )]
     let column = (x + (1.0 - place)) as u32;
     column

@@ -150,7 +150,7 @@ pub fn fixed(centre: Vec2, pixels_per_metre: f32, image: Vec2) -> Result<Placeme
 pub enum ExtentPlace {
     /// Wholly inside the image.
     Inside,
-    /// Possibly partly inside: the rectangle is.
+    /// Partly inside, as far as the rectangle shows.
     Across,
     /// Wholly outside.
     Outside,

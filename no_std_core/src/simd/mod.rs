@@ -101,7 +101,7 @@ impl fmt::Display for Simd {
 /// results.
 macro_rules! compiled {
     (fn $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?) => {
-        /// The same function for each instruction set.
+        /// The function compiled for each instruction set.
         #[cfg(target_arch = "x86_64")]
         mod $name {
             use super::*;
@@ -132,11 +132,11 @@ macro_rules! dispatch {
         match $simd.kind() {
             crate::simd::SimdKind::Portable(lanes) => $name(lanes, $($argument),*),
             #[cfg(target_arch = "x86_64")]
-            #[expect(unsafe_code, reason = "a value of that kind was made after asking")]
+            #[expect(unsafe_code, reason = "such a value exists only after detection")]
             // SAFETY: such a value exists only where the processor has the instructions.
             crate::simd::SimdKind::Avx2(lanes) => unsafe { $name::avx2(lanes, $($argument),*) },
             #[cfg(target_arch = "x86_64")]
-            #[expect(unsafe_code, reason = "a value of that kind was made after asking")]
+            #[expect(unsafe_code, reason = "such a value exists only after detection")]
             // SAFETY: such a value exists only where the processor has the instructions.
             crate::simd::SimdKind::Avx512(lanes) => unsafe {
                 $name::avx512(lanes, $($argument),*)

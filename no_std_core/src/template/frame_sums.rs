@@ -340,7 +340,8 @@ mod tests {
 
     const SIZE: Size = Size::S50x30;
 
-    /// Frame `number` has pixel (r, c) on where a product of all three has its fifth bit.
+    /// Returns frame `number`, in which pixel (r, c) is on if the fifth bit of a sum of multiples
+    /// of all three is set.
     fn frame(number: u64) -> Silhouette {
         let bit = |row: u64, column: u64| (row * 7 + column * 13 + number * 29) >> 4 & 1;
         let rows: heapless::Vec<u64, MAX_ROWS> = (0..50)

@@ -1,17 +1,17 @@
-//! The processors: names, which are alike, and what they can do.
+//! The processors: names, groups of equal ones, and instruction sets.
 
 use super::tree::SystemFiles;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Numbers of processors, ascending, each once; as text as Linux writes them: `0-3,6`.
+/// A list of processor numbers, ascending and unique; as text in the format of Linux: `0-3,6`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct CpuList(Vec<usize>);
 
 impl CpuList {
-    /// Reads `0-3,6` or `0 1 2 3 6`; none if it is neither, or empty.
+    /// Parses `0-3,6` or `0 1 2 3 6`; none if the text is neither, or is empty.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let mut numbers = Vec::new();
@@ -29,13 +29,13 @@ impl CpuList {
         (!numbers.is_empty()).then_some(Self(numbers))
     }
 
-    /// The numbers.
+    /// Returns the numbers.
     #[must_use]
     pub fn numbers(&self) -> &[usize] {
         &self.0
     }
 
-    /// Whether a processor is in both.
+    /// Returns whether the lists have a processor in common.
     #[must_use]
     pub fn meets(&self, other: &Self) -> bool {
         self.0.iter().any(|cpu| other.0.contains(cpu))
@@ -66,21 +66,21 @@ impl TryFrom<String> for CpuList {
     }
 }
 
-/// Processors that are alike.
+/// A group of equal processors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct CpuGroup {
-    /// Which.
+    /// The processors of the group.
     pub cpus: CpuList,
-    /// What they are called, such as `Cortex-A72`.
+    /// The name of the processors, such as `Cortex-A72`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Implementer and part of an ARM processor (`0x41/0xd08`), family and model of another.
+    /// The implementer and part of an ARM processor (`0x41/0xd08`); family and model of others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<String>,
-    /// Relative speed of one, 1024 for the fastest of the machine (`cpu_capacity`).
+    /// The relative speed of one processor, 1024 for the machine's fastest (`cpu_capacity`).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub capacity: Option<u64>,
-    /// Highest frequency.
+    /// The highest frequency.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_khz: Option<u64>,
 }
@@ -114,7 +114,7 @@ const ARM_PARTS: [(u32, &str); 24] = [
     (0xD4F, "Neoverse-V2"),
 ];
 
-/// The processors of `/proc/cpuinfo`, or else those that have a folder.
+/// Returns the processors of `/proc/cpuinfo`, or else those with a folder, in groups.
 pub(super) fn groups(files: &SystemFiles, cpuinfo: &str) -> Vec<CpuGroup> {
     let mut described: BTreeMap<usize, (Option<String>, Option<String>)> = BTreeMap::new();
     for block in cpuinfo.split("\n\n") {
@@ -187,7 +187,8 @@ fn arm_ids(block: &str) -> Option<(u32, u32)> {
     Some((hexadecimal("CPU implementer")?, hexadecimal("CPU part")?))
 }
 
-/// Instruction sets that inference kernels choose by, by their names in `/proc/cpuinfo`.
+/// The instruction sets that determine the choice of inference kernels, by their names in
+/// `/proc/cpuinfo`.
 const MATTERING: [&str; 19] = [
     "neon",
     "asimd",
@@ -210,7 +211,7 @@ const MATTERING: [&str; 19] = [
     "amx_bf16",
 ];
 
-/// Those of the first processor.
+/// Returns the instruction sets of the first processor that matter to inference.
 pub(super) fn features(cpuinfo: &str) -> Vec<String> {
     let found = field(cpuinfo, "Features").or_else(|| field(cpuinfo, "flags"));
     let found: Vec<&str> = found.unwrap_or_default().split_whitespace().collect();

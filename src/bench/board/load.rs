@@ -1,17 +1,17 @@
-//! How busy others keep the machine, before anything is measured and meanwhile.
+//! The load of other processes, before and during a measurement.
 
 use super::tree::SystemFiles;
 use std::path::Path;
 use std::time::Duration;
 
-/// Above this share of busy processors, times are not to be trusted.
+/// The share of busy processors above which times are unreliable.
 pub(crate) const LOAD_WARNED_OF: f64 = 0.1;
 
-/// How long others are watched.
+/// The time over which the load is measured.
 const WATCHED: Duration = Duration::from_millis(500);
 
-/// The share of the machine's processors that others keep busy, 0..1, while this process sleeps
-/// for half a second; none if the machine does not tell.
+/// Returns the share of the machine's processors that other processes keep busy, 0..1, while this
+/// process sleeps for half a second; none if the machine does not report it.
 #[must_use]
 pub(crate) fn load_of_others(root: &Path) -> Option<f64> {
     let files = SystemFiles::new(root);
@@ -20,17 +20,17 @@ pub(crate) fn load_of_others(root: &Path) -> Option<f64> {
     busy_share(&before, &files.raw_text("proc/stat")?)
 }
 
-/// Since when others are watched while this process works.
+/// The start of measuring the load of other processes while this process works.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LoadWatch {
-    /// Ticks of all processors, and idle ones.
+    /// The ticks of all processors: in total, and idle.
     all: (u64, u64),
-    /// Ticks that this process took.
+    /// The ticks that this process used.
     own: u64,
 }
 
 impl LoadWatch {
-    /// From now on; none if the machine does not tell.
+    /// Starts now; none if the machine does not report its load.
     #[must_use]
     pub(crate) fn start(root: &Path) -> Option<Self> {
         let files = SystemFiles::new(root);
@@ -40,8 +40,8 @@ impl LoadWatch {
         })
     }
 
-    /// The share of the machine's processors that others have kept busy since then, 0..1; none before a
-    /// second is over, as ticks are a hundredth of one.
+    /// Returns the share of the machine's processors that other processes have kept busy since the
+    /// start, 0..1; none within the first second, as a tick is a hundredth of a second.
     #[must_use]
     pub(crate) fn share(self, root: &Path) -> Option<f64> {
         let now = Self::start(root)?;
@@ -55,17 +55,17 @@ impl LoadWatch {
     }
 }
 
-/// User and system ticks in `/proc/self/stat` (`proc_pid_stat(5)`), which has a name in brackets before
-/// them.
+/// Returns the user and system ticks of `/proc/self/stat` (`proc_pid_stat(5)`), which follow a name
+/// in brackets.
 fn own_ticks(stat: &str) -> Option<u64> {
     let (_, fields) = stat.rsplit_once(')')?;
-    // Of the fields after the name, from the state on, the 12th and 13th.
+    // The 12th and 13th field after the name, counting from the state.
     let mut ticks = fields.split_whitespace().skip(11).map(str::parse::<u64>);
     Some(ticks.next()?.ok()? + ticks.next()?.ok()?)
 }
 
-/// From two readings of `/proc/stat` (`proc_stat(5)`): all but idle and waiting for disks. Time
-/// that a hypervisor gives to others is busy.
+/// Returns the busy share between two readings of `/proc/stat` (`proc_stat(5)`): all time except
+/// idle and waiting for disks. Time that a hypervisor gives to other machines counts as busy.
 fn busy_share(before: &str, after: &str) -> Option<f64> {
     let (before, after) = (times(before)?, times(after)?);
     let total = after.0.checked_sub(before.0).filter(|&total| total > 0)?;
@@ -73,7 +73,7 @@ fn busy_share(before: &str, after: &str) -> Option<f64> {
     Some(1.0 - idle as f64 / total as f64)
 }
 
-/// All, and idle.
+/// Returns the total and the idle ticks.
 fn times(stat: &str) -> Option<(u64, u64)> {
     let line = stat.lines().find_map(|line| line.strip_prefix("cpu "))?;
     // user nice system idle iowait irq softirq steal; guests are part of user.

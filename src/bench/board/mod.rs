@@ -1,7 +1,7 @@
-//! Which machine this is, as far as it tells.
+//! A description of the machine.
 //!
-//! Everything is read from files of Linux below a root, so that tests have machines of their
-//! own. What a machine does not expose is absent, never zero.
+//! Everything is read from the files of Linux below a root folder, so that tests can provide their
+//! own machines. What a machine does not expose is absent, never zero.
 
 mod cpus;
 mod load;
@@ -15,37 +15,37 @@ pub(crate) use state::{Clock, MachineState, warnings};
 use serde::{Deserialize, Serialize};
 pub(super) use tree::SystemFiles;
 
-/// What does not change while a machine runs.
+/// The properties of a machine that do not change while it runs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Board {
-    /// Its name, by the device tree or else by the firmware (DMI).
+    /// The machine's name, from the device tree or else the firmware (DMI).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model: Option<String>,
-    /// Its system on chip.
+    /// The system on chip.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub soc: Option<String>,
-    /// Architecture that this program was built for, such as `aarch64`.
+    /// The architecture that this program was built for, such as `aarch64`.
     pub architecture: String,
-    /// Its processors, those that are alike together.
+    /// The processors, in groups of equal ones.
     pub cpus: Vec<CpuGroup>,
-    /// Processors that this process may use.
+    /// The processors that this process may use.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub affinity: Option<CpuList>,
-    /// Instruction sets that matter to inference.
+    /// The instruction sets that matter to inference.
     pub features: Vec<String>,
-    /// Memory of the machine, bytes.
+    /// The memory of the machine, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ram_bytes: Option<u64>,
-    /// Version of the kernel.
+    /// The version of the kernel.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kernel: Option<String>,
-    /// C library that this program was built for, such as `gnu`.
+    /// The C library that this program was built for, such as `gnu`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub libc: Option<String>,
 }
 
 impl Board {
-    /// Reads the machine whose files are below `root`, `/` as a rule.
+    /// Reads the machine whose files are below `root`, usually `/`.
     #[must_use]
     pub(crate) fn read(root: &std::path::Path) -> Self {
         let files = SystemFiles::new(root);
@@ -86,8 +86,8 @@ fn model(files: &SystemFiles) -> Option<String> {
     })
 }
 
-/// What `Documentation/ABI/testing/sysfs-devices-soc` describes, or else the last name of the
-/// device tree's `compatible`, from the board's to the chip's.
+/// Returns the chip's name from `sysfs-devices-soc` (`Documentation/ABI/testing`), or else the last
+/// name of the device tree's `compatible`, which lists the board first and the chip last.
 fn soc(files: &SystemFiles) -> Option<String> {
     let parts = ["family", "soc_id"].map(|name| files.text(format!("sys/devices/soc0/{name}")));
     let parts: Vec<String> = parts.into_iter().flatten().collect();

@@ -1,43 +1,43 @@
-//! What changes while a machine runs: clocks, temperature, throttling.
+//! The changing state of a machine: clocks, temperature, throttling.
 
 use super::cpus::CpuList;
 use super::tree::SystemFiles;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// A machine at one moment.
+/// The state of a machine at one moment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MachineState {
-    /// Clocks that processors share.
+    /// The clocks of the processors.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub clocks: Vec<Clock>,
-    /// Temperature of the hottest zone, degrees Celsius.
+    /// The temperature of the hottest zone, degrees Celsius.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub temperature_c: Option<f64>,
-    /// `get_throttled` of a Raspberry Pi's firmware: bits 0 to 3 are for now, 16 to 19 for
-    /// since it was started (under-voltage, frequency capped, throttled, soft limit).
+    /// The `get_throttled` bits of a Raspberry Pi's firmware: 0 to 3 for the present, 16 to 19 for
+    /// the time since start (under-voltage, frequency capped, throttled, soft limit).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub throttled: Option<u32>,
-    /// How often the cores of an x86 processor have been throttled since it was started.
+    /// The number of times that cores of an x86 processor have been throttled since start.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub throttle_count: Option<u64>,
 }
 
-/// A clock (a policy of `cpufreq`).
+/// A clock that processors share (a policy of `cpufreq`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Clock {
-    /// The processors that run by it.
+    /// The processors of this clock.
     pub cpus: CpuList,
-    /// What chooses its frequency.
+    /// The governor that chooses the frequency.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub governor: Option<String>,
-    /// Lowest frequency allowed.
+    /// The lowest allowed frequency.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_khz: Option<u64>,
-    /// Frequency now.
+    /// The current frequency.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub current_khz: Option<u64>,
-    /// Highest frequency allowed.
+    /// The highest allowed frequency.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_khz: Option<u64>,
 }
@@ -76,7 +76,7 @@ impl MachineState {
     }
 }
 
-/// The firmware's node is called after the bus that it hangs on, which differs between models.
+/// Reads `get_throttled`; the firmware's node is named after its bus, which differs between models.
 fn raspberry_pi(files: &SystemFiles) -> Option<u32> {
     let mut nodes = files.entries("sys/devices/platform", "soc");
     for bus in nodes.clone() {
@@ -88,8 +88,8 @@ fn raspberry_pi(files: &SystemFiles) -> Option<u32> {
     u32::from_str_radix(text.trim_start_matches("0x"), 16).ok()
 }
 
-/// What the states before, between and after the measurements say against them. Frequencies are
-/// those of `cpus`, of all processors if that is not known.
+/// Returns warnings from the states before, between and after the measurements. Frequencies are
+/// those of `cpus`, or of all processors if `cpus` is unknown.
 #[must_use]
 pub(crate) fn warnings(states: &[MachineState], cpus: Option<&CpuList>) -> Vec<String> {
     let (Some(first), Some(last)) = (states.first(), states.last()) else {
@@ -122,7 +122,7 @@ pub(crate) fn warnings(states: &[MachineState], cpus: Option<&CpuList>) -> Vec<S
             after - before
         ));
     }
-    // The first state is before any work, when a governor may have slowed an idle processor.
+    // Skip the state before any work, as a governor may have slowed an idle processor.
     let mut highest = 0;
     let mut lowest_share = (1, 1);
     for state in states.iter().skip(1) {

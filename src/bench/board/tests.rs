@@ -1,9 +1,9 @@
-//! Machines made of files.
+//! Tests with machines that consist of files.
 
 use super::*;
 use std::path::Path;
 
-/// Writes files below a new folder; folders are made.
+/// Writes files, with their folders, below a new folder.
 pub(in crate::bench) fn machine(files: &[(&str, &str)]) -> tempfile::TempDir {
     let root = tempfile::tempdir().expect("a folder");
     for (path, text) in files {
@@ -25,7 +25,7 @@ fn arm_cpu(number: usize, part: &str) -> String {
     )
 }
 
-/// A Raspberry Pi 4 Model B, as its files are on Linux 6.6.
+/// The files of a Raspberry Pi 4 Model B on Linux 6.6.
 fn raspberry_pi_4() -> tempfile::TempDir {
     let cpus: String = (0..4).map(|cpu| arm_cpu(cpu, "0xd08")).collect();
     let policy = "sys/devices/system/cpu/cpufreq/policy0";
@@ -109,7 +109,7 @@ fn a_raspberry_pi_4_is_described() {
 
 #[test]
 fn little_and_big_processors_are_told_apart() {
-    // As an RK3588: four Cortex-A55, two clusters of two Cortex-A76.
+    // An RK3588: four Cortex-A55, two clusters of two Cortex-A76.
     let parts = [
         "0xd05", "0xd05", "0xd05", "0xd05", "0xd0b", "0xd0b", "0xd0b", "0xd0b",
     ];
@@ -244,7 +244,7 @@ fn at_khz(khz: u64, other_khz: u64) -> MachineState {
 fn a_frequency_that_drops_by_more_than_5_percent_is_warned_of() {
     let cpus = CpuList::parse("1");
     let of = |khz: [u64; 3]| {
-        // Idle at first; what an unused processor does is of no interest.
+        // Idle at first. The frequency of an unused processor does not matter.
         let states = khz.map(|khz| at_khz(khz, 3_000_000 - khz));
         warnings(
             &[&[at_khz(600_000, 600_000)], states.as_slice()].concat(),

@@ -1,9 +1,9 @@
-//! Small files that say something about the machine.
+//! Reading the system files that describe the machine.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The files below a root.
+/// The system files below a root folder.
 #[derive(Clone, Debug)]
 pub(in crate::bench) struct SystemFiles {
     root: PathBuf,
@@ -14,33 +14,33 @@ impl SystemFiles {
         Self { root: root.into() }
     }
 
-    /// A file's text as it is; none if it cannot be read.
+    /// Returns a file's text, unchanged; none if it cannot be read.
     pub(crate) fn raw_text(&self, path: impl AsRef<Path>) -> Option<String> {
         let bytes = fs::read(self.root.join(path)).ok()?;
         Some(String::from_utf8_lossy(&bytes).into_owned())
     }
 
-    /// A file's text without white space and NUL around it; none if nothing is left.
+    /// Returns a file's text without surrounding white space and NUL; none if nothing is left.
     pub(crate) fn text(&self, path: impl AsRef<Path>) -> Option<String> {
         let text = self.raw_text(path)?;
         let text = text.trim_matches(|c: char| c.is_whitespace() || c == '\0');
         (!text.is_empty()).then(|| text.to_owned())
     }
 
-    /// A file's number.
+    /// Returns the number that a file contains.
     pub(crate) fn number<T: std::str::FromStr>(&self, path: impl AsRef<Path>) -> Option<T> {
         self.text(path)?.parse().ok()
     }
 
-    /// What follows `name` on its line of a file.
+    /// Returns the text after `name` on its line of a file.
     pub(crate) fn field(&self, path: impl AsRef<Path>, name: &str) -> Option<String> {
         let text = self.raw_text(path)?;
         let value = text.lines().find_map(|line| line.strip_prefix(name))?;
         Some(value.trim().to_owned())
     }
 
-    /// What a folder holds whose names begin with `prefix`, as paths below the root, in the
-    /// order of the numbers in their names.
+    /// Returns the entries of a folder whose names begin with `prefix`, as paths below the root, in
+    /// the order of the numbers in their names.
     pub(crate) fn entries(&self, folder: impl AsRef<Path>, prefix: &str) -> Vec<PathBuf> {
         let Ok(found) = fs::read_dir(self.root.join(&folder)) else {
             return Vec::new();

@@ -1,4 +1,4 @@
-//! Latency against rank-1, as a picture (SVG): one point a model and board.
+//! The chart of latency against rank-1 (SVG): one point for each model and board.
 
 use super::{Compared, Met, p50_range};
 use crate::error::{Error, Result};
@@ -8,7 +8,7 @@ use crate::report::standalone::{LETTER, standalone};
 use crate::report::{microseconds, percent};
 use maud::{Markup, html};
 
-/// The plot.
+/// The area of the plot.
 const CHART: Axes = Axes {
     left: 64.0,
     top: 32.0,
@@ -16,33 +16,33 @@ const CHART: Axes = Axes {
     height: 480.0,
 };
 const HEIGHT: f64 = 570.0;
-/// Where the list of points begins.
+/// The x of the list of points.
 const LIST: f64 = 730.0;
-/// From one line of it to the next.
+/// The distance between two lines of the list.
 const LINE: f64 = 18.0;
 
-/// A model on a board.
+/// A point of the chart: a model on a board.
 struct BoardPoint<'a> {
     met: Met<'a>,
     colour: &'static str,
-    /// Microseconds, and from where to where as far as windows tell.
+    /// The median time in microseconds, and its range over windows.
     us: f64,
     us_range: (f64, f64),
-    /// Rank-1 and its interval.
+    /// The rank-1 and its interval.
     rank1: f64,
     rank1_range: (f64, f64),
 }
 
-/// The chart of all models whose rank-1 was measured.
+/// Draws the chart of all models whose rank-1 was measured.
 ///
 /// # Errors
-/// If there are none.
+/// If no model has a rank-1.
 pub(crate) fn chart(compared: &Compared) -> Result<String> {
     let points = points(compared);
     if points.is_empty() {
         return Err(Error::Failed(
             "expected results with rank-1 to draw latency against it, found none (measure \
-             rank-1, too)"
+             rank-1 as well)"
                 .into(),
         ));
     }
@@ -104,7 +104,7 @@ fn plot(points: &[BoardPoint<'_>]) -> Markup {
         (CHART.across(&rates)) (CHART.upwards(&times)) (CHART.below(&times))
         text.axis x="8" y="18" { "rank-1 and its 95 % interval" }
         text.axis x=(CHART.left + CHART.width / 2.0) y=(CHART.top + CHART.height + 42.0) text-anchor="middle" {
-            "median time of one inference, us; line: as windows differ"
+            "median time of one inference, us; line: range over windows"
         }
         @for (point, (x, y)) in points.iter().zip(&places) {
             @let (left, right) = (at(point.us_range.0, point.rank1).0, at(point.us_range.1, point.rank1).0);
@@ -119,7 +119,7 @@ fn plot(points: &[BoardPoint<'_>]) -> Markup {
     }
 }
 
-/// The points by their numbers.
+/// Draws the list of points with their numbers.
 fn list(points: &[BoardPoint<'_>]) -> Markup {
     html! { @for (index, point) in points.iter().enumerate() {
         @let (y, colour) = (18.0 + LINE * index as f64, format!("fill: {}", point.colour));
@@ -128,7 +128,7 @@ fn list(points: &[BoardPoint<'_>]) -> Markup {
     } }
 }
 
-/// What is said of a point.
+/// Returns the description of a point.
 fn entry(point: &BoardPoint<'_>) -> String {
     let Met { board, name, .. } = &point.met;
     format!(

@@ -1,4 +1,5 @@
-//! Results of several boards side by side: what may stand in one row, and how many times as long it takes.
+//! Comparing the results of several boards: which results are comparable, and the ratios of their
+//! times.
 
 mod chart;
 
@@ -12,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::evaluate::median::median_interval;
 use crate::evaluate::wilson::Interval;
 
-/// Settings that say how rank-1 was measured: others are of the models, of the board, or of time.
+/// The settings that affect rank-1. Other settings concern models, the board, or timing.
 const OF_ACCURACY: [&str; 7] = [
     "views",
     "raster",
@@ -23,33 +24,33 @@ const OF_ACCURACY: [&str; 7] = [
     "walks",
 ];
 
-/// Results that are set side by side.
+/// Results that are compared side by side.
 pub(crate) struct Compared {
-    /// What to call each, and its results; two at least.
+    /// The name and the results of each board; at least two.
     pub boards: Vec<(String, BenchResults)>,
 }
 
-/// A model of some results.
+/// A model in the results of a board.
 struct Met<'a> {
     board: &'a str,
-    /// With its threads where there are several numbers of them.
+    /// The model's name, with its number of threads if it was measured with several.
     name: String,
     model: &'a ModelResult,
 }
 
 impl Met<'_> {
-    /// Whether it is the same model with as many threads.
+    /// Returns whether this is the same model with the same number of threads.
     fn is_like(&self, other: &Self) -> bool {
         (&self.model.name, self.model.threads) == (&other.model.name, other.model.threads)
     }
 }
 
 impl Compared {
-    /// Refuses what cannot stand in one row: rank-1 under other protocols, from other viewpoints or of
-    /// other people, unless rank-1 is left out; and one model with two inputs.
+    /// Checks that the results are comparable: the same protocol, viewpoints and people for rank-1,
+    /// unless it is left out, and the same input for each model.
     ///
     /// # Errors
-    /// Naming the first two that differ, and in what.
+    /// If two results differ; the error names the first two and the difference.
     pub(crate) fn check(&self) -> Result<()> {
         let has_rank1 =
             |results: &BenchResults| results.models.iter().any(|model| model.accuracy.is_some());
@@ -62,7 +63,7 @@ impl Compared {
         self.check_models()
     }
 
-    /// Rank-1 of two results may stand in one row.
+    /// Checks that the rank-1 of two results is comparable.
     fn check_rank1(
         first: &str,
         results: &BenchResults,
@@ -71,8 +72,8 @@ impl Compared {
     ) -> Result<()> {
         let refuse = |what: &str, [mine, its]: [String; 2]| {
             Err(Error::Failed(format!(
-                "{first} and {name} cannot stand in one row: rank-1, {what}: {mine} and {its} (leave rank-1 out, or \
-                 measure it alike)"
+                "{first} and {name} cannot be compared: rank-1, {what}: {mine} and {its} (leave rank-1 out, or \
+                 measure it with the same settings)"
             )))
         };
         for key in OF_ACCURACY {
@@ -98,7 +99,8 @@ impl Compared {
         Ok(())
     }
 
-    /// One name stands for one input, and its rank-1 for one protocol.
+    /// Checks that models of one name have the same input, and the same protocol and viewpoints of
+    /// rank-1.
     fn check_models(&self) -> Result<()> {
         let all: Vec<Met<'_>> = self.met().collect();
         for (at, met) in all.iter().enumerate() {
@@ -110,7 +112,7 @@ impl Compared {
             };
             let refuse = |what: &str, [mine, its]: [String; 2]| {
                 Err(Error::Failed(format!(
-                    "{} of {} and of {} cannot stand in one row: {what}: {mine} and {its}",
+                    "{} of {} and of {} cannot be compared: {what}: {mine} and {its}",
                     met.model.name, first.board, met.board
                 )))
             };
@@ -135,7 +137,7 @@ impl Compared {
         Ok(())
     }
 
-    /// Leaves rank-1 out.
+    /// Removes rank-1 from all results.
     pub(crate) fn without_accuracy(mut self) -> Self {
         for (_, results) in &mut self.boards {
             for model in &mut results.models {
@@ -156,7 +158,7 @@ impl Compared {
         })
     }
 
-    /// The tables, and how many times as long each model takes as where it was met first.
+    /// Renders the tables, and each model's costs relative to the first board that has it.
     pub(crate) fn render(&self, format: TableFormat) -> String {
         let columns: Vec<ResultColumn<'_>> = self
             .boards
@@ -173,7 +175,7 @@ impl Compared {
         text
     }
 
-    /// Of each model that was met before, how many times as long it takes.
+    /// Returns the ratios of each model that an earlier board has.
     fn ratios(&self) -> Vec<Ratios> {
         let all: Vec<Met<'_>> = self.met().collect();
         let of = |(at, met): (usize, &Met<'_>)| {
@@ -202,7 +204,7 @@ impl Compared {
     }
 }
 
-/// How many times as long a model takes as where it was met first.
+/// A model's costs relative to the first board that has it.
 struct Ratios {
     heading: String,
     against: String,
@@ -213,21 +215,21 @@ struct Ratios {
 }
 
 const RATIO_ROWS: [crate::bench::cells::ResultRow<Ratios>; 5] = [
-    ("times that on", |of| Some(of.against.clone())),
+    ("relative to", |of| Some(of.against.clone())),
     ("one at a time: p50", |of| of.single.clone()),
     ("a batch: p50", |of| of.batch.clone()),
     ("load", |of| of.load.clone()),
     ("peak memory of runtime and model", |of| of.peak.clone()),
 ];
 
-/// From where to where the median time may be, as far as windows tell; none without windows.
+/// Returns the range of the median time that the windows allow; none without windows.
 fn p50_range(timing: &Timing) -> Option<(f64, f64)> {
     let (median, Interval { low, high }) = median_interval(&timing.window_mean_us)?;
     let scale = timing.times.p50_us / median;
     (median > 0.0).then_some((low * scale, high * scale))
 }
 
-/// The ratio of two p50, and from where to where it may be.
+/// Returns the ratio of two p50, and its range.
 fn ratio(mine: &Timing, its: &Timing) -> Option<String> {
     let (mine_range, its_range) = (p50_range(mine)?, p50_range(its)?);
     let value = mine.times.p50_us / its.times.p50_us;
@@ -242,7 +244,8 @@ fn exact(mine: f64, its: f64) -> Option<String> {
     ratio.is_finite().then(|| format!("{ratio:.2}"))
 }
 
-/// The data that a header names beside models, by its sums.
+/// Returns the checksums of the data that a header names besides models, or else its `pack`
+/// setting.
 fn pack_of(header: &ResultHeader) -> String {
     let data = header.data();
     if data.is_empty() {

@@ -2,7 +2,7 @@ use super::*;
 use crate::report::SVG_START;
 use serde_json::{Value, json};
 
-/// Results of one model, whose median call takes so long.
+/// Returns the results of one model with this median time.
 fn results(p50_us: f64, change: impl FnOnce(&mut Value)) -> BenchResults {
     let times = |us: f64| {
         json!({
@@ -65,8 +65,8 @@ fn ratios_are_against_the_first_board_with_the_model() {
         let line = text.lines().rfind(|line| line.starts_with(start));
         line.unwrap_or_else(|| panic!("{start}: {text}")).to_owned()
     };
-    assert_eq!(line("| times that on"), "| times that on | pi4 | pi4 |");
-    // 0.5 of 0.99 by 1.01, and the other way round.
+    assert_eq!(line("| relative to"), "| relative to | pi4 | pi4 |");
+    // 0.5 times 0.99 / 1.01, and times 1.01 / 0.99.
     assert_eq!(
         line("| one at a time: p50"),
         "| one at a time: p50 | 0.50 (0.49 - 0.51) | 0.25 (0.25 - 0.26) |"
@@ -84,7 +84,7 @@ fn what_is_not_alike_does_not_stand_in_one_row() {
     let cases: [(Change, &str); 7] = [
         (
             |v| v["settings"]["views"] = json!("side"),
-            "pi4 and pi5 cannot stand in one row: rank-1, \"views\": \"paper\" and \"side\"",
+            "pi4 and pi5 cannot be compared: rank-1, \"views\": \"paper\" and \"side\"",
         ),
         (
             |v| v["settings"]["raster"] = json!("rows"),
@@ -97,7 +97,7 @@ fn what_is_not_alike_does_not_stand_in_one_row() {
         ),
         (
             |v| v["models"][0]["accuracy"]["viewpoints"] = json!(9),
-            "m of pi4 and of pi5 cannot stand in one row: viewpoints of rank-1: 703 and 9",
+            "m of pi4 and of pi5 cannot be compared: viewpoints of rank-1: 703 and 9",
         ),
         (
             |v| v["models"][0]["accuracy"]["protocol"] = json!("p"),
@@ -113,22 +113,22 @@ fn what_is_not_alike_does_not_stand_in_one_row() {
         let said = found.check().expect_err(words).to_string();
         assert!(said.contains(words), "{said}");
     }
-    // Without rank-1 nothing is said of it.
+    // Without rank-1, settings that affect it may differ.
     let views = compared([results(100.0, |v| v["settings"]["views"] = json!("side"))]);
     let without = views.without_accuracy();
     without.check().expect("times alone");
     assert!(!without.render(TableFormat::Text).contains("rank-1"));
     let said = chart(&without).expect_err("no rank-1").to_string();
     assert!(said.contains("results with rank-1"), "{said}");
-    // A board without rank-1 hides no difference of the others.
+    // A board without rank-1 does not hide differences between the others.
     let mut three = compared([
         results(100.0, |_| {}),
         results(100.0, |v| v["settings"]["views"] = json!("side")),
     ]);
     three.boards[0].1.models[0].accuracy = None;
     let said = three.check().expect_err("of the others").to_string();
-    assert!(said.contains("pi5 and pi6 cannot stand"), "{said}");
-    // Of models, not of boards.
+    assert!(said.contains("pi5 and pi6 cannot be compared"), "{said}");
+    // Inputs are compared by model, not by board.
     let other_name = compared([results(100.0, |v| {
         v["models"][0]["name"] = json!("n");
         v["models"][0]["input"] = json!([1, 1, 64, 44]);

@@ -1,4 +1,5 @@
-//! What is refused before anything is measured: models and videos between which there is no path.
+//! Checks before measuring that a model can take its input from a video, and that the video has a
+//! gait cycle.
 
 use crate::dataset::InputFile;
 use crate::error::{Error, Result, TemplateOrigin};
@@ -11,27 +12,28 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What was found in a video.
+/// The properties of a video.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct CheckedVideo {
-    /// Pixels of a row.
+    /// The pixels of a row.
     pub columns: u32,
-    /// Rows.
+    /// The number of rows.
     pub rows: u32,
-    /// Frames a second.
+    /// The frames a second.
     pub fps: f64,
-    /// How many frames there are.
+    /// The number of frames.
     pub frames: usize,
-    /// In how many of them nobody was found.
+    /// The number of frames in which nobody was found.
     pub empty_frames: usize,
-    /// How many gait cycles.
+    /// The number of gait cycles.
     pub cycles: usize,
 }
 
-/// Refuses a model whose input cannot be made of a video.
+/// Rejects a model whose input cannot be made from a video.
 ///
 /// # Errors
-/// For a size that silhouettes do not have, and a framing that follows from where a camera stood.
+/// If the contract has a size that silhouettes do not have, a framing that depends on the camera's
+/// position, or a viewpoint as an input.
 pub(crate) fn check_model(model: &Model) -> Result<()> {
     let contract = model.contract();
     let size = contract.size().unwrap_or_default();
@@ -40,7 +42,7 @@ pub(crate) fn check_model(model: &Model) -> Result<()> {
         return Err(Error::input(
             model.path(),
             format!(
-                "expected a contract without view_input, found {input:?}: from where a video is seen is not known"
+                "expected a contract without view_input, found {input:?}: the viewpoint of a video is unknown"
             ),
         ));
     }
@@ -49,18 +51,20 @@ pub(crate) fn check_model(model: &Model) -> Result<()> {
         FramingMode::Cycle | FramingMode::Camera => Err(Error::input(
             model.path(),
             format!(
-                "expected a contract with framing \"height\" or \"box\", which figures in a video can be brought to, found {:?}: it follows from where the camera stood",
+                "expected a contract with framing \"height\" or \"box\", found {:?}: it depends on the camera's position, which is unknown for a video",
                 contract.framing.name()
             ),
         )),
     }
 }
 
-/// Segments all of a video once and finds its gait cycles, on all cores; what was read of it.
-/// `progress` is called for each frame. Pixels of all frames are not held, but what they show of legs.
+/// Segments a video once and finds its gait cycles, on all cores. Returns its properties, and the
+/// entry of its file for the results. `progress` is called for each frame. Memory holds the leg
+/// measurements of all frames, but not their pixels.
 ///
 /// # Errors
-/// If it cannot be read, or has no gait cycle: with what was found, and how many frames it takes.
+/// If the video cannot be read, or has no gait cycle; the error then states what was found, and how
+/// many frames two cycles take.
 pub(crate) fn check(
     mut video: Video,
     path: &Path,
@@ -98,7 +102,7 @@ pub(crate) fn check(
     Ok((checked, video.input()?))
 }
 
-/// That there is no gait cycle.
+/// Returns the error for a video without a gait cycle.
 fn none(path: &Path, reason: NoCycle, fps: f32, frames: usize, empty: usize) -> Error {
     let (slow, fast) = CYCLE_STEPS_PER_MINUTE;
     // Two cycles are four steps.
@@ -106,7 +110,7 @@ fn none(path: &Path, reason: NoCycle, fps: f32, frames: usize, empty: usize) -> 
     Error::input(
         path,
         format!(
-            "{reason}; somebody is in {} of {frames} frames, and at {fps} frames a second two cycles are {} (the fastest steps) to {} frames",
+            "{reason}; {} of {frames} frames show a person, and at {fps} frames a second two cycles are {} (the fastest steps) to {} frames",
             frames - empty,
             frames_of(fast),
             frames_of(slow)
@@ -130,7 +134,7 @@ mod tests {
         );
         assert_eq!(
             error.to_string(),
-            "walk: expected a whole gait cycle, found 12 frames, which are too few (record two cycles or more); somebody is in 9 of 12 frames, and at 25 frames a second two cycles are 28 (the fastest steps) to 86 frames"
+            "walk: expected a whole gait cycle, found 12 frames, which are too few (record two cycles or more); 9 of 12 frames show a person, and at 25 frames a second two cycles are 28 (the fastest steps) to 86 frames"
         );
     }
 }

@@ -1,13 +1,14 @@
-//! How times are distributed, in memory that does not grow with their number.
+//! A histogram of times, in constant memory.
 
 use crate::bench::statistics::{Times, rank};
 
-/// Buckets for each doubling. Ours: a percentile is off by at most half of 1/128, 0.4 %.
+/// The number of buckets for each doubling. Our choice: the error of a percentile is at most half
+/// of 1/128, 0.4 %.
 const STEPS: u64 = 128;
-/// Doublings of 1 ns: up to five hours.
+/// The number of doublings of 1 ns: up to five hours.
 const DOUBLINGS: u64 = 44;
 
-/// Counts of times by their length.
+/// The number of times in each bucket, with exact sums and extremes.
 #[derive(Clone, Debug)]
 pub(super) struct Histogram {
     buckets: Vec<u64>,
@@ -19,7 +20,7 @@ pub(super) struct Histogram {
 }
 
 impl Histogram {
-    /// Of no times.
+    /// Returns an empty histogram.
     pub(super) fn new() -> Self {
         Self {
             buckets: vec![0; (STEPS * DOUBLINGS) as usize],
@@ -43,7 +44,7 @@ impl Histogram {
         self.squares_us += us * us;
     }
 
-    /// The distribution, all but its percentiles exact; none of no times.
+    /// Returns the distribution, exact except for percentiles; none if there are no times.
     pub(super) fn times(&self) -> Option<Times> {
         let count = self.count as f64;
         let mean_us = self.sum_us / count;
@@ -74,7 +75,7 @@ impl Histogram {
     }
 }
 
-/// The bucket of a time: below 128 ns its own, above the first eight bits of it.
+/// Returns the bucket of a time: one for each value below 128 ns, then by the first eight bits.
 const fn bucket(ns: u64) -> usize {
     if ns < STEPS {
         return ns as usize;
@@ -83,7 +84,7 @@ const fn bucket(ns: u64) -> usize {
     (doublings * STEPS + (ns >> (doublings - 1)) - STEPS) as usize
 }
 
-/// The middle of a bucket.
+/// Returns the middle of a bucket.
 fn middle_ns(bucket: usize) -> f64 {
     let bucket = bucket as u64;
     let (doublings, step) = (bucket / STEPS, bucket % STEPS);
@@ -100,7 +101,7 @@ mod tests {
 
     #[test]
     fn percentiles_are_those_of_the_sorted_times_within_four_thousandths() {
-        // From 50 ns to an hour, four times apart as often as twice.
+        // From 50 ns to an hour.
         let mut ns: Vec<u64> = (0..4000_u64)
             .map(|at| 50 + (at * 2_654_435_761 % 4_294_967_296) * (1 + at % 830))
             .collect();
@@ -130,7 +131,8 @@ mod tests {
 
     #[test]
     fn each_time_is_in_the_bucket_whose_middle_is_nearest() {
-        // By hand: 127 and 128 ns are apart, 256 and 257 share, 258 is next.
+        // Computed by hand: 127 and 128 ns have separate buckets, 256 and 257 share one, 258 is in
+        // the next.
         assert_eq!(
             [0, 127, 128, 255, 256, 257, 258].map(bucket),
             [0, 127, 128, 255, 256, 256, 257]
@@ -155,7 +157,7 @@ mod tests {
         histogram.add(7_000);
         let one = histogram.times().expect("one");
         assert_eq!((one.p50_us, one.p90_us, one.sd_us), (7.0, None, 0.0));
-        // Longer than all buckets: in the last, and its own greatest.
+        // Longer than all buckets: it counts in the last, and the maximum is exact.
         histogram.add(u64::MAX / 4);
         assert!(histogram.times().expect("two").max_us > 1e12);
     }

@@ -1,56 +1,56 @@
-//! A watch that is read after each stage of the path.
+//! A stopwatch that is read after each stage of the pipeline.
 
 use super::histogram::Histogram;
 use crate::bench::statistics::Times;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// What is done one after the other.
+/// The stages of the pipeline, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PathStage {
-    /// A frame's file is read and decoded.
+    /// Reading and decoding a frame's file.
     Decode,
-    /// The figure is found in it.
+    /// Segmenting the figure.
     Segment,
-    /// It is brought to the model's size and framing.
+    /// Scaling the figure to the model's size and framing.
     Framing,
-    /// Its legs are measured, and the gait cycle followed.
+    /// Measuring the legs and detecting the gait cycle.
     Cycle,
-    /// The model's input is made of a cycle's silhouettes.
+    /// Making the model's input from a cycle's silhouettes.
     Template,
-    /// The network answers.
+    /// Running the network.
     Network,
 }
 
-/// Stages that each frame has, the first ones.
+/// The number of stages that each frame has: the first ones.
 const OF_FRAMES: usize = 4;
 
-/// The time of each stage. Those of a frame are of all frames, the others of all answers. All of them
-/// together are the time that was measured.
+/// The times of each stage: the first four over all frames, template and network over all answers.
+/// Together they are the whole measured time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Stages {
-    /// Reading a frame's file and decoding it.
+    /// The times of reading and decoding a frame's file.
     pub decode: Times,
-    /// Segmenting it.
+    /// The times of segmenting a frame.
     pub segment: Times,
-    /// Framing the figure.
+    /// The times of framing the figure.
     pub framing: Times,
-    /// Measuring the legs and following the gait cycle.
+    /// The times of measuring the legs and detecting the gait cycle.
     pub cycle: Times,
-    /// Making the model's input of a cycle's silhouettes.
+    /// The times of making the model's input from a cycle's silhouettes.
     pub template: Times,
-    /// An inference.
+    /// The times of an inference.
     pub network: Times,
-    /// A frame from its file on, with the answers that it leads to. At the end of a recording, what is
-    /// still to be answered belongs to the frame after it.
+    /// The times of a frame from its file on, with the answers that it leads to. Answers at the end
+    /// of a recording count towards the next frame.
     pub frame: Times,
 }
 
-/// A clock and the times that it told.
+/// A clock and the times measured with it.
 pub(super) struct Laps<'c> {
     clock: &'c mut (dyn FnMut() -> Duration + Send),
     last: Duration,
-    /// Of this frame so far.
+    /// The times of the current frame so far.
     frame: [Duration; OF_FRAMES],
     whole: Duration,
     stages: [Histogram; 6],
@@ -59,7 +59,8 @@ pub(super) struct Laps<'c> {
 }
 
 impl<'c> Laps<'c> {
-    /// Nothing told yet; the clock gives the time since any moment, and never goes back.
+    /// Starts with no times; the clock returns the time since any fixed moment, and never goes
+    /// back.
     pub(super) fn new(clock: &'c mut (dyn FnMut() -> Duration + Send)) -> Self {
         let last = clock();
         Self {
@@ -73,7 +74,7 @@ impl<'c> Laps<'c> {
         }
     }
 
-    /// What was since the last call, this one or [`Self::resume`], was this stage.
+    /// Adds the time since the last call of this method or of [`Self::resume`] to a stage.
     pub(super) fn lap(&mut self, stage: PathStage) {
         let now = (self.clock)();
         let took = now.saturating_sub(self.last);
@@ -86,7 +87,7 @@ impl<'c> Laps<'c> {
         }
     }
 
-    /// A frame is done with.
+    /// Ends a frame.
     pub(super) fn close(&mut self) {
         for (stage, took) in self.stages.iter_mut().zip(&mut self.frame) {
             stage.add(ns(std::mem::take(took)));
@@ -94,17 +95,17 @@ impl<'c> Laps<'c> {
         self.frames.add(ns(std::mem::take(&mut self.whole)));
     }
 
-    /// What was since the last call does not count.
+    /// Ignores the time since the last call.
     pub(super) fn resume(&mut self) {
         self.last = (self.clock)();
     }
 
-    /// Time that was measured so far.
+    /// Returns the time measured so far.
     pub(super) const fn total(&self) -> Duration {
         self.total
     }
 
-    /// Times of all stages; none before each was there.
+    /// Returns the times of all stages; none until each has occurred.
     pub(super) fn stages(&self) -> Option<Stages> {
         let [decode, segment, framing, cycle, template, network] = &self.stages;
         Some(Stages {
@@ -119,7 +120,7 @@ impl<'c> Laps<'c> {
     }
 }
 
-/// Whole nanoseconds.
+/// Returns the time in whole nanoseconds.
 pub(super) fn ns(time: Duration) -> u64 {
     u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }

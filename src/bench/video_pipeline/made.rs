@@ -1,4 +1,4 @@
-//! A video for machines that have none: a walker of a pack crosses a painted scene.
+//! A synthetic video for machines without one: a walker of a pack crosses a painted scene.
 
 use crate::error::{Error, Result};
 use crate::report::write_png;
@@ -14,23 +14,24 @@ use rand_chacha::ChaCha8Rng;
 use std::fs;
 use std::path::Path;
 
-/// Columns and rows of it.
+/// The columns and rows of the video.
 pub(crate) const MADE_SIZE: (usize, usize) = (320, 240);
-/// Frames a second.
+/// The frames a second of the video.
 pub(crate) const MADE_FPS: f32 = 25.0;
-/// Pixels of a metre: somebody of 1.75 m has 112 rows, and crosses 5 m. Ours: three cycles of a walk.
+/// The pixels of a metre: a person of 1.75 m has 112 rows and crosses 5 m. Our choice: three cycles
+/// of a walk.
 const SCALE: f32 = 64.0;
-/// The row that the floor has.
+/// The row of the floor.
 const FLOOR: f32 = 215.0;
-/// Columns that are left free on both sides.
+/// The columns that stay empty on both sides.
 const MARGIN: f32 = 8.0;
-/// Most frames: ten seconds.
+/// The greatest number of frames: ten seconds.
 const MOST: u32 = 250;
-/// As cameras have it that compress each frame. Ours.
+/// The JPEG quality, as of cameras that compress each frame. Our choice.
 const QUALITY: u8 = 90;
 
-/// Writes a video of a walk seen from its left: `frames/NNN.jpg` and `background.png`, the scene
-/// without anybody. The walker crosses the picture once, as a whole.
+/// Writes a video of a walk seen from its left: `frames/NNN.jpg`, and `background.png`, the empty
+/// scene. The walker crosses the image once and is never cut off.
 ///
 /// # Errors
 /// If there is no such walk, or a file cannot be written.
@@ -53,7 +54,7 @@ pub(crate) fn write_made(pack: &Pack<'_>, walk: usize, seed: u64, folder: &Path)
     Ok(())
 }
 
-/// The walker's silhouettes: 0 or 255, row by row.
+/// Returns the walker's silhouettes: 0 or 255, row by row.
 fn masks(pack: &Pack<'_>, walk: usize) -> Result<Vec<Vec<u8>>> {
     let moments = Moments::Seconds {
         start_s: 0.0,
@@ -78,7 +79,7 @@ fn masks(pack: &Pack<'_>, walk: usize) -> Result<Vec<Vec<u8>>> {
             (least.min(x), most.max(x))
         })
     };
-    // The walker enters on the right and moves to the left; a loop leaves its travel out.
+    // The walker enters on the right and moves to the left; a loop does not include its travel.
     let clip = pack.walk(walk).and_then(|walk| pack.clip(walk.clip));
     let cycle = clip.and_then(|clip| clip.as_loop());
     let speed_mps = cycle.map_or(0.0, |cycle| f64::from(cycle.drift_m()) / cycle.period_s());
@@ -94,7 +95,7 @@ fn masks(pack: &Pack<'_>, walk: usize) -> Result<Vec<Vec<u8>>> {
         .collect())
 }
 
-/// The pixels whose middles lie inside of any outline, moved by so many columns.
+/// Returns the pixels whose centres are inside any outline, shifted by this many columns.
 fn mask(outlines: &[outline::Outline], shift: f32) -> Vec<u8> {
     let (columns, rows) = MADE_SIZE;
     let mut pixels = vec![0; columns * rows];
@@ -107,7 +108,7 @@ fn mask(outlines: &[outline::Outline], shift: f32) -> Vec<u8> {
                 let x = a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x) + shift;
                 (left, right) = (left.min(x), right.max(x));
             }
-            // Saturating, and empty where nothing was crossed.
+            // The cast saturates, and the range is empty where no edge was crossed.
             let middles = |x: f32| ((x + 0.5).floor() as usize).min(columns);
             let (from, to) = (middles(left), middles(right));
             if from < to {

@@ -1,21 +1,20 @@
-//! What the whole path costs that a device runs: from the frames of a video to answers.
+//! The costs of the whole pipeline of a device: from the frames of a video to answers.
 //!
-//! Inside of the timed part is all that a frame takes: reading and decoding it, segmenting it, framing
-//! the figure to the model's size, and following the gait cycle; and where a cycle is complete, making
-//! the model's input of its silhouettes and the inference. Outside are loading the model and the
-//! background, the first frames until there is an answer, and reading the machine's state between
+//! Timed is everything that a frame takes: reading and decoding it, segmenting it, framing the
+//! figure to the model's size, and detecting the gait cycle; and, when a cycle is complete, making
+//! the model's input from its silhouettes and the inference. Not timed are loading the model and
+//! the background, the frames until the first answer, and reading the machine's state between
 //! windows.
 //!
-//! Cycles are found while frames come in, by the detector that a microcontroller runs too
-//! ([`CycleDetector`](edgegait_core::cycle::CycleDetector)), not in a whole recording afterwards: a device
-//! answers while somebody walks, and its memory is bounded. The detector knows a cycle's end only some
-//! steps later; how many frames later is measured as well. The video is one recording: at its end the
-//! cycles that are still open are answered, the detector forgets, and the video begins anew. The same
-//! cycles are found as in a tree of the segmented video, and the same answers given
-//! (tests of [`walk`]).
+//! Cycles are found while frames come in, by the detector that a microcontroller also runs
+//! ([`CycleDetector`](edgegait_core::cycle::CycleDetector)), so that a device answers while the
+//! person walks and its memory is bounded. The detector knows a cycle's end only some steps later;
+//! this delay in frames is measured as well. Each pass of the video is one recording: at its end
+//! the open cycles are answered, the detector is reset, and the video begins again. Cycles and
+//! answers are the same as from a tree of the segmented video (tests of [`walk`]).
 //!
-//! All of it is on one thread but the inference, which has as many as are asked for, and a video that
-//! `ffmpeg` decodes in a process of its own.
+//! Everything runs on one thread, except the inference, which has the requested number of threads,
+//! and a video that `ffmpeg` decodes in its own process.
 
 mod check;
 mod histogram;
@@ -49,31 +48,31 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use walk::WatchedWalker;
 
-/// By how much the last window may be slower than the first before that is warned of. Ours, as
-/// windows of inferences may differ.
+/// The largest share by which the last window may be slower than the first without a warning. Our
+/// choice.
 const STEADY: f64 = 0.05;
 
-/// What is to be measured.
+/// The measurement of the pipeline with one model.
 pub(crate) struct PathTask<'a> {
-    /// Reads the model.
+    /// A function that reads the model.
     pub open: &'a dyn Fn() -> Result<Model>,
-    /// Starts the runtime.
+    /// A function that starts the runtime.
     pub start: &'a dyn Fn() -> Result<Runtime>,
-    /// Threads inside of one inference.
+    /// The number of threads within one inference.
     pub threads: usize,
-    /// The video.
+    /// The path of the video.
     pub video: &'a Path,
-    /// A picture of its scene without anybody.
+    /// The path of an image of the empty scene.
     pub background: &'a Path,
-    /// Its frames a second.
+    /// The video's frames a second.
     pub fps: f32,
-    /// For how long.
+    /// The duration of the measurement.
     pub duration: Duration,
-    /// Where the machine's files are.
+    /// The root folder of the machine's files.
     pub root: &'a Path,
 }
 
-/// Measures the path with a model, in this process, which should do nothing else.
+/// Measures the pipeline with a model, in this process, which should do nothing else.
 ///
 /// # Errors
 /// If the model or the video cannot be used, or an inference fails.
@@ -122,11 +121,11 @@ pub(crate) fn measure_path(task: &PathTask<'_>) -> Result<PathResult> {
     let mut doubts = warnings(&states, affinity.as_ref());
     doubts.extend(rates.doubts());
     if measured.non_finite > 0 {
-        doubts.push("some of its outputs are not finite numbers".into());
+        doubts.push("some outputs are not finite numbers".into());
     }
     if video.is_decoded_elsewhere() {
         doubts.push(
-            "ffmpeg decodes the video in a process of its own, on other processors: decoding is how long it was waited for"
+            "ffmpeg decodes the video in its own process, on other processors: the decoding time is the time spent waiting for it"
                 .into(),
         );
     }

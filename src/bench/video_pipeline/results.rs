@@ -1,4 +1,4 @@
-//! What was found of the path, as the JSON that holds it.
+//! The results of the pipeline, as JSON.
 
 use super::check::CheckedVideo;
 use super::laps::Stages;
@@ -9,79 +9,80 @@ use crate::error::{Error, Result};
 use crate::score::RuntimeName;
 use serde::{Deserialize, Serialize};
 
-/// What the path costs with one model. Times are in microseconds unless their name says otherwise.
+/// The costs of the pipeline with one model. Times are in microseconds unless their name states
+/// another unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PathResult {
     /// The model's name.
     pub name: String,
-    /// What ran it.
+    /// The runtime that ran the model.
     pub runtime: RuntimeName,
-    /// Threads inside of one inference.
+    /// The number of threads within one inference.
     pub threads: usize,
-    /// Threads of all else.
+    /// The number of threads for everything else.
     pub path_threads: usize,
-    /// What the model takes.
+    /// The template that the model takes.
     pub template: String,
-    /// The video.
+    /// The properties of the video.
     pub video: CheckedVideo,
-    /// From the model's path to a recognizer that is ready, milliseconds, with the runtime's start.
+    /// The time to start the runtime and load the model, milliseconds.
     pub load_ms: f64,
-    /// How fast.
+    /// The rates of frames.
     #[serde(flatten)]
     pub rates: PathRates,
-    /// How late.
+    /// The rate and delay of answers.
     pub answers: PathAnswers,
-    /// Where the time goes.
+    /// The times of each stage.
     pub stages: Stages,
-    /// The most memory that the process had until its first answer, bytes.
+    /// The peak memory of the process until its first answer, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_rss_start_bytes: Option<u64>,
-    /// The same until the end.
+    /// The peak memory of the process until the end, bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_rss_end_bytes: Option<u64>,
     /// Energy, where the machine meters it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<PathEnergy>,
-    /// Parts of the time, in order.
+    /// The windows of the measurement, in order.
     pub windows: Vec<PathWindow>,
-    /// The machine while this was measured.
+    /// The state of the machine during the measurement.
     pub conditions: MachineConditions,
-    /// The share of its processors that others kept busy meanwhile, 0..1, if the machine tells; a process
-    /// that decodes the video is one of them.
+    /// The share of the processors that other processes kept busy during the measurement, 0..1, if
+    /// known. A process that decodes the video counts as another process.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub others_busy: Option<f64>,
-    /// What should be known before these numbers are trusted.
+    /// Reasons to doubt these numbers.
     pub warnings: Vec<String>,
 }
 
-/// Frames and answers a second.
+/// The rates of frames.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PathRates {
-    /// How long was measured.
+    /// The measured time, seconds.
     pub seconds: f64,
-    /// Frames that went in.
+    /// The number of frames.
     pub frames: u64,
-    /// Frames a second.
+    /// The frames a second.
     pub frames_per_second: f64,
-    /// How many times as many as the video has: below 1 the path does not keep up with it.
+    /// The frames a second relative to the video's rate; below 1 the pipeline does not keep up.
     pub times_real_time: f64,
-    /// Frames a second without the time for decoding them, as where a camera gives pixels.
+    /// The frames a second without decoding, as with a camera that provides pixels.
     pub without_decoding_per_second: f64,
-    /// Frames a second of the first window, of the last and of the slowest.
+    /// The frames a second of the first window.
     pub first_per_second: f64,
-    /// Of the last.
+    /// The frames a second of the last window.
     pub last_per_second: f64,
-    /// Of the slowest.
+    /// The frames a second of the slowest window.
     pub slowest_per_second: f64,
-    /// How often the video began anew.
+    /// The number of times that the video began again.
     pub times_again: u64,
 }
 
 impl PathRates {
-    /// Of a video of so many frames a second.
+    /// Computes the rates for a video of `fps` frames a second.
     ///
     /// # Errors
-    /// Without windows.
+    /// If there are no windows.
     pub(super) fn of(measured: &MeasuredPath, fps: f64) -> Result<Self> {
         let windows = &measured.windows;
         let [Some(first), Some(last)] = [windows.first(), windows.last()] else {
@@ -106,12 +107,12 @@ impl PathRates {
         })
     }
 
-    /// What speaks against them.
+    /// Returns reasons to doubt the rates.
     pub(super) fn doubts(&self) -> Vec<String> {
         let mut doubts = Vec::new();
         if self.times_real_time < 1.0 {
             doubts.push(format!(
-                "the path does not keep up with the video: {:.1} frames a second are {:.2} of its rate",
+                "processing does not keep up with the video: {:.1} frames a second are {:.2} of its rate",
                 self.frames_per_second, self.times_real_time
             ));
         }
@@ -125,19 +126,20 @@ impl PathRates {
     }
 }
 
-/// Answers, one for each gait cycle.
+/// The answers, one for each gait cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PathAnswers {
-    /// How many there were.
+    /// The number of answers.
     pub count: u64,
-    /// A second.
+    /// The answers a second.
     pub per_second: f64,
-    /// Frames that came after a cycle's last one until its end was known: their mean. What that is in
-    /// seconds follows from the video's rate; it is waited for whatever the machine.
+    /// The mean number of frames from a cycle's last frame until its end was known. The delay in
+    /// seconds follows from the video's rate and is the same on every machine.
     pub waited_frames_mean: f64,
-    /// And their most.
+    /// The greatest such number of frames.
     pub waited_frames_most: usize,
-    /// From the file of the frame that made a cycle known, or that ended the recording, to the answer.
+    /// The times from the file of the frame that made a cycle known, or that ended the recording,
+    /// to the answer.
     #[serde(flatten)]
     pub times: Times,
 }
@@ -159,17 +161,17 @@ impl PathAnswers {
     }
 }
 
-/// Energy of all that the counter sees.
+/// The energy of all that the meter covers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PathEnergy {
-    /// What was read.
+    /// The name of the meter.
     pub source: String,
-    /// Millijoules of a frame, with its share of the answers.
+    /// The energy of a frame, with its share of the answers, millijoules.
     pub frame_mj: f64,
 }
 
 impl PathEnergy {
-    /// Of all windows; none if one was not metered.
+    /// Computes the energy over all windows; none if a window was not metered.
     pub(super) fn of(source: &str, windows: &[PathWindow]) -> Option<Self> {
         let joules = windows.iter().map(|window| window.energy_j);
         let joules = joules.sum::<Option<f64>>()?;

@@ -1,4 +1,4 @@
-//! The path on a video that begins again and again, for a stated time, in windows.
+//! Running the pipeline on a repeated video, for a given time, in windows.
 
 use super::histogram::Histogram;
 use super::laps::{Laps, PathStage, Stages, ns};
@@ -10,20 +10,21 @@ use crate::segment::Video;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// How long a window is, about. Ours: a small board without a heat sink is throttled within minutes.
+/// The approximate length of a window. Our choice: a small board without a heat sink is throttled
+/// within minutes.
 const WINDOW: Duration = Duration::from_secs(10);
 
-/// For how long is measured.
+/// The duration of the measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct PathPlan {
-    /// Windows, at least two.
+    /// The number of windows; at least two.
     windows: u32,
-    /// Shortest window; one also has a frame.
+    /// The minimum length of a window, which has at least one frame.
     window: Duration,
 }
 
 impl PathPlan {
-    /// So long in windows of about 10 s, at least two, all of one length.
+    /// Plans at least two windows of equal length, about 10 s each, for this duration.
     pub(super) fn of(duration: Duration) -> Self {
         let windows = (duration.as_secs_f64() / WINDOW.as_secs_f64()).round();
         let windows = windows.max(2.0) as u32;
@@ -34,41 +35,42 @@ impl PathPlan {
     }
 }
 
-/// A part of the time.
+/// A window of the measurement.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PathWindow {
-    /// How long it was.
+    /// The length of the window, seconds.
     pub seconds: f64,
-    /// Frames that went in.
+    /// The number of frames.
     pub frames: u64,
-    /// Answers that came out.
+    /// The number of answers.
     pub answers: u64,
-    /// Frames a second.
+    /// The frames a second.
     pub frames_per_second: f64,
-    /// Energy in joules, where it was metered.
+    /// The energy in joules, if metered.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy_j: Option<f64>,
 }
 
-/// What was measured.
+/// The measurements of the pipeline.
 #[derive(Clone, Debug)]
 pub(super) struct MeasuredPath {
     pub windows: Vec<PathWindow>,
     pub stages: Stages,
-    /// From the file of the frame that made a cycle known, to the answer.
+    /// The times from the file of the frame that made a cycle known to the answer.
     pub answer: Times,
-    /// Frames that came after a cycle until it was known: their sum over all answers, and the most.
+    /// The frames from the end of a cycle until it was known: the sum over all answers, and the
+    /// maximum.
     pub waited: (u64, usize),
     pub answers: u64,
     pub non_finite: u64,
-    /// How often the video began anew.
+    /// The number of times that the video began again.
     pub again: u64,
 }
 
-/// Walks until there is an answer; nobody is watched afterwards, and the video begins anew.
+/// Processes frames until the first answer, then resets the detector and the video.
 ///
 /// # Errors
-/// If the video ends without one, or as [`timed`].
+/// If the video ends without an answer, or as [`timed`].
 pub(super) fn first_answer(walk: &mut WatchedWalker<'_>, video: &mut Video) -> Result<()> {
     let mut still = || Duration::ZERO;
     let mut laps = Laps::new(&mut still);
@@ -85,7 +87,7 @@ pub(super) fn first_answer(walk: &mut WatchedWalker<'_>, video: &mut Video) -> R
     video.again()
 }
 
-/// Walks for as long as is planned, at least until there is an answer.
+/// Processes frames for the planned time, and at least until there is an answer.
 ///
 /// # Errors
 /// If a frame cannot be read, the network fails, or the video has no answer in it.
@@ -102,7 +104,7 @@ pub(super) fn timed(
     watch.begin();
     laps.resume();
     let mut window = PathWindow::default();
-    // When the window and the last frame began, by the time that was measured.
+    // The measured time at which the window and the last frame began.
     let (mut window_begun, mut frame_begun) = (laps.total(), laps.total());
     loop {
         let begun = laps.total();
@@ -153,7 +155,7 @@ pub(super) fn timed(
     })
 }
 
-/// What is counted of answers.
+/// Counts of the answers.
 struct AnswerTally {
     took: Histogram,
     waited: (u64, usize),

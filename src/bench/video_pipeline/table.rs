@@ -1,11 +1,11 @@
-//! Results of the path for people.
+//! The table of the pipeline's results.
 
 use super::results::PathResult;
 use crate::bench::cells::{ResultRow, degrees, megabytes, of_clocks, per_second, us};
 use crate::bench::statistics::Times;
 use crate::report::microseconds;
 
-/// A row for each figure.
+/// The rows of the table.
 pub(in crate::bench) const ROWS: [ResultRow<PathResult>; 25] = [
     ("runtime", |p| Some(p.runtime.to_string())),
     ("threads: inference, all else", |p| {
@@ -26,7 +26,7 @@ pub(in crate::bench) const ROWS: [ResultRow<PathResult>; 25] = [
     ("times real time", |p| {
         Some(format!("{:.2}", p.rates.times_real_time))
     }),
-    ("a second: first, last, slowest window", |p| {
+    ("frames a second: first, last, slowest window", |p| {
         let rates = &p.rates;
         let windows = [
             rates.first_per_second,
@@ -35,14 +35,14 @@ pub(in crate::bench) const ROWS: [ResultRow<PathResult>; 25] = [
         ];
         Some(windows.map(per_second).join(", "))
     }),
-    ("a second without decoding", |p| {
+    ("frames a second without decoding", |p| {
         Some(per_second(p.rates.without_decoding_per_second))
     }),
     ("a frame: p50, p90, p99, us", |p| some(&p.stages.frame)),
     ("decode", |p| some(&p.stages.decode)),
     ("segment", |p| some(&p.stages.segment)),
     ("frame the figure", |p| some(&p.stages.framing)),
-    ("follow the cycle", |p| some(&p.stages.cycle)),
+    ("detect the cycle", |p| some(&p.stages.cycle)),
     ("a cycle's template", |p| some(&p.stages.template)),
     ("network", |p| some(&p.stages.network)),
     ("answers a second", |p| {
@@ -51,7 +51,7 @@ pub(in crate::bench) const ROWS: [ResultRow<PathResult>; 25] = [
     ("an answer, once its cycle is known: p50, us", |p| {
         us(p.answers.times.p50_us)
     }),
-    ("known after the cycle, frames: mean, most", |p| {
+    ("delay of the cycle's detection, frames: mean, max", |p| {
         Some(format!(
             "{:.1}, {}",
             p.answers.waited_frames_mean, p.answers.waited_frames_most
@@ -65,12 +65,14 @@ pub(in crate::bench) const ROWS: [ResultRow<PathResult>; 25] = [
     ("energy of a frame, mJ", |p| {
         Some(format!("{:.3}", p.energy.as_ref()?.frame_mj))
     }),
-    ("energy is of", |p| Some(p.energy.as_ref()?.source.clone())),
-    ("clock start, end", |p| of_clocks(&p.conditions)),
-    ("C start, hottest, end", |p| degrees(&p.conditions)),
+    ("energy meter", |p| Some(p.energy.as_ref()?.source.clone())),
+    ("clock: start, end", |p| of_clocks(&p.conditions)),
+    ("temperature, C: start, highest, end", |p| {
+        degrees(&p.conditions)
+    }),
 ];
 
-/// The median and the percentiles that there are.
+/// Returns the median, p90 and p99, with `-` for absent ones.
 fn some(times: &Times) -> Option<String> {
     let all = [Some(times.p50_us), times.p90_us, times.p99_us];
     let all = all.map(|us| us.map_or("-".to_owned(), |us| microseconds(us, ",")));

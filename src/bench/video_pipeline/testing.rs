@@ -1,5 +1,5 @@
-//! What tests of the path share: small videos whose legs are known, and a recognizer that repeats what
-//! it is shown.
+//! Helpers for tests of the pipeline: small videos with known legs, and a recognizer that returns
+//! its input.
 
 use crate::gait_cycles::LowerBody;
 use crate::score::testing::MadeUp;
@@ -13,7 +13,7 @@ pub(super) const SIZE: (u32, u32) = (60, 40);
 const WALL: Rgb<u8> = Rgb([170, 165, 150]);
 const CLOTHES: Rgb<u8> = Rgb([40, 50, 90]);
 
-/// Somebody whose legs make a wave of so many frames a step: a trunk, and two legs that spread.
+/// A figure of a trunk and two spreading legs that takes `step` frames for a step.
 pub(super) fn walker(number: usize, step: f64) -> RgbImage {
     let spread = 7.0 * (std::f64::consts::PI * number as f64 / step).cos();
     RgbImage::from_fn(SIZE.0, SIZE.1, |x, y| {
@@ -29,7 +29,7 @@ pub(super) fn walker(number: usize, step: f64) -> RgbImage {
     })
 }
 
-/// The scene without anybody.
+/// A segmenter for the empty scene.
 pub(super) fn segmenter() -> Segmenter {
     let wall = RgbImage::from_pixel(SIZE.0, SIZE.1, WALL);
     Segmenter::new(wall, SegmentSettings::default())
@@ -44,7 +44,7 @@ pub(super) fn write_video(frames: impl Iterator<Item = RgbImage>, folder: &Path)
     }
 }
 
-/// What the frames show of legs, as a whole recording has it.
+/// Returns the leg measurements of the frames of a recording.
 pub(super) fn legs(segmenter: &Segmenter, frames: &[RgbImage]) -> Vec<Option<LowerBody>> {
     let legs = frames.iter().map(|frame| {
         let mask = segmenter.segment(frame).mask;
@@ -53,7 +53,7 @@ pub(super) fn legs(segmenter: &Segmenter, frames: &[RgbImage]) -> Vec<Option<Low
     legs.collect()
 }
 
-/// Answers with what it is shown.
+/// Returns a recognizer that answers with its input.
 pub(super) fn echo(template: Template) -> MadeUp {
     let contract = Contract {
         template,

@@ -1,4 +1,4 @@
-//! The path itself: frames go in, answers come out.
+//! The pipeline: takes frames and gives answers.
 
 use super::laps::{Laps, PathStage};
 use crate::dataset::framed;
@@ -14,29 +14,30 @@ use image::RgbImage;
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// Silhouettes that are kept, in steps of the slowest walker: a cycle's two steps, each up to a third
-/// longer than the one before, become known two steps later at most, at the next look; and one more.
+/// The number of silhouettes that are kept, in steps of the slowest walker: a cycle's two steps,
+/// each up to a third longer than the one before, are known at most two steps and one frame later;
+/// and one more step.
 const KEPT_STEPS: f32 = 6.0;
 
-/// What was answered.
+/// The answer to one gait cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct CycleAnswer {
-    /// The frames of the gait cycle, counted in its recording.
+    /// The frames of the gait cycle, counted from the start of the recording.
     pub frames: Range<usize>,
-    /// How many frames came after the cycle's last one until it was known.
+    /// The number of frames from the cycle's last frame until it was known.
     pub waited: usize,
-    /// The network's.
+    /// The outputs of the network.
     pub outputs: Outputs,
 }
 
-/// Somebody who is being watched.
+/// A walker in front of the camera, with the state of the pipeline.
 pub(super) struct WatchedWalker<'a> {
     segmenter: &'a Segmenter,
     recognizer: &'a dyn Recognizer,
     form: Form,
     fps: f32,
     detector: CycleDetector,
-    /// The last silhouettes, framed; `None` where nobody was. The next one is of frame `next`.
+    /// The last silhouettes, framed; `None` for frames without a figure. The next frame is `next`.
     recent: VecDeque<Option<Silhouette>>,
     next: usize,
     kept: usize,
@@ -44,11 +45,10 @@ pub(super) struct WatchedWalker<'a> {
 }
 
 impl<'a> WatchedWalker<'a> {
-    /// Nobody has come yet.
+    /// Starts without frames.
     ///
     /// # Errors
-    /// If cycles are not looked for at such a frame rate, or the model takes another size than
-    /// silhouettes have here.
+    /// If the frame rate is out of range, or the contract has no size.
     pub(super) fn new(
         segmenter: &'a Segmenter,
         recognizer: &'a dyn Recognizer,
@@ -77,7 +77,7 @@ impl<'a> WatchedWalker<'a> {
         })
     }
 
-    /// Takes the next frame; the answer, if it completes a gait cycle.
+    /// Takes the next frame, and returns an answer if it completes a gait cycle.
     ///
     /// # Errors
     /// If the network fails.
@@ -102,8 +102,8 @@ impl<'a> WatchedWalker<'a> {
         cycle.map(|cycle| self.answer(&cycle, laps)).transpose()
     }
 
-    /// No frame comes after those that were taken: the answers to cycles that are still open. Whoever
-    /// comes next is another.
+    /// Ends the recording and returns the answers to cycles that are still open. The next frame
+    /// begins another recording.
     ///
     /// # Errors
     /// If the network fails.

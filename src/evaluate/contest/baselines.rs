@@ -1,7 +1,7 @@
 //! Baselines: recognizers that have learnt nothing, for comparison.
 //!
-//! A rate means little by itself: a few pixels may suffice to distinguish people. So the same probes
-//! are also compared by their pixels and by a random projection of the pixels, with the same
+//! A rate means little by itself: a few pixels may suffice to distinguish people. So the same
+//! probes are also compared by their pixels and by a random projection of the pixels, with the same
 //! gallery pictures that the recognizers have.
 
 use super::{Contest, Entrant, training_views};

@@ -143,8 +143,8 @@ fn each_pair_of_viewpoints_is_a_cell_and_the_identical_ones_do_not_count() {
     let result = &outcome.results[0];
     let cells = result.probe_sets[0].cross_view.as_ref().expect("a matrix");
     // Front probes: both are recognized in the front gallery, neither in the side gallery (60, 20).
-    // Side probes: ann (0) is recognized in the front gallery (0, 100), bob (30) is not; in the side
-    // gallery, bob is.
+    // Side probes: ann (0) is recognized in the front gallery (0, 100), bob (30) is not; in the
+    // side gallery, bob is.
     assert_eq!(
         cells.rank1,
         [[Some(1.0), Some(0.0)], [Some(0.5), Some(0.5)]]

@@ -24,8 +24,8 @@ fn result(name: &str, by_person: Vec<PersonResult>) -> RecognizerResult {
     }
 }
 
-/// People differ from 0 to 90 %, so that each interval is wide. The worse recognizer misses one probe
-/// in ten more for every person, so that the difference is certain.
+/// People differ from 0 to 90 %, so that each interval is wide. The worse recognizer misses one
+/// probe in ten more for every person, so that the difference is certain.
 #[test]
 fn a_difference_that_all_people_share_is_sure_however_people_differ() {
     let results = [

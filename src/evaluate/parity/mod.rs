@@ -56,8 +56,8 @@ pub(crate) struct Comparison {
     pub limits: Limits,
     /// Differences of embeddings; none if no embedding is finite on both sides.
     pub embedding: Option<AnswerDifference>,
-    /// Differences of class scores; none if there are no scores, they are the embedding, or no score
-    /// is finite.
+    /// Differences of class scores; none if there are no scores, they are the embedding, or no
+    /// score is finite.
     pub scores: Option<AnswerDifference>,
     /// Changes in ranks; none if the embeddings of a side cannot be ranked.
     pub ranks: Option<RankChanges>,

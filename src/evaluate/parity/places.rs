@@ -106,7 +106,8 @@ impl ComparedAnswers {
         self.parts(names, |at| sequences.list[at].view)
     }
 
-    /// Sums the differences by the part that an input belongs to; parts without inputs are left out.
+    /// Sums the differences by the part that an input belongs to; parts without inputs are left
+    /// out.
     fn parts(&self, names: Vec<String>, part_of: impl Fn(usize) -> usize) -> Vec<ParityPart> {
         let part = |name| ParityPart {
             name,

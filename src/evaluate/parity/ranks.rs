@@ -1,4 +1,4 @@
-//! Differences in whom two sides identify the same probes as.
+//! Differences between two sides in the identification of the same probes.
 
 use crate::error::{Error, EvaluateError, Result};
 use crate::evaluate::contest::{Contest, Entrant};

@@ -26,21 +26,21 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// Limits where both sides compute in f32. Our choice. Rounding gives up to 3e-5 (measured on the
-    /// shipped linear models and on networks of two and six convolutions). Half precision, which some
-    /// drivers choose unasked, has steps of 5e-4 in each number. One weight of the shipped GEINet that
-    /// is off by a tenth gives 8.7e-4. One probe in a thousand may lie between two people who are
-    /// equally near.
+    /// Limits where both sides compute in f32. Our choice. Rounding gives up to 3e-5 (measured on
+    /// the shipped linear models and on networks of two and six convolutions). Half precision,
+    /// which some drivers choose unasked, has steps of 5e-4 in each number. One weight of the
+    /// shipped GEINet that is off by a tenth gives 8.7e-4. One probe in a thousand may lie between
+    /// two people who are equally near.
     pub(crate) const FLOAT: Self = Self {
         relative_difference: 2e-4,
         mean_relative_difference: 2e-4,
         changed_hits: 1e-3,
     };
     /// Limits where a side is quantised. Our choice. A sound static quantisation is off by 0.02 to
-    /// 0.03 in the mean (measured on networks of one and two convolutions, per tensor and per channel),
-    /// that of a deeper network by more, and by 0.2 at inputs whose numbers are beyond the calibrated
-    /// range. A scale of one layer that is wrong by a quarter gives 0.1 to 0.45 in the mean. 0.1 is a
-    /// signal 20 dB above the noise.
+    /// 0.03 in the mean (measured on networks of one and two convolutions, per tensor and per
+    /// channel), that of a deeper network by more, and by 0.2 at inputs whose numbers are beyond
+    /// the calibrated range. A scale of one layer that is wrong by a quarter gives 0.1 to 0.45 in
+    /// the mean. 0.1 is a signal 20 dB above the noise.
     pub(crate) const INT8: Self = Self {
         relative_difference: 0.5,
         mean_relative_difference: 0.1,

@@ -36,7 +36,8 @@ impl Fixture {
         }
     }
 
-    /// IEEE 754 and VAX F bytes of the numbers that occur, the most significant word first.
+    /// Returns the IEEE 754 or VAX F bytes of the numbers that occur. Both are listed, the most
+    /// significant word first.
     fn real(&self, value: &str) -> [u8; 4] {
         let (ieee, vax): (u32, u32) = match value {
             "0" => (0, 0),

@@ -35,7 +35,7 @@ impl MarkerJoints {
     }
 }
 
-/// Returns, by frame, the rotation with +Y along `up` and +X as near to `left` as possible. A
+/// Returns the rotation of each frame with +Y along `up` and +X as near to `left` as possible. A
 /// degenerate frame repeats the one before it; at the start, the first valid one.
 pub(super) fn frames_of(left: &[DVec3], up: &[DVec3]) -> Vec<DQuat> {
     let found: Vec<Option<DQuat>> = left.iter().zip(up).map(|(l, u)| base_of(*l, *u)).collect();

@@ -18,7 +18,7 @@ struct Truth {
     cycle: Cycle,
 }
 
-/// Two and a half cycles of the average woman at 5 km/h along +Z.
+/// Returns two and a half cycles of the average woman at 5 km/h along +Z.
 fn truth() -> Truth {
     let person = Person::average(Sex::Female);
     let cycle = person.cycle(5.0);
@@ -44,7 +44,8 @@ fn truth() -> Truth {
     }
 }
 
-/// The virtual markers: name, the joint that carries it, and the place in its frame, metres.
+/// Returns the virtual markers: name, joint that carries it, and place in the joint's frame,
+/// metres.
 fn set(truth: &Truth) -> Vec<(&'static str, Joint, DVec3)> {
     let hip_side = truth.positions[0][Joint::LeftThigh.index()]
         .distance(truth.positions[0][Joint::RightThigh.index()])
@@ -104,8 +105,8 @@ fn to_lab(p: DVec3) -> DVec3 {
     DVec3::new(p.z, p.x, p.y) * 1e3
 }
 
-/// The markers whose names `keep` accepts. Knee markers turn with the thigh and ankle markers with
-/// the shank, at their far ends.
+/// Returns the markers whose names `keep` accepts. Knee markers turn with the thigh and ankle
+/// markers with the shank, at their far ends.
 fn markers(truth: &Truth, keep: impl Fn(&str) -> bool) -> Markers {
     let set: Vec<_> = set(truth)
         .into_iter()

@@ -203,7 +203,7 @@ mod tests {
     use super::*;
     use crate::import::{MotionFormat, SourceFrame};
 
-    /// A pelvis with thighs of 0.42 m and shanks of 0.40 m that have ends.
+    /// Returns a pelvis with thighs of 0.42 m and shanks of 0.40 m that have ends.
     fn legs() -> Motion {
         let joint = |name: &str, parent, x: f64, y: f64| SourceJoint {
             name: name.into(),

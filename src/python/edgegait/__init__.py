@@ -6,8 +6,8 @@
 >>> image.shape
 (64, 44)
 
-Images are NumPy arrays of bytes, 0 to 255, row 0 on top. Keyword arguments are the flags of the
-command `edgegait`, with underscores for dashes, and messages name them as flags.
+Images are NumPy arrays of bytes, 0 to 255, with row 0 at the top. Keyword arguments are the flags of the
+command `edgegait`, with underscores instead of dashes; messages name them as flags.
 """
 
 from . import _native

@@ -15,16 +15,16 @@ _FOLDED = ("recognizers", "models", "points", "clips")
 
 
 class Results(dict[str, Any]):
-    """Results of a subcommand: its JSON as a dict, with lists of rows as data frames."""
+    """The JSON results of a subcommand as a dict, with lists of rows as data frames."""
 
     def frame(self, key: str | None = None) -> Any:
-        """The rows of a list as a pandas DataFrame.
+        """Returns the rows of a list as a pandas DataFrame.
 
         Args:
             key: A list of the results ("recognizers", "paired"), or of each recognizer or model
-                ("by_viewpoint", "probe_sets"), whose name stands in the first column then. "cross_view":
-                Rank-1 of each set of probes from each viewpoint to each. None: the only list of
-                recognizers, models, points or clips.
+                ("by_viewpoint", "probe_sets"), with its name in the first column. "cross_view": rank-1
+                of each probe set, for each pair of viewpoints. None: the only list of recognizers,
+                models, points or clips.
 
         Raises:
             KeyError: If there is no such list.
@@ -56,7 +56,7 @@ class Results(dict[str, Any]):
 
 
 def _cross_view(recognizer: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Rank-1 from each viewpoint to each, of each set of probes."""
+    """Yields rank-1 of each probe set, for each pair of viewpoints."""
     for probes in recognizer["probe_sets"]:
         found = probes.get("cross_view")
         for probe, ranks in zip(found["views"], found["rank1"], strict=True) if found else ():
@@ -71,7 +71,7 @@ def _cross_view(recognizer: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def _label(view: Any) -> Any:
-    """A viewpoint as one value: its azimuth if it is level, else both angles; or a camera's name."""
+    """Returns a viewpoint as one value: its azimuth if it is level, else both angles; or a camera's name."""
     if isinstance(view, str):
         return view
     azimuth, elevation = view
@@ -79,26 +79,26 @@ def _label(view: Any) -> Any:
 
 
 def _row(value: Any) -> dict[str, Any]:
-    """What a list holds, as a row of values that are no lists themselves."""
+    """Returns an entry of a list as a row, without nested values."""
     if not isinstance(value, dict):
         return {"value": value}
     return {name: one for name, one in value.items() if not isinstance(one, (list, dict))}
 
 
 def command(name: str, *inputs: str | os.PathLike[str], **flags: Any) -> Results:
-    """Runs a subcommand of `edgegait`, quietly, and returns what `--json` would write.
+    """Runs a subcommand of `edgegait` quietly, and returns the results that `--json` would write.
 
     >>> edgegait.command("inspect", "cohort.egp")["bytes"]
 
     Args:
         name: The subcommand.
         inputs: Its files and names, in order.
-        flags: Its flags, with underscores for dashes; lists for several values.
+        flags: Its flags, with underscores instead of dashes; lists for several values.
 
     Raises:
-        ValueError: For arguments that make no sense.
-        OSError: Where the system refuses to read or write.
-        Error: For what is wrong in files.
+        ValueError: For invalid arguments.
+        OSError: If the system refuses to read or write.
+        Error: For invalid files.
     """
     return run(name, inputs, flags)
 
@@ -110,7 +110,7 @@ def run(
     callables: list[tuple[Any, str]] | None = None,
     pack: Any = None,
 ) -> Results:
-    """The same with recognizers and a pack of this process."""
+    """Runs a subcommand with recognizers and a pack of this process."""
     for taken in ("json", "quiet"):
         if taken in flags:
             raise TypeError(f"{taken}: results are returned, and nothing is printed")
@@ -122,14 +122,14 @@ def run(
 
 
 def generate(design: Design | str | os.PathLike[str], **flags: Any) -> Results:
-    """Makes the dataset of a design on the disk, as `edgegait generate` does.
+    """Writes the dataset of a design to disk, as `edgegait generate` does.
 
     Args:
-        design: A Design, the name of one that is built in, or a `.toml` file.
+        design: A Design, the name of a built-in design, or a `.toml` file.
         flags: `out="set"` ["generated"], `format="opengait"`, `shard="1/4"`, `resume=True`.
 
     Raises:
-        ValueError: For a Design that is in no file, whose name results could state.
+        ValueError: For a Design that is not in a file, since results state the file.
     """
     if not isinstance(design, Design):
         return command("generate", design, **flags)
@@ -143,5 +143,5 @@ def generate(design: Design | str | os.PathLike[str], **flags: Any) -> Results:
 
 
 def merge(*shards: str | os.PathLike[str], **flags: Any) -> Results:
-    """Puts all shards of a dataset together, as `edgegait merge` does: `out="set"`."""
+    """Joins all shards of a dataset, as `edgegait merge` does: `out="set"`."""
     return command("merge", *shards, **flags)

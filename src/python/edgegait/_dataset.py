@@ -1,4 +1,4 @@
-"""Datasets that are drawn when they are asked for."""
+"""Datasets whose items are drawn on request."""
 
 from __future__ import annotations
 
@@ -25,38 +25,38 @@ if TYPE_CHECKING:
 #: An array of each item, or several by name.
 Arrays = Any
 
-#: Bytes that a sweep draws before it yields the first of them, about: of cycles with so many frames.
+#: Approximate bytes that a sweep draws before it yields the first cycle, with this many frames a cycle.
 _BYTES_AT_ONCE = 1 << 25
 _FRAMES = 32
 
-#: Items of which `rows` asks at once.
+#: Items that `rows` requests in one call.
 _ROWS_AT_ONCE = 1 << 14
 
-#: Numbers of 32 and of 64 bits that have no sign.
+#: The greatest unsigned numbers of 32 and 64 bits.
 _U32 = (1 << 32) - 1
 _U64 = (1 << 64) - 1
 
-#: Flags that may name a file, and how the file's name ends then.
+#: Flags that may name a file, and the extension of that file.
 _FILES = {"views": ".csv", "conditions": ".toml"}
 
 
 class Dataset:
-    """Items that are drawn when they are asked for: an image and the number of the person.
+    """A dataset whose items, an image and the number of the person, are drawn on request.
 
-    An item is a gait cycle seen from one viewpoint, as a row of the index of a dataset that `generate`
-    or `sweep` would write. It is the same bytes in any order, worker, shard and batch. A
-    `torch.utils.data.DataLoader` takes a dataset as it is. To change what items are, hold a dataset in a class of
-    your own, with `__len__` and `__getitem__` (or `__getitems__`), rather than inherit from it.
+    An item is a gait cycle seen from one viewpoint, like a row of the index of a dataset that `generate`
+    or `sweep` would write. Its bytes are the same in any order, worker, shard and batch. A
+    `torch.utils.data.DataLoader` accepts a dataset directly. To change the items, wrap a dataset in a class of
+    your own, with `__len__` and `__getitem__` (or `__getitems__`), instead of inheriting from it.
 
     Args:
         source: A Design, whose people are made when they are needed; a Pack; or the path of a pack.
             None: the built-in cohort.
-        split: Which split of a design that has some.
-        people: At most so many people of a design.
-        threads: Threads that draw a batch [all cores; of several processes of torchrun and workers of a
-            DataLoader each its share of them].
-        drawing: Of a pack: which walks are drawn and how, flags of `edgegait sweep`, by default from
-            703 viewpoints. A design says it itself.
+        split: The split, for a design with splits.
+        people: Most people of a design.
+        threads: Threads that draw a batch [all cores; torchrun processes and DataLoader workers share
+            the cores].
+        drawing: For a pack, the flags of `edgegait sweep` that choose walks and how they are drawn, by
+            default from 703 viewpoints. A design states them itself.
     """
 
     def __init__(
@@ -90,13 +90,13 @@ class Dataset:
         self._state: tuple[Any, ...] = source, split, people, drawing, files
         self.threads = threads
         self._epoch = 0
-        #: Bytes of an item in each array, and whether these are of a frame.
+        #: Bytes of an item, or of a frame, in each array, and whether it has frames.
         self._arrays = {name: (size, has_frames) for name, size, has_frames in self._items.arrays}
         self._len = len(self._items)
 
     @property
     def classes(self) -> list[str]:
-        """Names of the people: of the label 0, 1, ..."""
+        """The names of the people with the labels 0, 1, ..."""
         return self._items.subjects
 
     @property
@@ -106,28 +106,28 @@ class Dataset:
 
     @property
     def views(self) -> int:
-        """From how many viewpoints each cycle is seen: so many items in a row are one cycle's."""
+        """The number of viewpoints of each cycle: this many consecutive items show one cycle."""
         return self._items.views
 
     def __len__(self) -> int:
         return self._len
 
     def set_epoch(self, epoch: int) -> None:
-        """From now on items are those of this epoch: other variations of the same walks than in any other.
+        """Sets the epoch of the items: each epoch has other variations of the same walks.
 
-        As of a `DistributedSampler`, before each epoch of a `DataLoader`. Epoch 0, with which a dataset
-        begins, is what `generate` or `sweep` would write. Workers that persist keep theirs.
+        Call it before each epoch of a `DataLoader`, as for a `DistributedSampler`. Epoch 0, with which a
+        dataset begins, is what `generate` or `sweep` would write. Persistent workers keep their epoch.
         """
         self._epoch = whole("epoch", epoch, 0, _U32)
 
     def __getitem__(self, index: Any) -> tuple[Arrays, int]:
-        """The image (or the arrays by name) and the label of one item."""
+        """Returns the image (or the arrays by name) and the label of one item."""
         if isinstance(index, slice):
             raise TypeError("a dataset has no slices: batch(range(...)) draws several items as one array")
         return self.__getitems__([index])[0]
 
     def __getitems__(self, indices: Iterable[Any]) -> list[tuple[Arrays, int]]:
-        """Several items, drawn together."""
+        """Returns several items, drawn together."""
         numbers = self._numbers(indices)
         arrays, labels = self._drawn(numbers, self._epoch)
         labels = labels.tolist()
@@ -137,22 +137,22 @@ class Dataset:
         return list(zip(arrays, labels, strict=True))
 
     def batch(self, indices: Iterable[Any], *, epoch: int | None = None) -> tuple[Arrays, np.ndarray]:
-        """Several items as one array `[n, ...]` (or arrays by name), and their labels, int64.
+        """Returns several items as one array `[n, ...]` (or arrays by name), and their labels, int64.
 
         Args:
             indices: Numbers of items, in any order.
-            epoch: 0 draws what the dataset holds, and each further one other variations of the same
-                walks, which no protocol tests with [that of `set_epoch`, else 0].
+            epoch: 0 draws the variations of the dataset, and each further epoch draws others of the same
+                walks, which no protocol tests with [the epoch of `set_epoch`, else 0].
 
         Raises:
-            ValueError: If items have different numbers of frames, which no one array holds.
+            ValueError: If items have different numbers of frames, which do not fit into one array.
         """
         arrays, labels = self._drawn(self._numbers(indices), self._epoch_of(epoch))
         stacked = {name: _stacked(name, one) for name, one in _named(arrays, self._arrays).items()}
         return _only(stacked), labels
 
     def rows(self, indices: Iterable[Any] | None = None, *, epoch: int | None = None) -> dict[str, list[Any]]:
-        """What `index.csv` would say of items (None: of all), by column.
+        """Returns the rows of `index.csv` for items (None: all), by column.
 
         The columns are subject, walk, cycle, variation, speed_kmh, azimuth_deg, elevation_deg, condition,
         alternative, frames and seed; `pandas.DataFrame` makes a table of them.
@@ -167,11 +167,11 @@ class Dataset:
         return found
 
     def stream(self, batch: int = 128, **how: Unpack[Streaming]) -> Stream:
-        """Batches that never end: see Stream, whose arguments follow."""
+        """Returns an endless stream of batches: see Stream for the arguments."""
         return _stream_class()(self, batch, **how)
 
     def _numbers(self, indices: Iterable[Any]) -> list[int]:
-        """Indices as numbers of items; those below 0 count from the end."""
+        """Converts indices to numbers of items; indices below 0 count from the end."""
         numbers = np.asarray(list(indices) if not isinstance(indices, np.ndarray) else indices)
         if numbers.size == 0:
             return []
@@ -187,21 +187,21 @@ class Dataset:
         return found
 
     def _drawn(self, numbers: list[int], epoch: int) -> tuple[Arrays, np.ndarray]:
-        """Arrays of items: as one, or of frames that differ a list of them."""
+        """Draws items: one array each, or a list of arrays if the numbers of frames differ."""
         drawn, frames = self._items.draw(numbers, epoch, self._threads())
         arrays = {name: _by_item(array, frames) if self._arrays[name][1] else array for name, array in drawn.items()}
         return _only(arrays), self._items.labels(numbers)
 
     def _epoch_of(self, epoch: int | None) -> int:
-        """The epoch that is asked for, or the present one."""
+        """Returns the requested epoch, or the current one."""
         return self._epoch if epoch is None else whole("epoch", epoch, 0, _U32)
 
     def _threads(self) -> int:
-        """Threads that draw; 0 for all cores."""
+        """Returns the number of threads that draw; 0 for all cores."""
         return self.threads or _share_of_threads()
 
     def __iter__(self) -> Iterator[tuple[Arrays, int]]:
-        """All items in order, drawn some at a time."""
+        """Yields all items in order, drawn in small batches."""
         for first in range(0, self._len, 64):
             yield from self.__getitems__(range(first, min(first + 64, self._len)))
 
@@ -211,7 +211,7 @@ class Dataset:
     def __reduce__(self) -> tuple[Any, ...]:
         source, split, people, drawing, files = self._state
         if type(self) is not Dataset:
-            raise TypeError("a subclass of Dataset is not pickled as one: hold a Dataset in a class of your own")
+            raise TypeError("a subclass of Dataset cannot be pickled: wrap a Dataset in a class of your own")
         return _dataset, (source, split, people, self.threads, drawing, files, self._epoch)
 
     def _repr_png_(self) -> bytes:
@@ -221,12 +221,12 @@ class Dataset:
 
 
 def _is_design(path: Path) -> bool:
-    """Whether this is what designs are called."""
+    """Returns whether a path looks like a design's name or file."""
     return path.suffix == ".toml" or (not path.suffix and not path.exists())
 
 
 def _swept_items(drawing: Drawing, source: Pack | None) -> tuple[_native.Items, dict[str, bytes]]:
-    """Items of a sweep, and the contents of files that flags name, which go wherever a dataset is pickled."""
+    """Returns the items of a sweep, and the contents of files that flags name, to be pickled with a dataset."""
     files = {}
     for flag, ending in _FILES.items():
         named: Any = drawing.get(flag)
@@ -244,7 +244,7 @@ def _dataset(
     files: dict[str, bytes],
     epoch: int,
 ) -> Dataset:
-    """A dataset from a pickle, with the files that its flags name as they were."""
+    """Restores a pickled dataset, with the original files that its flags name."""
     with tempfile.TemporaryDirectory() as folder:
         there = dict(drawing)
         for flag, contents in files.items():
@@ -257,7 +257,7 @@ def _dataset(
 
 
 def _sheet_of(images: np.ndarray | list[np.ndarray]) -> bytes:
-    """The PNG of images, or of sequences: each a row, of its first frames."""
+    """Returns a PNG of images, or of sequences, with a row of the first frames each."""
     from ._picture import Picture
 
     if isinstance(images, np.ndarray) and images.ndim == 3:
@@ -267,17 +267,17 @@ def _sheet_of(images: np.ndarray | list[np.ndarray]) -> bytes:
 
 
 def _only(arrays: dict[str, Any]) -> Any:
-    """The one array, or several by name."""
+    """Returns the only array, or several by name."""
     return next(iter(arrays.values())) if len(arrays) == 1 else arrays
 
 
 def _named(arrays: Any, names: Iterable[str]) -> dict[str, Any]:
-    """The same by name."""
+    """Returns arrays by name, also if there is only one."""
     return arrays if isinstance(arrays, dict) else {next(iter(names)): arrays}
 
 
 def _by_item(array: np.ndarray, frames: Sequence[int]) -> np.ndarray | list[np.ndarray]:
-    """Frames one after another by item: one array where all have as many, else a list."""
+    """Splits frames by item: one array if all items have the same number, else a list."""
     if not frames:
         return array[:, None]
     if len(set(frames)) == 1:
@@ -286,7 +286,7 @@ def _by_item(array: np.ndarray, frames: Sequence[int]) -> np.ndarray | list[np.n
 
 
 def _stacked(name: str, array: np.ndarray | list[np.ndarray]) -> np.ndarray:
-    """One array; of items that have as many frames."""
+    """Returns one array, or raises if items have different numbers of frames."""
     if isinstance(array, list):
         frames = sorted({len(one) for one in array})
         raise ValueError(
@@ -297,7 +297,7 @@ def _stacked(name: str, array: np.ndarray | list[np.ndarray]) -> np.ndarray:
 
 
 def _share_of_threads() -> int:
-    """Threads that draw: 0 for all cores, and of several processes on a machine each its share of them."""
+    """Returns the number of threads that draw: 0 for all cores, or a share of them with several processes."""
     worker, local = _worker(), os.environ.get("LOCAL_WORLD_SIZE", "1")
     processes = (1 if worker is None else int(worker.num_workers)) * (int(local) if local.isdecimal() else 1)
     if processes <= 1:
@@ -307,13 +307,13 @@ def _share_of_threads() -> int:
 
 
 def _worker() -> Any:
-    """What PyTorch says of this process, if it is a worker of a DataLoader."""
+    """Returns PyTorch's information about this process, if it is a worker of a DataLoader."""
     torch = sys.modules.get("torch.utils.data")
     return None if torch is None else torch.get_worker_info()
 
 
 def _rank() -> tuple[int, int]:
-    """The rank of this process and how many there are: of torch.distributed, or as its launcher says."""
+    """Returns the rank of this process and the number of ranks, from torch.distributed or its launcher."""
     torch = sys.modules.get("torch.distributed")
     if torch is not None and torch.is_available() and torch.is_initialized():
         return torch.get_rank(), torch.get_world_size()
@@ -326,27 +326,27 @@ def _rank() -> tuple[int, int]:
 
 
 class Stream:
-    """Batches of a dataset that never end: `(images, labels)`, arrays of `[batch, ...]` and int64.
+    """An endless stream of batches of a dataset: `(images, labels)`, arrays of `[batch, ...]` and int64.
 
-    Each epoch has every item once, shuffled, and other variations of the same walks than any before.
-    Batch number b is the same bytes whoever draws it. Readers share batches: rank r of w takes the batches r,
-    r + w, ..., and its DataLoader's workers share those, so that their order does not depend on the
-    number of workers. Whole takes have no variations: they are the same in each epoch. Import torch first
-    to give a stream to `DataLoader(stream, batch_size=None)`.
+    Each epoch has every item once, shuffled, with other variations of the same walks than earlier epochs.
+    The bytes of batch number b do not depend on its reader. Readers share batches: rank r of w reads the
+    batches r, r + w, ..., and its DataLoader's workers share those, so that their order does not depend on
+    the number of workers. Uncut motions have no variations: they are the same in each epoch. Import torch
+    before passing a stream to `DataLoader(stream, batch_size=None)`.
 
     Args:
-        dataset: Of which items.
+        dataset: The dataset.
         batch: Items in a batch.
-        seed: Of the order.
+        seed: Seed of the order.
         shuffle: Whether items are shuffled; else they come in order.
-        people_at_once: People of a design whose items are shuffled among each other, and who are made
-            for that; an epoch goes through all people so many at a time.
-        by_cycle: Whether a cycle's viewpoints come one after another, instead of being shuffled too: a cycle
+        people_at_once: Number of people of a design that are made together and whose items are shuffled
+            together; an epoch goes through all people in groups of this size.
+        by_cycle: Whether the viewpoints of a cycle stay together, instead of being shuffled too: a cycle
             is posed once for them, so that streams of many viewpoints are several times as fast.
-        fresh: Whether an epoch has variations that no other has; else all epochs have the same items.
-        start: The number of the first batch, to go on with a training.
-        rank, world: Which reader this is, and of how many [of torch.distributed, or of the environment's RANK and
-            WORLD_SIZE; else the only one].
+        fresh: Whether each epoch has variations of its own; else all epochs have the same items.
+        start: The number of the first batch, to continue a training.
+        rank, world: The number of this reader, and the number of readers [from torch.distributed, or from
+            the environment's RANK and WORLD_SIZE; else the only reader].
     """
 
     def __init__(
@@ -375,7 +375,7 @@ class Stream:
         self.seed = whole("seed", seed, 0, _U64)
         self.people_at_once = whole("people_at_once", people_at_once, 1, _U32)
         self.start = whole("start", start, 0, _U64)
-        # Known here, not in a worker that is started anew, which has no process group.
+        # Determined here, as a spawned worker has no process group.
         if rank is None or world is None:
             self.reader = _rank()
         else:
@@ -383,7 +383,7 @@ class Stream:
             self.reader = whole("rank", rank, 0, world - 1), world
 
     def __iter__(self) -> Iterator[tuple[Arrays, np.ndarray]]:
-        """The batches of this reader."""
+        """Yields the batches of this reader."""
         rank, world = self.reader
         worker = _worker()
         number, workers = (0, 1) if worker is None else (worker.id, worker.num_workers)
@@ -393,7 +393,7 @@ class Stream:
             at += world * workers
 
     def __getitem__(self, number: int) -> tuple[Arrays, np.ndarray]:
-        """The batch of a number, whoever's turn it is."""
+        """Returns the batch with a number, of any reader."""
         try:
             number = whole("batch number", number, 0, _U64 // self.batch - 1)
         except ValueError as error:
@@ -414,7 +414,7 @@ class Stream:
         return _only(joined), np.concatenate([labels for _, labels in parts])
 
     def places(self, number: int) -> list[tuple[int, int]]:
-        """The epoch and the item of each place in the batch of a number."""
+        """Returns the epoch and the item of each place in the batch with a number."""
         first = number * self.batch
         if not self.shuffle:
             return [divmod(at, len(self.dataset)) for at in range(first, first + self.batch)]
@@ -436,12 +436,12 @@ class Stream:
 
 
 def _stream(dataset: Dataset, batch: int, how: dict[str, Any]) -> Stream:
-    """A stream from a pickle."""
+    """Restores a pickled stream."""
     return dataset.stream(batch, **how)
 
 
 def _stream_class() -> type[Stream]:
-    """Stream, and where PyTorch is there one that a DataLoader knows for endless."""
+    """Returns Stream, or with PyTorch imported, a subclass that is also an IterableDataset."""
     global _TORCH_STREAM
     torch = sys.modules.get("torch.utils.data")
     if torch is None:
@@ -456,11 +456,11 @@ _TORCH_STREAM: type[Stream] | None = None
 
 @dataclass(frozen=True, repr=False)
 class Swept:
-    """One gait cycle (or take) from all viewpoints.
+    """One gait cycle (or uncut motion) from all viewpoints.
 
     Attributes:
-        arrays: By name ("geis", "silhouettes", "joints"): one entry for each viewpoint.
-        rows: What `index.csv` would say, by column.
+        arrays: Arrays by name ("geis", "silhouettes", "joints"), with one entry for each viewpoint.
+        rows: The rows of `index.csv`, by column.
     """
 
     arrays: dict[str, np.ndarray]
@@ -473,7 +473,7 @@ class Swept:
 
     @property
     def subject(self) -> str:
-        """Who walks."""
+        """The name of the subject."""
         return str(self.rows["subject"][0])
 
     def __repr__(self) -> str:
@@ -490,7 +490,7 @@ def sweep(
     threads: int | None = None,
     **drawing: Unpack[Drawing],
 ) -> Iterator[Swept]:
-    """All walks of a pack from all viewpoints, one gait cycle after another, as `edgegait sweep` stores them.
+    """Yields the gait cycles of a pack from all viewpoints, as `edgegait sweep` stores them.
 
     >>> for cycle in edgegait.sweep(views="paper", raster="rows"):
     ...     cycle.images.shape
@@ -506,7 +506,7 @@ def sweep(
 
 
 def swept(dataset: Dataset) -> Iterator[Swept]:
-    """The cycles of a dataset, some at a time on all cores."""
+    """Yields the cycles of a dataset, drawn in groups on all cores."""
     views = dataset.views
     of_one = views * sum(size * (_FRAMES if has_frames else 1) for size, has_frames in dataset._arrays.values())
     cycles = len(dataset) // views
@@ -525,7 +525,7 @@ def swept(dataset: Dataset) -> Iterator[Swept]:
 
 
 def _part(array: np.ndarray | list[np.ndarray], part: slice) -> np.ndarray | list[np.ndarray]:
-    """A part of arrays by item: one array where its items have as many frames."""
+    """Returns a part of arrays by item: one array if its items have the same number of frames."""
     found = array[part]
     if isinstance(found, list) and len({len(one) for one in found}) == 1:
         return np.stack(found)

@@ -1,4 +1,4 @@
-"""Designs: of what a training set is made."""
+"""Designs, which specify training sets."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from . import _native
 
 
 class Design:
-    """Who walks, how, under which conditions and seen from where, in about twenty lines of TOML.
+    """The people, walks, conditions and viewpoints of a training set, in about twenty lines of TOML.
 
     Args:
-        name: A design that is built in ("casia-b-like", "domain-random"), or a `.toml` file.
+        name: A built-in design ("casia-b-like", "domain-random"), or a `.toml` file.
 
-    Its text is `toml`; `Design.from_toml(design.toml.replace('count = 8', 'count = 2'))` is another one.
+    Its text is `toml`; `Design.from_toml(design.toml.replace('count = 8', 'count = 2'))` makes a variant.
     """
 
     def __init__(self, name: str | os.PathLike[str]) -> None:
@@ -23,13 +23,13 @@ class Design:
 
     @classmethod
     def from_toml(cls, toml: str, name: str = "design.toml") -> Design:
-        """A design from its text; `name` is for messages. Checked when a dataset is made of it."""
+        """Makes a design from its text; `name` is for messages. A dataset checks it."""
         design = cls.__new__(cls)
         design.name, design.toml = name, toml
         return design
 
     def save(self, path: str | os.PathLike[str]) -> Design:
-        """Writes the text into a file that is not there yet; the design that this file is."""
+        """Writes the text to a new file, and returns the design of that file."""
         with Path(path).open("x", encoding="utf-8") as file:
             file.write(self.toml)
         return Design(path)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Drawing(TypedDict, total=False):
-    """Which walks of a pack are drawn and how: flags of `edgegait sweep`, which says more of each."""
+    """The flags of `edgegait sweep` that choose walks and how they are drawn; its `--help` explains them."""
 
     subjects: str | Sequence[str]
     walks: str | Sequence[str]
@@ -40,7 +40,7 @@ class Drawing(TypedDict, total=False):
 
 
 class Streaming(TypedDict, total=False):
-    """How a stream goes through a dataset: see Stream."""
+    """The arguments of Stream."""
 
     seed: int
     shuffle: bool
@@ -53,7 +53,7 @@ class Streaming(TypedDict, total=False):
 
 
 def whole(name: str, value: Any, least: int, most: int) -> int:
-    """A whole number in a range."""
+    """Checks that a value is a whole number in a range, and returns it as an int."""
     try:
         found = operator.index(value)
     except TypeError:
@@ -64,14 +64,14 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
 
 
 def program() -> list[str]:
-    """How the command is started in a process of its own; nothing where no interpreter is known."""
+    """Returns the words that start the command in a process of its own; none without a known interpreter."""
     return [sys.executable, "-m", "edgegait"] if sys.executable else []
 
 
 def words(flags: Mapping[str, Any]) -> list[str]:
-    """Flags as the command line has them: `{"azimuth_deg": [0, 90]}` is `--azimuth-deg=0,90`.
+    """Converts flags to words of the command line: `{"azimuth_deg": [0, 90]}` to `--azimuth-deg=0,90`.
 
-    What is None or False is left out, and what is True has no value.
+    None and False are left out, and True has no value.
     """
     found = []
     for name, value in flags.items():
@@ -88,7 +88,7 @@ def words(flags: Mapping[str, Any]) -> list[str]:
 
 
 def _listed(name: str, value: Any) -> list[Any]:
-    """The values of a flag that has one or several."""
+    """Returns the values of a flag as a list."""
     try:
         values = list(value)
     except TypeError:

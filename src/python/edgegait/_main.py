@@ -9,5 +9,5 @@ from ._flags import program
 
 
 def main() -> None:
-    """Runs the command with the words that the process was started with."""
+    """Runs the command with the arguments of the process."""
     sys.exit(_native.main(["edgegait", *sys.argv[1:]], program()))

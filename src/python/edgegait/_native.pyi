@@ -1,4 +1,4 @@
-# What the package does in Rust; its names are those of the package.
+# The native part of the package; its names match the package's.
 
 from collections.abc import Callable, Sequence
 from os import PathLike

@@ -12,13 +12,13 @@ from ._command import Results, command
 
 
 class Pack:
-    """People, their bodies and their walks: what is drawn. Pickled as its bytes.
+    """People, their bodies and their walks, to be drawn. A pack is pickled as its bytes.
 
     Args:
         path: The file to read.
     """
 
-    #: What the command says of it, of a pack that was made: see `edgegait cohort --json`.
+    #: The results of the command that made the pack, if any: see `edgegait cohort --json`.
     results: Results | None = None
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -26,23 +26,23 @@ class Pack:
 
     @classmethod
     def from_bytes(cls, data: bytes, name: str = "") -> Pack:
-        """A pack of bytes, which are checked; `name` is for messages and results."""
+        """Reads a pack from bytes, which are checked; `name` is for messages and results."""
         pack = cls.__new__(cls)
         pack._native = _native.Pack.from_bytes(data, name)
         return pack
 
     @property
     def subjects(self) -> list[dict[str, Any]]:
-        """The people: name, sex, age_years, stature_m, mass_kg; None for what is not known."""
+        """The people: name, sex, age_years, stature_m, mass_kg; None if unknown."""
         return self._native.subjects
 
     @property
     def walks(self) -> list[dict[str, Any]]:
-        """The walks: subject, walk, cycle, speed_kmh, duration_s, is_take."""
+        """The walks: subject, walk, cycle, speed_kmh, duration_s, is_take (an uncut motion)."""
         return self._native.walks
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Writes the pack into a file, whole or not at all; folders on its way are made."""
+        """Writes the pack to a file, whole or not at all; missing folders are made."""
         self._native.save(os.fspath(path), overwrite=overwrite)
 
     def __bytes__(self) -> bytes:
@@ -66,7 +66,7 @@ class Pack:
 
 
 def _made(name: str, inputs: tuple[Any, ...], flags: dict[str, Any]) -> Pack:
-    """The pack that a subcommand makes."""
+    """Returns the pack that a subcommand makes."""
     if "out" in flags:
         raise TypeError("out: the pack is returned (Pack.save writes it)")
     with tempfile.TemporaryDirectory() as folder:
@@ -78,19 +78,19 @@ def _made(name: str, inputs: tuple[Any, ...], flags: dict[str, Any]) -> Pack:
 
 
 def cohort(**flags: Any) -> Pack:
-    """People who are made from published norms and a seed: 26 at ten speeds, unless flags say otherwise.
+    """Makes synthetic people from published norms and a seed, by default 26 at ten speeds.
 
     Keyword arguments are the flags of `edgegait cohort`: `people=100`, `speeds_kmh=[4, 5]`,
-    `dressed=True`, `quick=True`, `seed=7`. The `results` of the pack say what was made.
+    `dressed=True`, `quick=True`, `seed=7`. The `results` of the pack describe the people.
     """
     return _made("cohort", (), flags)
 
 
 def import_walks(*files: str | os.PathLike[str], **flags: Any) -> Pack:
-    """Recorded walks (BVH, ASF/AMC, C3D, TRC, glTF; files, or folders of them) as a pack.
+    """Imports recorded walks (BVH, ASF/AMC, C3D, TRC, glTF; files or folders) as a pack.
 
     Keyword arguments are the flags of `edgegait import`: `track="clip"`, `subject="anna"`,
-    `stature_m=1.68`. The `results` of the pack say how well each take was matched, with warnings.
+    `stature_m=1.68`. The `results` of the pack state how well each take was matched, with warnings.
     """
     if not files:
         raise TypeError("import_walks: expected files or folders, found none")

@@ -16,13 +16,13 @@ _MOST = 400
 
 
 class Picture:
-    """An image, or a contact sheet of several, that a notebook shows as it is.
+    """An image, or a contact sheet of several, that a notebook displays.
 
     Args:
-        images: An array of bytes (0 to 255) or of floats (0 to 1), `[rows, columns]`, or several one
-            after another, `[n, rows, columns]` with any number of axes in front; or a tensor of that.
-        columns: Images in a row of the sheet; of `[n, t, rows, columns]` each row has `t`.
-        scale: Pixels of the picture for each of an image.
+        images: An array or tensor of bytes (0 to 255) or floats (0 to 1): `[rows, columns]`, or several,
+            `[n, rows, columns]`, with any number of axes in front.
+        columns: Images in a row of the sheet; by default `t` for `[n, t, rows, columns]`.
+        scale: Side of an image's pixel in the picture, in pixels.
     """
 
     def __init__(self, images: Any, *, columns: int | None = None, scale: int = 3) -> None:
@@ -57,7 +57,7 @@ class Picture:
         return f"<Picture: {columns} x {rows} pixels>"
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the picture into a PNG file."""
+        """Writes the picture to a PNG file."""
         Path(path).write_bytes(self._repr_png_())
 
     def _repr_png_(self) -> bytes:
@@ -65,7 +65,7 @@ class Picture:
 
 
 def _sheet(images: np.ndarray, columns: int | None, scale: int) -> np.ndarray:
-    """Images side by side, with grey lines between them."""
+    """Arranges images side by side, with grey lines between them."""
     count, height, width = images.shape
     columns = columns or min(count, max(1, 960 // (width * scale)))
     rows = -(-count // columns)

@@ -1,4 +1,4 @@
-"""Scores of recognizers: ONNX models, and whatever can be called."""
+"""Scores recognizers: ONNX models and Python callables."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from ._pack import Pack
 
 
 class Recognizer:
-    """A callable that `score` shows silhouettes, with what it expects.
+    """A callable for `score`, with its contract.
 
-    It is given a NumPy array of float32, `[n, 1, rows, columns]` in 0 to 1 unless the contract says
-    otherwise, and returns embeddings `[n, numbers]` or `[n, numbers, parts]`, or a pair of embeddings
-    and class scores `[n, classes]`, as arrays or tensors. A PyTorch module is given a tensor on the device
+    Its argument is a NumPy array of float32, `[n, 1, rows, columns]` from 0 to 1 unless the contract states
+    otherwise. It returns embeddings `[n, numbers]` or `[n, numbers, parts]`, or a pair of embeddings
+    and class scores `[n, classes]`, as arrays or tensors. A PyTorch module gets a tensor on the device
     of its parameters, in evaluation mode and without gradients.
 
     Args:
-        function: What is called, by the thread that calls `score`.
-        name: What results call it; its own name if it has one.
+        function: The callable; the thread that calls `score` calls it.
+        name: The name in results; by default the callable's own name.
         contract: The keys of a model's `.toml` file: `template="silhouettes"`, `size="64x44"`,
-            `frames=30`, `layout` ["NTHW" of silhouettes], `framing`, `input_range`, `mean`, `std`, `channels`,
-            `distance="cosine"`, `classes`, `training`. With `view_input="view"` the function is given a second
-            array, `[n, 2]`: azimuth and elevation, in degrees, from which each input is seen.
+            `frames=30`, `layout` ["NTHW" for silhouettes], `framing`, `input_range`, `mean`, `std`, `channels`,
+            `distance="cosine"`, `classes`, `training`. With `view_input="view"` the function gets a second
+            array, `[n, 2]`: the azimuth and elevation of each input, in degrees.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Recognizer:
         _native.check_contract(json.dumps(self.contract, default=_plain))
 
     def __call__(self, *inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-        """Embeddings and, if there are any, scores of images (and of their viewpoints)."""
+        """Returns the embeddings of images (and their viewpoints), and their scores, if any."""
         answer = _called(self.function, inputs)
         if answer is None:
             raise TypeError(f"{self.name}: expected embeddings, found None (does it return them?)")
@@ -68,7 +68,7 @@ class Recognizer:
 
 
 def _called(function: Callable[..., Any], inputs: tuple[np.ndarray, ...]) -> Any:
-    """What a function returns, or a module in evaluation mode."""
+    """Calls a function, or a module in evaluation mode."""
     if not (hasattr(function, "parameters") and hasattr(function, "eval") and hasattr(function, "modules")):
         return function(*inputs)
     import torch  # type: ignore[import-not-found, unused-ignore]
@@ -87,7 +87,7 @@ def _called(function: Callable[..., Any], inputs: tuple[np.ndarray, ...]) -> Any
 
 
 def _floats(numbers: Any) -> np.ndarray:
-    """An array or a tensor as an array of float32."""
+    """Converts an array or a tensor to an array of float32."""
     if hasattr(numbers, "detach"):
         numbers = numbers.detach().cpu().float().numpy()
     return np.ascontiguousarray(numbers, dtype=np.float32)
@@ -98,19 +98,19 @@ def score(
     data: Pack | str | os.PathLike[str] | None = None,
     **flags: Any,
 ) -> Results:
-    """Shows recognizers people from many viewpoints, and judges their answers, as `edgegait score` does.
+    """Scores recognizers on people seen from many viewpoints, as `edgegait score` does.
 
-    Results list models before callables, and baselines among them by their order. Sequences of silhouettes
-    are given one at a time, images by the hundred.
+    Results list models before callables, and baselines in their order among them. Callables get sequences
+    of silhouettes one at a time, and images by the hundred.
 
     Args:
-        models: An ONNX file, the name of a shipped model, "pixels", a Recognizer or any callable; or a
+        models: An ONNX file, the name of a shipped model, "pixels", a Recognizer or any callable, or a
             list of these. None: the shipped linear models.
         data: A Pack, or the path of a pack, a dataset or a tree of silhouettes. None: the built-in
             cohort of 26 people.
-        flags: Flags of `edgegait score`, which looks from 703 viewpoints if none are named:
-            `views="side"`, `protocol="casia-b"`, `conditions="each"`, `raster="rows"`,
-            `no_baselines=True`, `runtime="ort"`; `out="report"` writes the page too.
+        flags: Flags of `edgegait score`, by default with 703 viewpoints: `views="side"`,
+            `protocol="casia-b"`, `conditions="each"`, `raster="rows"`, `no_baselines=True`,
+            `runtime="ort"`; `out="report"` also writes the report.
     """
     listed = models if isinstance(models, (list, tuple)) else [models]
     names: list[str | os.PathLike[str]] = []
@@ -127,7 +127,7 @@ def score(
             raise TypeError(f"expected a model's path, a Recognizer or a callable, found {type(model).__name__}")
     called = [recognizer.name for recognizer, _ in callables]
     if twice := next((name for at, name in enumerate(called) if name in called[:at]), None):
-        raise ValueError(f"two recognizers are called {twice!r}: give one another (Recognizer(..., name=))")
+        raise ValueError(f"two recognizers are called {twice!r}: give one another name (Recognizer(..., name=))")
     pack = None
     if isinstance(data, Pack):
         pack = data._native
@@ -144,7 +144,7 @@ def score(
 
 
 def _plain(value: Any) -> Any:
-    """Numbers and lists of NumPy's as Python's."""
+    """Converts numbers and lists of NumPy to Python's."""
     if isinstance(value, np.ndarray) or hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, Iterable):

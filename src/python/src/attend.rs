@@ -1,4 +1,4 @@
-//! Long work beside an interpreter that stays responsive: signals are seen while threads work.
+//! Long work that keeps the interpreter responsive: signals are handled while threads work.
 
 use crate::errors::exception;
 use pyo3::prelude::*;
@@ -9,20 +9,20 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// How often signals are looked for: nobody notices, and it costs nothing.
+/// Interval between checks for signals: unnoticeable, at no measurable cost.
 pub(crate) const LOOK: Duration = Duration::from_millis(50);
 
-/// The exception that a signal raises, if one came.
+/// Returns the exception that a signal raises, if one arrived.
 pub(crate) fn raised() -> Option<PyErr> {
     Python::attach(|py| py.check_signals().err())
 }
 
-/// Whether work is to end.
+/// A flag that tells work to end.
 #[derive(Default)]
 pub(crate) struct StopFlag(AtomicBool);
 
 impl StopFlag {
-    /// An error if so.
+    /// Returns an error if the work is to end.
     pub(crate) fn check(&self) -> edgegait::Result<()> {
         if self.0.load(Ordering::Relaxed) {
             return Err(edgegait::Error::Failed("interrupted".into()));
@@ -31,19 +31,19 @@ impl StopFlag {
     }
 }
 
-/// Threads that draw, kept from one call to the next: to start them anew costs as much as some GEIs.
+/// Threads that draw, kept between calls: starting them costs as much as drawing a few GEIs.
 struct DrawingThreads {
-    /// The process that has them: those of another one stayed behind when this one forked off.
+    /// The process that owns the threads: a forked process does not inherit them.
     process: u32,
     asked: usize,
     pool: Arc<ThreadPool>,
 }
 
-/// Locked only by who holds the lock of the interpreter, as who forks does, and for no work: in a
-/// process that forked off nobody holds it.
+/// The kept threads. The lock is taken only under the interpreter's lock, which a forking thread
+/// holds too, and never for long work, so that it is free in a forked process.
 static KEPT: Mutex<Option<DrawingThreads>> = Mutex::new(None);
 
-/// So many threads (as many as cores if 0).
+/// Returns the requested number of threads (one per core if 0).
 fn pool(_: Python<'_>, asked: usize) -> PyResult<Arc<ThreadPool>> {
     let process = std::process::id();
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
@@ -60,15 +60,15 @@ fn pool(_: Python<'_>, asked: usize) -> PyResult<Arc<ThreadPool>> {
         asked,
         pool: Arc::clone(&pool),
     });
-    // Nobody can tell threads to end that are not there.
+    // Threads that do not exist in this process cannot be ended.
     if let Some(former) = former.filter(|former| former.process != process) {
         std::mem::forget(former.pool);
     }
     Ok(pool)
 }
 
-/// Does `work` on so many threads (all cores if 0), without the lock of the interpreter, while this
-/// thread looks for signals; where one raises an exception, the work is stopped.
+/// Does `work` on this number of threads (all cores if 0), without the interpreter's lock, while
+/// this thread checks for signals. If a signal raises an exception, the work is stopped.
 pub(crate) fn attended<R: Send>(
     py: Python<'_>,
     threads: usize,
@@ -79,7 +79,7 @@ pub(crate) fn attended<R: Send>(
         let (stop, (sender, receiver)) = (StopFlag::default(), channel());
         pool.in_place_scope(|scope| {
             scope.spawn(|_| {
-                // Somebody waits for it.
+                // The receiver waits for it.
                 let _ = sender.send(catch_unwind(AssertUnwindSafe(|| work(&stop))));
             });
             let mut interrupted = None;

@@ -1,4 +1,4 @@
-//! The command's subcommands, with recognizers that are Python callables.
+//! Runs the command's subcommands, with Python callables as recognizers.
 
 use crate::attend::{self, LOOK};
 use crate::errors::exception;
@@ -15,12 +15,12 @@ use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Inputs that a callable is given at once.
+/// Number of inputs in a call of a callable.
 const AT_ONCE: usize = 256;
 
-/// What the thread that works says to the one that holds the interpreter.
+/// A message from the working thread to the thread that holds the interpreter.
 enum WorkerMessage {
-    /// Asks for the outputs of a callable: of the input in this shape, and of the viewpoints of these.
+    /// A request to call a callable with inputs in this shape, and their viewpoints.
     Call {
         callable: usize,
         input: Vec<f32>,
@@ -28,12 +28,12 @@ enum WorkerMessage {
         views: Vec<f32>,
         answer: Sender<edgegait::Result<Outputs>>,
     },
-    /// It is done.
+    /// The work is done.
     Done,
 }
 
-/// A Python callable as a recognizer: called by the thread that called `score`, where its context
-/// managers are in force.
+/// A Python callable as a recognizer. It is called by the thread that called `score`, where context
+/// managers are in effect.
 struct Callable {
     number: usize,
     contract: Contract,
@@ -123,7 +123,7 @@ pub(crate) fn command(
             let worker = scope.spawn(|| {
                 let run = || embed::results(&words, held);
                 let done = catch_unwind(AssertUnwindSafe(run));
-                // Somebody waits for it.
+                // The receiver waits for it.
                 let _ = sender.send(WorkerMessage::Done);
                 done
             });
@@ -138,8 +138,8 @@ pub(crate) fn command(
     })
 }
 
-/// Calls functions until the work is done, and looks for signals; the first exception that either
-/// raised, after which the work is ended.
+/// Calls functions until the work is done, and checks for signals. Returns the first exception that
+/// either raised, which ends the work.
 fn served(
     messages: &Receiver<WorkerMessage>,
     functions: &[(Py<PyAny>, Option<usize>)],
@@ -169,7 +169,7 @@ fn served(
                 } else {
                     Err(ended())
                 };
-                // Who asked may be gone.
+                // The requester may be gone.
                 let _ = answer.send(outputs);
             }
             Ok(WorkerMessage::Done) | Err(RecvTimeoutError::Disconnected) => return raised,
@@ -185,17 +185,17 @@ fn served(
     }
 }
 
-/// Refuses the JSON of what is no contract of a recognizer.
+/// Checks that JSON is the contract of a recognizer.
 #[pyfunction]
 pub(crate) fn check_contract(json: &str) -> PyResult<()> {
     contract_of(json).map(drop)
 }
 
-/// The contract of a recognizer from JSON.
+/// Reads the contract of a recognizer from JSON.
 fn contract_of(json: &str) -> PyResult<Contract> {
     let contract: Contract = serde_json::from_str(json).map_err(|error| {
         let text = error.to_string();
-        // Nobody has seen this JSON.
+        // The user has not seen this JSON, so its line numbers are omitted.
         let text = text.split(" at line ").next().unwrap_or_default();
         PyValueError::new_err(format!("the contract of a recognizer: {text}"))
     })?;
@@ -205,7 +205,8 @@ fn contract_of(json: &str) -> PyResult<Contract> {
     Ok(contract)
 }
 
-/// Calls a function with an array, and with viewpoints if there are any, and takes its embeddings and, if it gives any, scores.
+/// Calls a function with an array, and with viewpoints if there are any, and returns its embeddings
+/// and scores, if any.
 fn call(
     py: Python<'_>,
     (function, expected): &(Py<PyAny>, Option<usize>),
@@ -260,7 +261,7 @@ fn call(
     Ok(outputs)
 }
 
-/// The sides of an array of f32 behind the first, which is `batch`, and its numbers.
+/// Returns the shape of an array of f32 without the first axis, which is `batch`, and its values.
 fn numbers(
     py: Python<'_>,
     array: &Py<PyAny>,
@@ -270,7 +271,7 @@ fn numbers(
     let shape = array.shape();
     if shape.first() != Some(&batch) || shape.len() < 2 || shape[1..].contains(&0) {
         return Err(PyValueError::new_err(format!(
-            "expected {what} of {batch} inputs, one after another, found an array of {shape:?}"
+            "expected {what} of {batch} inputs along the first axis, found an array of shape {shape:?}"
         )));
     }
     Ok((
@@ -279,7 +280,7 @@ fn numbers(
     ))
 }
 
-/// Runs the command of these words, of which the first is its own name; its exit code.
+/// Runs the command of these words, the first of which is its own name, and returns its exit code.
 #[pyfunction]
 pub(crate) fn main(py: Python<'_>, words: Vec<OsString>, program: Vec<OsString>) -> u8 {
     py.detach(|| edgegait::cli::code_of(words, program))

@@ -1,4 +1,4 @@
-//! Errors of the library as Python exceptions, with the command's texts.
+//! Converts errors of the library to Python exceptions, with the command's messages.
 
 use edgegait::cli::embed::text_of;
 use pyo3::exceptions::{
@@ -11,11 +11,11 @@ pyo3::create_exception!(
     edgegait,
     Error,
     PyException,
-    "What is wrong with a file or data, and what to do about it."
+    "A problem of a file or data, with advice."
 );
 
-/// The exception of an error: `ValueError` for arguments that make no sense, `OSError` and its kinds
-/// where the system refused, [`Error`] for all else.
+/// Returns the exception for an error: `ValueError` for invalid arguments, `OSError` and its
+/// subclasses if the system refused, [`Error`] otherwise.
 pub(crate) fn exception(error: &edgegait::Error) -> PyErr {
     let text = text_of(error);
     match error {

@@ -1,4 +1,4 @@
-//! Items of datasets that are drawn when they are asked for.
+//! Items of datasets that are drawn on request.
 
 use crate::attend::attended;
 use crate::errors::exception;
@@ -17,19 +17,19 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-/// Most bytes of people who are kept: of some 50,000 with one walk each. Ours.
+/// Most bytes of kept people: about 50,000 with one walk each. Our choice.
 const MAX_KEPT_BYTES: usize = 1 << 27;
 
 /// The items of a design or of a sweep.
 #[pyclass(frozen, name = "Items", module = "edgegait._native")]
 pub(crate) struct PyItems {
     items: edgegait::dataset::Items,
-    /// People who were made. Locked only by who holds the lock of the interpreter, and never for
-    /// longer than it takes to look somebody up, so that nobody holds it in a process that forks.
+    /// People who were made. The lock is taken only under the interpreter's lock, and only for a
+    /// look-up, so that it is free in a forked process.
     people: Mutex<MadePeople>,
 }
 
-/// People who were made, and in which order.
+/// People who were made, and their order.
 #[derive(Default)]
 struct MadePeople {
     packs: BTreeMap<usize, PackBytes>,
@@ -41,7 +41,7 @@ impl MadePeople {
     fn keep(&mut self, person: usize, pack: PackBytes) {
         self.bytes += pack.len();
         match self.packs.insert(person, pack) {
-            // Somebody else made the same person meanwhile.
+            // Another thread made the same person in the meantime.
             Some(former) => self.bytes -= former.len(),
             None => self.order.push_back(person),
         }
@@ -72,7 +72,7 @@ impl PyItems {
         self.check_count(numbers.len())
     }
 
-    /// Refuses more items than can be drawn at once.
+    /// Checks that this number of items can be drawn in one call.
     fn check_count(&self, count: usize) -> PyResult<()> {
         let most = self.items.most_at_once();
         if count > most {
@@ -83,7 +83,7 @@ impl PyItems {
         Ok(())
     }
 
-    /// The packs of people who are known already, and those who are not.
+    /// Returns the packs of people who were made already, and the numbers of the others.
     fn known(&self, people: Vec<usize>) -> (BTreeMap<usize, PackBytes>, Vec<usize>) {
         let kept = self.people.lock().unwrap_or_else(PoisonError::into_inner);
         let (mut known, mut missing) = (BTreeMap::new(), Vec::new());
@@ -98,7 +98,7 @@ impl PyItems {
         (known, missing)
     }
 
-    /// The packs of those whom these items show.
+    /// Returns the packs of the people in these items.
     fn packs(
         &self,
         py: Python<'_>,
@@ -131,7 +131,7 @@ impl PyItems {
 
 #[pymethods]
 impl PyItems {
-    /// Those of a design's people.
+    /// Returns the items of a design.
     #[staticmethod]
     fn of_design(
         text: &str,
@@ -144,7 +144,7 @@ impl PyItems {
         Ok(Self::new(items.map_err(|error| exception(&error))?))
     }
 
-    /// Those of a sweep, by words of the command line.
+    /// Returns the items of a sweep, from words of the command line.
     #[staticmethod]
     fn of_sweep(py: Python<'_>, words: Vec<OsString>, pack: Option<&PyPack>) -> PyResult<Self> {
         let pack = pack.map(PyPack::source);
@@ -156,32 +156,32 @@ impl PyItems {
         self.items.len()
     }
 
-    /// How many viewpoints each cycle is seen from: so many items are one cycle's.
+    /// Returns the number of viewpoints of each cycle: this many consecutive items show one cycle.
     #[getter]
     fn views(&self) -> usize {
         self.items.views()
     }
 
-    /// Names of those who walk, in the order of labels.
+    /// Returns the names of the people, in the order of labels.
     #[getter]
     fn subjects(&self) -> Vec<String> {
         self.items.subjects()
     }
 
-    /// The arrays of each item: name, bytes of an item or of each of its frames, and whether it has
-    /// frames.
+    /// Returns the arrays of each item: name, bytes of an item or of each of its frames, and
+    /// whether it has frames.
     #[getter]
     fn arrays(&self) -> Vec<(String, usize, bool)> {
         let array = |array: Array| (array.name.clone(), array.bytes(), array.is_of_frames);
         self.items.arrays().into_iter().map(array).collect()
     }
 
-    /// Refuses more items than can be drawn at once.
+    /// Checks that this number of items can be drawn in one call.
     fn check_at_once(&self, count: usize) -> PyResult<()> {
         self.check_count(count)
     }
 
-    /// Who walks in each of these items, or in all of them.
+    /// Returns the label of each of these items, or of all items.
     #[pyo3(signature = (numbers = None))]
     fn labels<'py>(
         &self,
@@ -203,7 +203,7 @@ impl PyItems {
         Ok(Array1::from(labels).into_pyarray(py).into_any())
     }
 
-    /// Numbers of items in a stream that never ends, from its `start`-th on.
+    /// Returns epochs and numbers of items in an endless stream, from its `start`-th item on.
     #[pyo3(signature = (seed, start, count, *, people_at_once, by_cycle))]
     fn order(
         &self,
@@ -218,11 +218,12 @@ impl PyItems {
         let found = (start..start.saturating_add(count as u64)).map(|at| order.at(at));
         let found: Option<Vec<(u32, usize)>> = found.collect();
         found.ok_or_else(|| {
-            PyIndexError::new_err(format!("item {start} of a stream: there are none"))
+            PyIndexError::new_err(format!("item {start} of a stream: it does not exist"))
         })
     }
 
-    /// Draws items: by name of the array all of them one after another, and how many frames each has.
+    /// Draws items, and returns all items of each array, by name, and the number of frames of each
+    /// item.
     fn draw<'py>(
         &self,
         py: Python<'py>,
@@ -247,7 +248,7 @@ impl PyItems {
         Ok((dict, drawn.iter().map(|one| one.frames).collect()))
     }
 
-    /// What an index says of these items, by column.
+    /// Returns the rows of an index for these items, by column.
     fn rows<'py>(
         &self,
         py: Python<'py>,
@@ -262,7 +263,7 @@ impl PyItems {
     }
 }
 
-/// One array of all drawn items, one after another.
+/// Joins one array of all drawn items.
 fn joined<'py>(
     py: Python<'py>,
     array: &Array,
@@ -293,7 +294,7 @@ fn joined<'py>(
     Ok(made.into_pyarray(py).into_any())
 }
 
-/// Rows of an index by column.
+/// Converts rows of an index to columns.
 fn columns<'py>(py: Python<'py>, rows: &[IndexRow]) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     macro_rules! columns {
@@ -320,7 +321,7 @@ fn columns<'py>(py: Python<'py>, rows: &[IndexRow]) -> PyResult<Bound<'py, PyDic
     Ok(dict)
 }
 
-/// The TOML of a design by its name or file.
+/// Returns the TOML of a design, from its name or file.
 #[pyfunction]
 pub(crate) fn design_text(name: &str) -> PyResult<String> {
     let text = design::text_of(name).map_err(|error| exception(&error))?;
@@ -328,7 +329,7 @@ pub(crate) fn design_text(name: &str) -> PyResult<String> {
     Ok(text.into_owned())
 }
 
-/// Pixels, 0 to 255, as a grey PNG.
+/// Encodes pixels, 0 to 255, as a grey PNG.
 #[pyfunction]
 pub(crate) fn png<'py>(
     py: Python<'py>,

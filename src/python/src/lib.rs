@@ -1,7 +1,7 @@
-//! What the Python package `edgegait` does in Rust: packs, items of datasets, and the command.
+//! The native part of the Python package `edgegait`: packs, items of datasets, and the command.
 //!
-//! The package around it (`edgegait/`) has the names that people use. A process may fork between two
-//! calls: locks are held only together with the interpreter's, and threads are started anew.
+//! The Python modules in `edgegait/` define the public names. A process may fork between two calls:
+//! locks are held only together with the interpreter's lock, and threads are started again.
 
 mod attend;
 mod command;

@@ -1,4 +1,4 @@
-//! Packs.
+//! Packs of people, bodies and walks.
 
 use crate::errors::exception;
 use edgegait::dataset::InputFile;
@@ -15,17 +15,17 @@ use std::path::{Path, PathBuf};
 #[pyclass(frozen, name = "Pack", module = "edgegait._native")]
 pub(crate) struct PyPack {
     pub bytes: PackBytes,
-    /// Its file; empty of one that was made.
+    /// The pack's file; empty if it was made in memory.
     pub path: PathBuf,
 }
 
 impl PyPack {
-    /// The pack in the bytes, which were checked where they came in.
+    /// Returns the pack in the bytes, which were checked when they were read.
     fn opened(&self) -> PyResult<edgegait::Pack<'_>> {
         edgegait::Pack::reopen(&self.bytes).map_err(|error| exception(&error.into()))
     }
 
-    /// What commands read.
+    /// Returns the pack as an input of commands.
     pub(crate) fn source(&self) -> PackSource {
         let name = self.path.display().to_string();
         PackSource {
@@ -52,7 +52,7 @@ impl PyPack {
         })
     }
 
-    /// A pack of bytes, which are checked; `name` is for messages and results.
+    /// Reads a pack from bytes, which are checked; `name` is for messages and results.
     #[staticmethod]
     #[pyo3(signature = (data, name = PathBuf::new(), /))]
     fn from_bytes(data: &[u8], name: PathBuf) -> PyResult<Self> {
@@ -63,13 +63,13 @@ impl PyPack {
         })
     }
 
-    /// The file it is from; empty of one that was made.
+    /// Returns the pack's file; empty if it was made in memory.
     #[getter]
     fn path(&self) -> String {
         self.path.display().to_string()
     }
 
-    /// The people: name, sex, age in years, stature in metres, mass in kg; None for what is unknown.
+    /// Returns the people: name, sex, age in years, stature in metres, mass in kg; None if unknown.
     #[getter]
     fn subjects<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let known = |number: u16, unit: f64| (number > 0).then(|| f64::from(number) / unit);
@@ -89,8 +89,8 @@ impl PyPack {
         self.opened()?.subjects().map(one).collect()
     }
 
-    /// The walks: subject, name, number of the gait cycle, speed in km/h, seconds, and whether it is a
-    /// whole take.
+    /// Returns the walks: subject, name, number of the gait cycle, speed in km/h, duration in
+    /// seconds, and whether it is an uncut motion.
     #[getter]
     fn walks<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let pack = self.opened()?;
@@ -111,7 +111,7 @@ impl PyPack {
         pack.walks().map(one).collect()
     }
 
-    /// Writes it into a file; one that is there is replaced only if so asked.
+    /// Writes the pack to a file; an existing file is replaced only with `overwrite`.
     #[pyo3(signature = (path, *, overwrite = false))]
     fn save(&self, path: PathBuf, overwrite: bool) -> PyResult<()> {
         let refuse = !overwrite && Path::new(&path).exists();
@@ -127,7 +127,7 @@ impl PyPack {
         PyBytes::new(py, &self.bytes)
     }
 
-    /// How many walks it has.
+    /// Returns the number of walks.
     fn __len__(&self) -> PyResult<usize> {
         Ok(self.opened()?.walks().len())
     }

@@ -103,8 +103,8 @@ pub(super) struct SceneShot {
 
 /// Draws the picture of a scene.
 ///
-/// Nearer hulls cover farther ones pixel by pixel, in any order. A floor seen from below is left out,
-/// and so is everything behind a perspective camera.
+/// Nearer hulls cover farther ones pixel by pixel, in any order. A floor seen from below is left
+/// out, and so is everything behind a perspective camera.
 #[must_use]
 pub(super) fn frame(hulls: &[ShownHull], shot: &SceneShot) -> RgbImage {
     let (width, height) = shot.size_px;

@@ -9,8 +9,8 @@ const ROUND: f32 = 0.77;
 
 /// Returns the triangles of a hull's surface: each corner with its shading normal.
 ///
-/// These are all triples of points with all other points on one side. A facet with more corners gives
-/// all its triangles, which overlap. Tests all quadruples of points: 1 ms for 32.
+/// These are all triples of points with all other points on one side. A facet with more corners
+/// gives all its triangles, which overlap. Tests all quadruples of points: 1 ms for 32.
 pub(super) fn facets(points: &[Vec3]) -> Vec<[(Vec3, Vec3); 3]> {
     let mut found: Vec<([usize; 3], Vec3)> = Vec::new();
     for (a, &corner) in points.iter().enumerate() {

@@ -125,8 +125,8 @@ fn one_box(x: f64, plot: &BoxPlot, colour: &str, title: &str, y_of: &dyn Fn(f64)
     }
 }
 
-/// Draws accuracy over the number of components, with a line for each experiment and its 95 % interval
-/// at the end.
+/// Draws accuracy over the number of components, with a line for each experiment and its 95 %
+/// interval at the end.
 pub(super) fn accuracies(title: String, found: &[&Recognition]) -> Option<Chart> {
     let most = found
         .iter()
@@ -179,8 +179,8 @@ pub(super) fn overlaid(similarity: &Similarity) -> &[Overlay] {
     &similarity.overlays[..similarity.overlays.len().min(OVERLAID)]
 }
 
-/// Returns a PNG file of overlaid frames of the first people, a row for each: green is both, red only
-/// the real figure, yellow only the twin.
+/// Returns a PNG file of overlaid frames of the first people, a row for each: green is both, red
+/// only the real figure, yellow only the twin.
 ///
 /// # Errors
 /// If it cannot be encoded.

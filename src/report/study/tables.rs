@@ -21,7 +21,8 @@ pub(crate) fn study_tables(findings: &Findings) -> String {
 
 fn counts(findings: &Findings) -> Option<String> {
     let mut table = Table::new(&[Left(0), Left(0), Right(0)]);
-    table.row("view|masks|cycles of R|cycles of S|takes without|mask Jaccard|worst take".split('|'));
+    table
+        .row("view|masks|cycles of R|cycles of S|takes without|mask Jaccard|worst take".split('|'));
     for counts in &findings.counts {
         table.row([
             counts.view.clone(),
@@ -153,7 +154,9 @@ fn recognition(findings: &Findings) -> Option<String> {
 
 fn prices(findings: &Findings) -> Option<String> {
     let mut table = Table::new(&[Left(0), Left(0), Right(0)]);
-    table.row("view|S with|Jaccard with R|with S as it is|S - R %|95 %|nearest pixels %|95 %".split('|'));
+    table.row(
+        "view|S with|Jaccard with R|with S as it is|S - R %|95 %|nearest pixels %|95 %".split('|'),
+    );
     for Price {
         view,
         change,

@@ -93,8 +93,8 @@ impl<'a> KnownTensors<'a> {
                 ));
             }
         }
-        let summed =
-            summed.ok_or_else(|| format!("the sums in {operator} ({name:?}) are of unknown length"))?;
+        let summed = summed
+            .ok_or_else(|| format!("the sums in {operator} ({name:?}) are of unknown length"))?;
         Ok(self.shape(name).map_or(0, elements).saturating_mul(summed))
     }
 

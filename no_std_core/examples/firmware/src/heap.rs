@@ -42,6 +42,8 @@ macro_rules! arena {
     }};
 }
 
+/// Gives the heap its memory.
+///
 /// # Safety
 /// `start..start + bytes` must belong to the heap alone, and this must be called only once.
 pub unsafe fn init(start: *mut u8, bytes: usize) {

@@ -16,7 +16,7 @@ const TICK_NS: u64 = match u64::from_str_radix(env!("TICK_NS"), 10) {
     Err(_) => panic!("TICK_NS is a number"),
 };
 
-/// How often SysTick has reached 0.
+/// The number of times that SysTick has reached 0.
 static ENDS: AtomicU32 = AtomicU32::new(0);
 
 #[exception]

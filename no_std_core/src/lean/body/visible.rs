@@ -60,7 +60,7 @@ struct SeenPoint {
 /// A point of a hull's outline in the image.
 #[derive(Clone, Copy)]
 pub struct OutlineCorner {
-    /// Where it appears, pixels.
+    /// Its place in the image, pixels.
     pub pixel: Vec2,
     /// The first sampled row below it.
     pub row: u32,

@@ -21,7 +21,7 @@ pub struct AzimuthPoints {
     /// Distances upwards from the image's centre, and towards the camera, at elevation 0.
     y: [f32; POINTS],
     w: [f32; POINTS],
-    /// How many column centres lie left of each point.
+    /// The number of column centres left of each point.
     passed: [u32; POINTS],
     /// Corners that were cut and are not drawn yet.
     queue: [SectionCorners; QUEUE],

@@ -1,4 +1,4 @@
-//! The made video against what it was made of.
+//! Tests of the synthetic video against its source.
 
 use super::*;
 use crate::gait_cycles::{CycleFinder, LowerBody};
@@ -11,7 +11,8 @@ fn a_walker_crosses_the_picture_as_a_whole_and_is_found_in_it() {
     let pack = Pack::parse(&source.bytes).expect("a pack");
     let (columns, rows) = MADE_SIZE;
     let masks = masks(&pack, 0).expect("drawn");
-    // 5 km/h are 1.39 m, 89 pixels a second; 320 less a figure and margins take 2.5 to 3.2 s.
+    // 5 km/h are 1.39 m or 89 pixels a second; 320 pixels less a figure and margins take 2.5 to 3.2
+    // s.
     assert!((60..=82).contains(&masks.len()), "{}", masks.len());
     let place = |mask: &Vec<u8>| {
         let on: Vec<usize> = (0..mask.len()).filter(|at| mask[*at] > 0).collect();
@@ -34,7 +35,7 @@ fn a_walker_crosses_the_picture_as_a_whole_and_is_found_in_it() {
     let travelled = place(&masks[0]).0 - place(&masks[25]).0;
     assert!((travelled / 89.0 - 1.0).abs() < 0.05, "{travelled}");
 
-    // What `segment` finds in the video is the walker, with at least two gait cycles.
+    // `segment` finds the walker in the video, with at least two gait cycles.
     let folder = tempfile::tempdir().expect("a folder");
     write_made(&pack, 0, 1, folder.path()).expect("a video");
     let open = |name: &str| {

@@ -1,4 +1,4 @@
-//! The loop with a clock that a test turns.
+//! Tests of the loop with a simulated clock.
 
 use super::*;
 use crate::bench::video_pipeline::testing::{SIZE, echo, segmenter, walker, write_video};
@@ -7,11 +7,11 @@ use crate::template::Template;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 const FPS: f32 = 25.0;
-/// 12.5 frames a step are 120 a minute.
+/// 12.5 frames a step are 120 steps a minute.
 const STEP: f64 = 12.5;
 const FRAMES: usize = 110;
 
-/// Counts windows, lets an hour pass between them, and says that each took 3 J.
+/// Counts windows, lets an hour pass between them, and reports 3 J for each.
 struct Watched<'a> {
     clock: &'a AtomicU64,
     begun: usize,
@@ -35,7 +35,7 @@ fn video(folder: &std::path::Path) -> Video {
     Video::open(folder).expect("a video")
 }
 
-/// Measured with a clock that goes on by 1 ms with each look at it.
+/// Measures with a clock that advances by 1 ms at each reading.
 fn measured(plan: PathPlan) -> (MeasuredPath, usize) {
     let folder = tempfile::tempdir().expect("a folder");
     let mut video = video(folder.path());
@@ -83,7 +83,7 @@ fn stages_add_up_to_the_time_that_was_measured_and_what_is_between_windows_does_
             (answers, 1e3, 1e3)
         );
     }
-    // At a recording's end one look more at the video, and one more at the detector.
+    // The end of a recording reads the video and the detector once more.
     for stage in [stages.decode, stages.cycle] {
         assert_eq!(
             (stage.calls, stage.min_us, stage.max_us),
@@ -112,8 +112,8 @@ fn stages_add_up_to_the_time_that_was_measured_and_what_is_between_windows_does_
             (rate, Some(3.0))
         );
     }
-    // From the frame's file to the network's answer: 4 stages of it and 2 of the answer. At a
-    // recording's end, the last frame, two looks, and up to two answers.
+    // From the frame's file to the network's answer: 4 stages of the frame and 2 of the answer. At
+    // a recording's end: the last frame, two further readings, and up to two answers.
     assert_eq!(found.answer.min_us, 6e3);
     assert!(found.answer.max_us <= 14e3, "{:?}", found.answer);
 }
@@ -134,7 +134,8 @@ fn one_time_through_the_video_answers_each_of_its_cycles_and_counts_the_frames_w
         .expect("cycles");
     // 110 frames of 25 a cycle.
     assert!((3..=4).contains(&cycles.cycles.len()), "{cycles:?}");
-    // Just so long that the video begins anew once: 4 ms a frame, 2 ms an answer and 2 ms the end.
+    // Just long enough for the video to begin again once: 4 ms a frame, 2 ms an answer and 2 ms at
+    // the end.
     let plan = PathPlan {
         windows: 1,
         window: Duration::from_millis(4 * FRAMES as u64 + 2 * cycles.cycles.len() as u64 + 3),
@@ -146,7 +147,7 @@ fn one_time_through_the_video_answers_each_of_its_cycles_and_counts_the_frames_w
     );
     assert_eq!(found.windows[0].frames, FRAMES as u64 + 1);
     let (sum, most) = found.waited;
-    // A cycle is known up to two steps later, and the look after that.
+    // A cycle is known at most two steps and one reading later.
     assert!(sum > 0 && (1..=35).contains(&most), "{:?}", found.waited);
     assert!(sum <= found.answers * most as u64);
 }

@@ -1,4 +1,4 @@
-//! The path against the long way round: a tree of the segmented video, read as `score` reads it.
+//! Tests of the pipeline against a tree of the segmented video, read as `score` reads it.
 
 use super::*;
 use crate::bench::video_pipeline::made::write_made;
@@ -14,7 +14,7 @@ use crate::sweep::FramingMode;
 use crate::template::Template;
 use std::path::Path;
 
-/// All answers of a video that is shown once.
+/// Returns all answers to one pass of a video.
 fn answers(
     video: &Path,
     segmenter: &Segmenter,
@@ -33,7 +33,7 @@ fn answers(
     found
 }
 
-/// A tree of one sequence, as `segment` writes it.
+/// Writes a tree of one sequence, as `segment` does.
 fn write_tree(video: &Path, segmenter: &Segmenter, tree: &Path) {
     let names = SequenceNames::new("001", "nm-01", "090").expect("names");
     let mut writer = SequenceWriter::new(tree, &names).expect("a writer");
@@ -54,7 +54,7 @@ fn write_tree(video: &Path, segmenter: &Segmenter, tree: &Path) {
     writer.finish().expect("a tree");
 }
 
-/// What the recognizer answers to each gait cycle of the tree.
+/// Returns the recognizer's answer to each gait cycle of the tree.
 fn of_tree(tree: &Path, recognizer: &dyn Recognizer, fps: f32) -> Vec<Outputs> {
     let source = SequenceSource::open(tree, &[], &TreeLayout::default()).expect("a tree");
     let SequenceSource::Tree(recordings) = source else {
@@ -87,7 +87,7 @@ fn of_tree(tree: &Path, recognizer: &dyn Recognizer, fps: f32) -> Vec<Outputs> {
     outputs
 }
 
-/// The path's answers are the tree's; how many there are.
+/// Asserts that the pipeline's answers equal the tree's, and returns their number.
 fn same(
     (video, tree): (&Path, &Path),
     segmenter: &Segmenter,
@@ -101,7 +101,7 @@ fn same(
     found.len()
 }
 
-/// All that can be asked for: each template, size and framing, and sequences of so many frames.
+/// Returns recognizers for each template, another size and framing, and sequences of fixed lengths.
 fn echoes() -> Vec<MadeUp> {
     let mut all: Vec<MadeUp> = Template::ALL.into_iter().map(echo).collect();
     let contract = |change: &dyn Fn(&mut Contract)| {
@@ -146,7 +146,7 @@ fn answers_of_the_path_are_those_of_a_tree_of_the_segmented_video() {
         model.expect("loaded").as_ref(),
         25.0,
     ));
-    // 5 km/h are 50 to 60 cycles a minute: two or three in the three seconds that it takes to cross.
+    // 5 km/h are 50 to 60 cycles a minute: two or three in the three seconds of the crossing.
     assert!(
         counts[0] >= 2 && counts.iter().all(|count| *count == counts[0]),
         "{counts:?}"
@@ -157,7 +157,7 @@ fn answers_of_the_path_are_those_of_a_tree_of_the_segmented_video() {
 fn so_are_those_to_every_template_size_framing_and_number_of_frames() {
     let folder = tempfile::tempdir().expect("a folder");
     let (video, tree) = (folder.path().join("video"), folder.path().join("tree"));
-    // Somebody comes after a while, is lost for two frames, and leaves.
+    // The person appears after some frames, is lost for two frames, and leaves.
     let empty = |number: usize| number < 4 || (50..52).contains(&number) || number > 105;
     let frames = (0..110).map(|number| {
         let mut frame = walker(number, 12.5);
@@ -176,14 +176,14 @@ fn so_are_those_to_every_template_size_framing_and_number_of_frames() {
     }
 }
 
-/// The pack of the built-in cohort.
+/// Returns the pack of the built-in cohort.
 fn cohort() -> crate::sequences::PackSource {
     let walks = [crate::sequences::BUILT_IN_WALK.to_owned()];
     let options = crate::sequences::built_in(&walks);
     crate::sequences::PackSource::made(&options, &|| {}).expect("a pack")
 }
 
-/// The cycles of frames, found in all of them at once.
+/// Returns the cycles that are found in all frames together.
 fn in_all(segmenter: &Segmenter, frames: &[RgbImage], fps: f32) -> FoundCycles {
     let finder = CycleFinder::new(fps).expect("a frame rate");
     finder.find(legs(segmenter, frames)).expect("cycles")
@@ -202,7 +202,7 @@ fn every_cycle_is_answered_by_its_own_frames_at_any_pace_and_frame_rate() {
         (120.0, 120.0),
     ] {
         let step = 60.0 / steps_a_minute * f64::from(fps);
-        // Nine seconds and then twice as fast or slow again, so that periods change.
+        // Six seconds, then five at 1.4 times the pace or its inverse, so that periods change.
         let other = if steps_a_minute < 110.0 {
             step / 1.4
         } else {
@@ -218,7 +218,7 @@ fn every_cycle_is_answered_by_its_own_frames_at_any_pace_and_frame_rate() {
         let mut still = || std::time::Duration::ZERO;
         let mut laps = Laps::new(&mut still);
         let mut walk = WatchedWalker::new(&segmenter, &echo, fps).expect("a path");
-        // The same twice over: nothing is left of the first recording.
+        // Run twice: no state of the first recording remains.
         for _ in 0..2 {
             let mut found = Vec::new();
             for (at, frame) in frames.iter().enumerate() {
