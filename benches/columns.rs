@@ -1,8 +1,8 @@
-//! Columns: silhouettes of one posed figure from 19 elevations at once, cut, drawn and counted,
-//! and the same viewpoints drawn one by one.
+//! Drawing columns: silhouettes of one posed figure from 19 elevations in one pass, cut, drawn and
+//! counted; and the same viewpoints drawn one by one.
 //!
 //! One iteration is one azimuth of one frame, 19 silhouettes; the figure is posed. `19-hulls` is
-//! the first person of the cohort as it is, `19-hulls-of-16` has at most 16 points a hull.
+//! the first person of the cohort, `19-hulls-of-16` has at most 16 points a hull.
 
 mod common;
 
@@ -21,7 +21,7 @@ use std::hint::black_box;
 const FRAMES: u8 = 32;
 const ELEVATIONS: u8 = 19;
 const SIZE: Size = Size::S50x30;
-/// Rows that the person takes of 50.
+/// The height of the person, of 50 rows.
 const HEIGHT_PX: f32 = 48.0;
 
 fn main() {
@@ -49,7 +49,7 @@ fn columns(criterion: &mut Criterion) {
             group.bench_function(of(simd.name()), |b| {
                 let mut renderer = Columns::with_simd(simd);
                 let mut tally = Box::new(GeiTally::with_simd(SIZE, simd));
-                // A whole cycle from each azimuth in turn.
+                // Draw a whole cycle from each azimuth in turn.
                 let cycles = azimuths
                     .iter()
                     .flat_map(|azimuth| figures.iter().map(move |it| (it, azimuth)));
@@ -100,7 +100,7 @@ fn columns(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// One azimuth of the paper's grid.
+/// Returns the viewpoints of one azimuth of the paper's grid.
 fn azimuth(step: u8) -> Vec<Viewpoint> {
     let viewpoint =
         |elevation: u8| Viewpoint::from_degrees(5.0 * f32::from(step), 5.0 * f32::from(elevation));
@@ -108,7 +108,7 @@ fn azimuth(step: u8) -> Vec<Viewpoint> {
     viewpoints.expect("angles within range")
 }
 
-/// A scale that the whole cycle shares.
+/// Returns a place and scale that suit the whole cycle.
 fn place(figures: &[Figure<'_>]) -> FigurePlace {
     let heights = figures.iter().flat_map(Figure::points).map(|point| point.y);
     let (low, high) = heights.fold((f32::MAX, f32::MIN), |(low, high), y| {
@@ -121,7 +121,7 @@ fn place(figures: &[Figure<'_>]) -> FigurePlace {
     }
 }
 
-/// The first person with at most so many points a hull: those that are farthest from each other.
+/// Returns the first person's body with at most `most` points a hull, those farthest apart.
 fn body(pack: &Pack<'_>, most: usize) -> UnpackedBody {
     let mut body = UnpackedBody::default();
     for hull in pack.avatar(0).expect("a first avatar").hulls() {
@@ -141,7 +141,7 @@ fn body(pack: &Pack<'_>, most: usize) -> UnpackedBody {
     body
 }
 
-/// The 32 frames of the first person's gait cycle.
+/// Returns the 32 frames of the first person's gait cycle.
 fn figures<'a>(pack: &Pack<'_>, body: &'a UnpackedBody) -> Vec<Figure<'a>> {
     let skeleton = pack.avatar(0).expect("a first avatar").skeleton();
     let clip = pack.clip(0).and_then(|clip| clip.as_loop());

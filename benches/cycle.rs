@@ -1,4 +1,4 @@
-//! What a frame costs while gait cycles are looked for, and the measure of its legs.
+//! The costs per frame of detecting gait cycles and of measuring the legs.
 
 mod common;
 
@@ -13,7 +13,7 @@ use edgegait_core::silhouette::{Silhouette, Size};
 use glam::Vec2;
 use std::hint::black_box;
 
-/// How long the walks last, of which each second is a cycle.
+/// The length of the walks; each second is a cycle.
 const SECONDS: u16 = 10;
 
 fn main() {
@@ -22,8 +22,8 @@ fn main() {
     criterion.final_summary();
 }
 
-/// Each frame of ten seconds, the first ones, which are too few to be looked at, included. From a
-/// side the width is enough; from in front the pixels are asked as well.
+/// Measures all frames of ten seconds, including the first, which are too few for a detection. From
+/// the side the width is enough; from the front the pixel counts are needed as well.
 fn cycle(criterion: &mut Criterion) {
     let bytes = common::pack();
     let pack = Pack::parse(&bytes).expect("our own pack");
@@ -55,7 +55,7 @@ fn cycle(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Silhouettes of the first walk of a pack.
+/// Returns silhouettes of the first walk of a pack.
 fn walk(pack: &Pack<'_>, azimuth_deg: f32, rate_hz: u16) -> Vec<Silhouette> {
     let avatar = pack.avatar(0).expect("a first avatar");
     let (body, skeleton) = (UnpackedBody::new(&avatar), avatar.skeleton());

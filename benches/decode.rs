@@ -1,5 +1,5 @@
-//! Decoding: one pose of 19 joints from a compressed gait cycle, read from its bytes or
-//! from coefficients that were unpacked once, and from a take.
+//! Decoding: one pose of 19 joints from a compressed gait cycle, from its bytes or from
+//! coefficients that were unpacked once, and from an uncut motion.
 
 mod common;
 
@@ -8,7 +8,7 @@ use edgegait_core::pack::Pack;
 use std::fs;
 use std::hint::black_box;
 
-/// Four seconds of setting off and turning.
+/// An uncut motion of four seconds: starting to walk and turning.
 const TAKE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/golden/v1-take.egp");
 
 fn main() {
@@ -24,7 +24,7 @@ fn decode(criterion: &mut Criterion) {
     let cycle = cycle.expect("a first loop");
     let mut buffer = vec![0.0; cycle.expanded_len()];
     let expanded = cycle.expand(&mut buffer).expect("a buffer of that length");
-    // A third of a cycle and a bit: phases that never repeat exactly.
+    // Steps of a little more than a third of a cycle, so that phases never repeat exactly.
     let mut phase = 0.0f32;
     let take_bytes = fs::read(TAKE).expect("the golden take");
     let take_pack = Pack::parse(&take_bytes).expect("a pack");

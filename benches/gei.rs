@@ -1,4 +1,4 @@
-//! A whole Gait Energy Image from one view: decode, pose, draw and sum 32 frames.
+//! A whole Gait Energy Image from one viewpoint: decode, pose, draw and sum 32 frames.
 
 mod common;
 

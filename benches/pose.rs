@@ -1,4 +1,4 @@
-//! Posing: forward kinematics, and carrying a body's hulls along.
+//! Posing: forward kinematics, and moving a body's hulls.
 
 mod common;
 

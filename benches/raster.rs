@@ -1,9 +1,9 @@
 //! Drawing: project, frame by height, outline and rasterise one posed figure at 50x30.
 //!
-//! One iteration is one silhouette. `spread` goes through the 19 viewpoints of azimuths
-//! 0, 10, ..., 180 at elevations 0, 15, ..., 75 in turn, `level` through those of elevation
-//! 0, which a sweep's benchmark sees; `above` is the widest view. `19-hulls-of-16` are the
-//! same hulls of at most 16 points. Bit rows are also measured with registers of each width:
+//! One iteration is one silhouette. `spread` goes through the 19 viewpoints of azimuths 0, 10, ...,
+//! 180 with elevations 0, 15, ..., 75 in turn, `level` through those of elevation 0, as in the
+//! sweep's benchmark; `above` has the widest silhouette. `19-hulls-of-16` are the same hulls with
+//! at most 16 points. Bit rows are also measured with registers of each width:
 //! `rows-portable-spread` and, where the processor has them, `rows-avx2-spread` and
 //! `rows-avx512-spread`.
 
@@ -72,7 +72,7 @@ fn draw(
     (figures, cameras): (&[Figure<'_>], &[Camera]),
 ) {
     group.bench_function(case, |b| {
-        // 19 and 32 have no common divisor: every view meets every frame.
+        // 19 and 32 are coprime, so that every viewpoint meets every frame.
         let mut drawings = figures.iter().cycle().zip(cameras.iter().cycle());
         b.iter(|| {
             let (figure, camera) = drawings.next().expect("an endless cycle");
@@ -88,7 +88,7 @@ fn camera(azimuth_deg: f32, elevation_deg: f32) -> Camera {
     Camera::orthographic(viewpoint.expect("angles within range"))
 }
 
-/// The first person; of hulls that have more than `most` points so many, evenly spaced.
+/// Returns the first person's body, with `most` evenly spaced points of hulls that have more.
 fn body(most: usize) -> UnpackedBody {
     let bytes = common::pack();
     let pack = Pack::parse(&bytes).expect("our own pack");
@@ -104,7 +104,7 @@ fn body(most: usize) -> UnpackedBody {
     body
 }
 
-/// The 32 frames of the first person's gait cycle.
+/// Returns the 32 frames of the first person's gait cycle.
 fn figures(body: &UnpackedBody) -> Vec<Figure<'_>> {
     let bytes = common::pack();
     let pack = Pack::parse(&bytes).expect("our own pack");

@@ -1,5 +1,6 @@
-//! Recognizing: a fitted PCA + LDA recognizer on the embedded runtime, one GEI and 64; the shipped
-//! networks on it, one input of each; and, where `EDGEGAIT_ORT_LIB` names its library, on ONNX Runtime.
+//! Recognizing: a fitted PCA + LDA recognizer on the embedded runtime, with one GEI and with 64;
+//! and the shipped networks, with one input each, on the embedded runtime and, if
+//! `EDGEGAIT_ORT_LIB` names its library, on ONNX Runtime.
 
 mod common;
 
@@ -14,7 +15,7 @@ use ndarray::ArrayView2;
 use std::hint::black_box;
 use std::path::Path;
 
-/// GEIs of each person: eight cycles from two sides.
+/// The cycles of each person, each seen from two sides.
 const CYCLES: u32 = 8;
 
 fn main() {
@@ -43,7 +44,7 @@ fn score(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(1));
     for name in ["gei-small", "geinet", "geinet-int8", "gaitset-small"] {
         let model = shipped::open(Path::new(name)).expect("a shipped model");
-        // A sequence is one picture again and again: what it takes does not depend on the numbers.
+        // A sequence repeats one image, as the time does not depend on the values.
         let frames = match model.contract().template {
             Template::Silhouettes => 8,
             _ => 1,
@@ -60,7 +61,7 @@ fn score(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// GEIs in 0..1, one after another, and whose each is.
+/// Returns GEIs in 0..1, and the person of each.
 fn geis() -> (Vec<f32>, Vec<usize>) {
     let bytes = common::pack();
     let pack = Pack::parse(&bytes).expect("our own pack");

@@ -1,6 +1,6 @@
-//! Frames of 480 by 240 pixels to silhouettes, on one thread: without reading and writing, from JPEG
-//! and to PNG. The command takes 33 MB for such a video on one thread, of any length
-//! (`/usr/bin/time -v edgegait segment frames --threads 1 ...`, 2026-11-24).
+//! Segmenting frames of 480 by 240 pixels, on one thread: alone, and from JPEG to PNG. The command
+//! takes 33 MB for such a video on one thread, of any length (`/usr/bin/time -v edgegait segment
+//! frames --threads 1 ...`, 2026-11-24).
 
 use criterion::{Criterion, Throughput};
 use edgegait::segment::{SegmentSettings, Segmenter};
@@ -20,7 +20,7 @@ fn main() {
     criterion.final_summary();
 }
 
-/// A wall with noise, and a figure of 60 by 130 pixels if it is wanted.
+/// Returns a wall with noise, optionally with a figure of 60 by 130 pixels.
 fn picture(seed: u32, has_figure: bool) -> RgbImage {
     let mut state = seed;
     RgbImage::from_fn(SIZE.0, SIZE.1, |x, y| {

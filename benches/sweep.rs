@@ -1,5 +1,5 @@
-//! A sweep on the host: eight cycles of one person seen from 19 azimuths, on 1 and 2 threads,
-//! and two from the paper's 703 viewpoints in the framing of a cycle; the eight under confounders, too.
+//! A sweep on the host: eight cycles of one person from 19 azimuths, on 1 and 2 threads and under
+//! confounders; and two cycles from the paper's 703 viewpoints, with one framing per cycle.
 //!
 //! Criterion's elements are silhouettes: 8 cycles x 19 views x 32 frames = 4,864, and 2 cycles
 //! x 703 views x 32 frames = 44,992.
@@ -14,7 +14,7 @@ use edgegait_core::raster::Rasterizer;
 use std::hint::black_box;
 
 const CYCLES: u32 = 8;
-/// Cycles that are seen from all viewpoints.
+/// The cycles that are seen from all 703 viewpoints.
 const CYCLES_OF_ALL: u32 = 2;
 
 fn main() {
@@ -45,7 +45,7 @@ fn sweeps(criterion: &mut Criterion) {
             b.iter(|| pool.install(|| geis(black_box(&pack), CYCLES, &views.list, settings)));
         });
     }
-    // What each stage of confounders costs: on hulls, on poses, on silhouettes.
+    // The costs of confounders of each stage: on hulls, on poses, on silhouettes.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let pool = pool.expect("one thread");
     for confounder in ["none", "backpack", "coat", "asymmetric-gait", "holes"] {
@@ -85,7 +85,7 @@ fn sweeps(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A confounder at half of its strength, or none.
+/// Returns the condition of a confounder at half of its strength, or of none.
 fn condition(name: &str) -> Condition {
     let doses = match name {
         "none" => Vec::new(),
@@ -94,13 +94,13 @@ fn condition(name: &str) -> Condition {
     Condition::of(Doses::new(doses))
 }
 
-/// How many GEIs were made.
+/// Sweeps cycles of the first walk and returns the number of GEIs.
 fn geis(pack: &Pack<'_>, cycles: u32, views: &[View], settings: Settings) -> usize {
     let jobs: Vec<Job<'_>> = (0..cycles).map(|cycle| Job::plain(0, cycle)).collect();
     swept(pack, &jobs, views, settings)
 }
 
-/// The same under a condition.
+/// Sweeps cycles of the first walk under a condition and returns the number of GEIs.
 fn under(pack: &Pack<'_>, condition: &Condition, views: &[View], settings: Settings) -> usize {
     let jobs: Vec<Job<'_>> = (0..CYCLES).map(|cycle| Job::plain(0, cycle)).collect();
     let jobs = Job::under(&jobs, std::slice::from_ref(condition));

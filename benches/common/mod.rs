@@ -1,12 +1,12 @@
-//! What all benchmarks share: the people they draw, and how long each is measured.
+//! The people and the measuring times that all benchmarks share.
 
 use criterion::Criterion;
 use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
 use edgegait::people::cohort::{CohortOptions, subjects};
 use std::time::Duration;
 
-/// A pack of four people of the built-in cohort (seed 1), each with one walk at 5 km/h.
-/// Person, avatar, walk and clip have the same number.
+/// Returns a pack of four people of the built-in cohort (seed 1), each with one walk at 5 km/h. A
+/// person's avatar, walk and clip have the person's number.
 pub fn pack() -> Vec<u8> {
     let options = CohortOptions {
         people: 4,
@@ -17,8 +17,8 @@ pub fn pack() -> Vec<u8> {
     encode_subjects(&people, MAX_ERROR_MM, &|| {}).expect("four people fit a pack")
 }
 
-/// Half a second of warming up and two of measuring for each benchmark, which keeps all
-/// of them together under two minutes. `cargo bench -- --measurement-time 20` asks for more.
+/// Returns settings of half a second of warm-up and two seconds of measuring for each benchmark,
+/// under two minutes in total. `cargo bench -- --measurement-time 20` measures longer.
 pub fn criterion() -> Criterion {
     Criterion::default()
         .warm_up_time(Duration::from_millis(500))

@@ -2,10 +2,9 @@
 //!
 //! `cargo bench`, then `cargo bench --bench gates -- --check`.
 //!
-//! It measures nothing itself. Without `--check` it only says so: a plain `cargo bench` runs
-//! its targets one by one, and this one before others have results. With `--busy` it takes
-//! into account that other work ran beside the benchmarks. Other arguments are criterion's
-//! (`cargo bench -- --test`) and change nothing here.
+//! It measures nothing itself. Without `--check` it only prints a note, since a plain `cargo bench`
+//! runs this target before others have results. With `--busy`, gates that need an idle machine are
+//! skipped. Other arguments are criterion's (`cargo bench -- --test`) and have no effect.
 
 mod check;
 
@@ -35,8 +34,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// Prints each gate, and whether all of them hold; `busy` if other work ran beside the
-/// benchmarks.
+/// Prints each gate and returns whether all of them hold. `busy` states that other work ran beside
+/// the benchmarks.
 fn passes(busy: bool) -> Result<bool> {
     let package = Path::new(PACKAGE);
     let path = package.join("benches/gates.toml");
@@ -50,7 +49,7 @@ fn passes(busy: bool) -> Result<bool> {
     Ok(report.passes())
 }
 
-/// The folder of criterion's results, found as criterion 0.8.2 finds it.
+/// Returns the folder of criterion's results, as criterion 0.8.2 finds it.
 fn criterion_folder() -> Result<PathBuf> {
     if let Some(folder) = env::var_os("CRITERION_HOME") {
         return Ok(folder.into());
@@ -62,7 +61,7 @@ fn criterion_folder() -> Result<PathBuf> {
     Ok(target.join("criterion"))
 }
 
-/// The folder that cargo builds into, by its configuration.
+/// Returns the target folder of cargo's configuration.
 fn target_folder() -> Result<PathBuf> {
     #[derive(Deserialize)]
     struct Metadata {

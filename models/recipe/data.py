@@ -1,4 +1,4 @@
-"""What `edgegait generate` wrote, as PyTorch takes it."""
+"""Reads datasets of `edgegait generate` for PyTorch."""
 
 import csv
 import json
@@ -11,20 +11,20 @@ from networks import COLUMNS, ROWS
 
 
 def opened(path):
-    """An array of pictures of 50x30."""
+    """Opens an array of 50x30 images."""
     if not path.exists():
         raise SystemExit(f"{path}: not found (generate the dataset from people.toml)")
     pictures = np.load(path, mmap_mode="r")
     if pictures.dtype != np.uint8 or pictures.shape[-2:] != (ROWS, COLUMNS):
         raise SystemExit(
-            f"{path}: expected bytes of {ROWS}x{COLUMNS} pictures, found {pictures.dtype} of {pictures.shape} "
+            f"{path}: expected bytes of {ROWS}x{COLUMNS} images, found {pictures.dtype} of {pictures.shape} "
             "(generate the dataset from people.toml)"
         )
     return pictures
 
 
 class People:
-    """GEIs and silhouettes of people, 32 of a gait cycle, with the number of who walks."""
+    """The GEIs of a dataset and 32 silhouettes of each gait cycle, with the number of the person."""
 
     def __init__(self, folder):
         folder = Path(folder)
@@ -36,14 +36,14 @@ class People:
         self.geis = torch.from_numpy(np.array(opened(folder / "geis.npy"))).reshape(-1, 1, ROWS, COLUMNS)
         with open(folder / "index.csv", newline="") as file:
             rows = list(csv.DictReader(file))
-        #: Names of the people, in the order of their numbers.
+        #: The names of the people, in the order of their numbers.
         self.names = sorted({row["subject"] for row in rows})
         numbers = {name: number for number, name in enumerate(self.names)}
-        #: Who walks in each sequence, `[sequences]`.
+        #: The number of the person in each sequence, `[sequences]`.
         self.who = torch.tensor([numbers[row["subject"]] for row in rows])
         silhouettes = silhouettes.reshape(len(rows), -1, ROWS, COLUMNS)
         self.frames = silhouettes.shape[1]
-        # One bit a pixel: 115 MB of 19,200 sequences.
+        # One bit a pixel: 115 MB for 19,200 sequences.
         self.bits = np.concatenate(
             [np.packbits(silhouettes[at : at + 256] > 127, axis=-1) for at in range(0, len(rows), 256)]
         )
@@ -53,7 +53,7 @@ class People:
         return len(self.who)
 
     def silhouettes(self, sequences, frames=None):
-        """Silhouettes of these sequences, `[n, frames, 50, 30]`, 0 or 1; `frames` lists numbers of frames for each."""
+        """Returns silhouettes of these sequences, `[n, frames, 50, 30]`, 0 or 1; `frames` selects frames of each by index."""
         bits = self.bits[np.asarray(sequences)]
         if frames is not None:
             bits = np.take_along_axis(bits, np.asarray(frames)[:, :, None, None], axis=1)

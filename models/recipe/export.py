@@ -1,9 +1,9 @@
-"""Writes a trained network as ONNX with its contract, and GEINet with 8-bit weights and activations too.
+"""Writes a trained network as ONNX with its contract, and GEINet also with 8-bit weights and activations.
 
     python export.py DATASET --network geinet --weights geinet.pt --out models
 
-The graphs have opset 17, IR 8, plain operators and a batch axis `N` (and `T` silhouettes). Before anything is
-written, ONNX Runtime has to give what PyTorch gives.
+The graphs have opset 17, IR 8, standard operators and a batch axis `N` (and an axis `T` of silhouettes). Before
+anything is written, the outputs of ONNX Runtime must agree with PyTorch's.
 """
 
 import argparse
@@ -20,14 +20,14 @@ import torch
 from data import People
 from networks import COLUMNS, NETWORKS, ROWS
 
-# Greatest difference from PyTorch, of the greatest number of an embedding.
+# The largest allowed difference from PyTorch, relative to the largest value of an embedding.
 MOST_APART = 1e-4
-# GEIs that say how far activations reach.
+# The number of GEIs that calibrate the range of activations.
 CALIBRATION = 512
 
 
 def graph_of(network, pictures):
-    """The ONNX model of a network, whose answers to `pictures` are compared with PyTorch's."""
+    """Returns the ONNX model of a network, after comparing its outputs for `pictures` with PyTorch's."""
     name = network.takes
     axes = {name: {0: "N"} if name == "gei" else {0: "N", 1: "T"}, "embedding": {0: "N"}}
     network = network.to(memory_format=torch.contiguous_format).eval()
@@ -46,12 +46,12 @@ def graph_of(network, pictures):
         expected = network(pictures).numpy()
     apart = float(np.abs(answers(model, pictures.numpy()) - expected).max() / np.abs(expected).max())
     if not apart < MOST_APART:
-        raise SystemExit(f"ONNX Runtime and PyTorch differ by {apart:.1e} of the greatest number, expected {MOST_APART}")
+        raise SystemExit(f"ONNX Runtime and PyTorch differ by {apart:.1e} of the largest value, expected less than {MOST_APART}")
     return model, apart
 
 
 def answers(model, pictures):
-    """What ONNX Runtime makes of pictures."""
+    """Returns the outputs of ONNX Runtime for images."""
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = 1
     session = onnxruntime.InferenceSession(model.SerializeToString(), options, providers=["CPUExecutionProvider"])
@@ -60,9 +60,9 @@ def answers(model, pictures):
 
 
 def quantized(model, geis):
-    """The model with 8-bit weights, a scale a channel, and 8-bit activations (QDQ), whose reach is that for `geis`.
+    """Returns the model with 8-bit weights, scaled by channel, and 8-bit activations (QDQ), calibrated with `geis`.
 
-    Weights have 7 bits: products of pairs then fit 16 bits, which processors without VNNI add them in.
+    Weights use 7 bits, so that sums of two products fit the 16 bits in which processors without VNNI add them.
     """
     from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
     from onnxruntime.quantization.shape_inference import quant_pre_process
@@ -88,7 +88,7 @@ def quantized(model, geis):
         )
         found = onnx.load(paths[2])
     found.ir_version = 8
-    # The preparation names domains of which the graph has nothing.
+    # The preparation lists domains that the graph does not use.
     plain = [opset for opset in found.opset_import if opset.domain == ""]
     del found.opset_import[:]
     found.opset_import.extend(plain)
@@ -97,7 +97,7 @@ def quantized(model, geis):
 
 
 def contract(name, network, people, description):
-    """What the `.toml` beside a model says, every key of it."""
+    """Returns the contract of a model as TOML, with every key."""
     is_gei = network.takes == "gei"
     text = lambda value: json.dumps(value, ensure_ascii=False)
     return "\n".join(
@@ -113,7 +113,7 @@ def contract(name, network, people, description):
 
 
 def export(people, name, network, out, description):
-    """Writes a network's files and gives what was measured of them."""
+    """Writes a network's files and returns the difference from PyTorch."""
     every = max(1, len(people) // CALIBRATION)
     chosen = np.arange(0, len(people), every)[:CALIBRATION]
     if network.takes == "gei":
@@ -137,10 +137,10 @@ def export(people, name, network, out, description):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("dataset", help="the folder that the network has learnt from")
+    parser.add_argument("dataset", help="the folder of the dataset that the network was trained on")
     parser.add_argument("--network", required=True, choices=NETWORKS)
-    parser.add_argument("--weights", required=True, help="what train.py wrote")
-    parser.add_argument("--out", default=".", help="folder of the model and its contract")
+    parser.add_argument("--weights", required=True, help="the weights that train.py wrote")
+    parser.add_argument("--out", default=".", help="folder for the model and its contract")
     arguments = parser.parse_args()
     people = People(arguments.dataset)
     network = NETWORKS[arguments.network]()
@@ -151,7 +151,7 @@ def main():
         raise SystemExit(f"{arguments.weights}: expected weights of {arguments.network}: {error}") from None
     description = f"{len(people.names)} people of {arguments.dataset}"
     apart = export(people, arguments.network, network, arguments.out, description)
-    print(f"{arguments.network}: ONNX Runtime and PyTorch differ by {apart:.1e} of the greatest number")
+    print(f"{arguments.network}: ONNX Runtime and PyTorch differ by {apart:.1e} of the largest value")
 
 
 if __name__ == "__main__":

@@ -1,18 +1,18 @@
-"""Exports a network of OpenGait's to ONNX, with the contract that EdgeGait reads beside it.
+"""Exports a network of OpenGait to ONNX, with the contract that EdgeGait reads.
 
     python export_opengait.py --opengait DIR --config DIR/configs/gaitbase/gaitbase_da_casiab.yaml \
         --checkpoint GaitBase_DA-60000.pt --out gaitbase.onnx
 
-DIR is a checkout of github.com/ShiqiYu/OpenGait; its own model code is imported from there, and none
-of it is here. No GPU, no distributed set-up and no data set are needed. GaitBase (OpenGait calls it
-Baseline), GaitSet, GaitPart and DeepGaitV2 (2d, p3d) can be exported. What comes out takes
-silhouettes `[N, T, 64, 44]`, any number of people and frames, and gives embeddings in parts
-`[N, c, p]`, in 2-D operators of ONNX operator set 17. Before it is written, ONNX Runtime computes
-the same with it as PyTorch with the original.
+DIR is a checkout of github.com/ShiqiYu/OpenGait. Its model code is imported from there; this file
+contains none of it. No GPU, distributed set-up or dataset is needed. GaitBase (Baseline in
+OpenGait), GaitSet, GaitPart and DeepGaitV2 (2d, p3d) can be exported. The exported model takes
+silhouettes `[N, T, 64, 44]`, for any number of people and frames, and gives embeddings in parts
+`[N, c, p]`, in 2-D operators of ONNX operator set 17. Before it is written, its outputs in ONNX
+Runtime are compared with those of the original in PyTorch.
 
-The checkout needs torch, torchvision, einops and PyYAML; requirements-opengait.txt has all that this
-needs. TensorBoard, tqdm, OpenCV and Matplotlib, which its files import too, are not used by what
-runs here, and need not be installed.
+requirements-opengait.txt lists all packages that this needs, including those of the checkout (torch,
+torchvision, einops and PyYAML). TensorBoard, tqdm, OpenCV and Matplotlib, which the checkout also
+imports, are not used here and need not be installed.
 """
 
 from __future__ import annotations
@@ -36,37 +36,37 @@ import types
 import warnings
 from pathlib import Path
 
-# What has to be installed: the name in Python, and pip's if it is another.
+# The packages that must be installed: the name in Python, and pip's name.
 PACKAGES = {
     "torch": "torch", "torchvision": "torchvision", "einops": "einops", "yaml": "pyyaml",
     "numpy": "numpy", "onnx": "onnx", "onnxscript": "onnxscript", "onnxruntime": "onnxruntime",
 }
 INSTALL = "pip install -r models/recipe/requirements-opengait.txt"
-# OpenGait's files import these on their way, and no network here computes with them.
+# OpenGait's files import these packages, but the networks do not use them.
 UNUSED = ("tensorboard", "tqdm", "cv2", "matplotlib")
-# Models by their name in a configuration, and the file of opengait/modeling/models that has them.
+# The models by their name in a configuration, with their file in opengait/modeling/models.
 MODELS = {"Baseline": "baseline", "GaitSet": "gaitset", "GaitPart": "gaitpart", "DeepGaitV2": "deepgaitv2"}
-# What OpenGait's files are cut to: 64x64, less 10 columns on each side (`BaseSilCuttingTransform`).
+# The size of OpenGait's inputs: 64x64, less 10 columns on each side (`BaseSilCuttingTransform`).
 ROWS, COLUMNS = 64, 44
 CUTTING = "BaseSilCuttingTransform"
 DISTANCES = {"euc": "euclidean", "cos": "cosine"}
 OPSET, IR_VERSION = 17, 8
-# People and frames with which the exported network is compared with the original. One is the case
-# that exporters take for granted.
+# The numbers of people and frames for which the exported network is compared with the original.
+# Exporters tend to fix sizes of 1.
 CHECKED = ((1, 1), (1, 9), (3, 5))
-# Most that a number may differ by, as a part of the largest one. Ours: last bits that other kernels
-# round otherwise came to 4e-7.
+# The largest allowed difference, relative to the largest value. Our choice: different rounding in
+# other kernels amounted to 4e-7.
 TOLERANCE = 1e-4
-NO_CHECKPOINT = "expected a checkpoint that PyTorch saved, found something else, or one that is cut short"
-# Keys of a checkpoint that a message names of each kind.
+NO_CHECKPOINT = "expected a checkpoint that PyTorch saved, found another or a truncated file"
+# The number of keys of each kind that a message names.
 NAMED = 3
 
 
 missing = [pip for name, pip in PACKAGES.items() if importlib.util.find_spec(name) is None]
 if missing:
-    sys.exit(f"error: expected the Python packages {', '.join(missing)}, found none of them ({INSTALL})")
+    sys.exit(f"error: expected the Python packages {', '.join(missing)}, but they are not installed ({INSTALL})")
 
-# Nothing is written into this folder, nor into the checkout.
+# Write no bytecode into this folder or the checkout.
 sys.dont_write_bytecode = True
 
 import numpy as np  # noqa: E402
@@ -79,7 +79,7 @@ from pseudo3d import Refused, first_line, refuse_existing, rewrite, write_whole 
 
 
 class StandIns(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Finds empty modules in place of packages that are imported but not used."""
+    """Provides empty modules in place of packages that are imported but not used."""
 
     def __init__(self, names: list[str]):
         self.names = names
@@ -97,7 +97,7 @@ class StandIns(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
 
 class StandIn(types.ModuleType):
-    """A module with whatever class is asked for."""
+    """A module that has an empty class of any name."""
 
     def __getattr__(self, name: str):
         if name.startswith("__"):
@@ -107,13 +107,13 @@ class StandIn(types.ModuleType):
 
 @contextlib.contextmanager
 def checkout_importable(checkout: Path):
-    """Within this, the checkout's own modules can be imported, one by one.
+    """Makes the checkout's modules importable, one by one.
 
-    `modeling.models` imports all models there are, and packages that most of them do not need: here
-    it is a package that imports nothing.
+    The checkout's `modeling.models` imports all models, and packages that most of them do not need.
+    It is replaced with a package that imports nothing.
     """
     source = checkout / "opengait"
-    # Installed packages look each other up when they are first imported: now, while they find the truth.
+    # Installed packages check for each other when first imported, so import them before the stand-ins exist.
     import torchvision.ops  # noqa: F401
 
     stand_ins = StandIns([name for name in UNUSED if importlib.util.find_spec(name) is None])
@@ -134,7 +134,7 @@ def checkout_importable(checkout: Path):
 
 
 class Embedding(torch.nn.Module):
-    """Silhouettes in, embeddings out."""
+    """A network that takes silhouettes and returns embeddings."""
 
     def __init__(self, network):
         super().__init__()
@@ -146,10 +146,10 @@ class Embedding(torch.nn.Module):
 
 
 def read_config(path: Path, checkout: Path) -> dict:
-    """A configuration, completed as OpenGait does it: by configs/default.yaml, dictionaries in depth."""
+    """Reads a configuration and completes it as OpenGait does: recursively from configs/default.yaml."""
     config = read_yaml(path)
     if not isinstance(config.get("model_cfg"), dict):
-        raise Refused(f"{path}: expected a configuration of OpenGait's with model_cfg, found none")
+        raise Refused(f"{path}: expected a configuration of OpenGait with model_cfg, found none")
     default = checkout / "configs" / "default.yaml"
     return merged(read_yaml(default), config) if default.is_file() else config
 
@@ -160,7 +160,7 @@ def read_yaml(path: Path) -> dict:
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise Refused(f"{path}: expected YAML: {' '.join(str(error).split())}") from error
     if not isinstance(found, dict):
-        raise Refused(f"{path}: expected a configuration of OpenGait's, found {type(found).__name__}")
+        raise Refused(f"{path}: expected a configuration of OpenGait, found {type(found).__name__}")
     return found
 
 
@@ -173,22 +173,22 @@ def merged(below: dict, above: dict) -> dict:
 
 
 def refuse_unsupported(path: Path, config: dict) -> str:
-    """The distance by which a configuration's embeddings are compared, if the network can be exported."""
+    """Returns the distance between a configuration's embeddings, if the network can be exported."""
     model = config["model_cfg"].get("model")
     if not isinstance(model, str) or model not in MODELS:
         raise Refused(f"{path}: expected the model {', '.join(MODELS)}, found {model}")
     backbone = config["model_cfg"].get("Backbone")
     if isinstance(backbone, dict) and backbone.get("mode") == "3d":
         raise Refused(
-            f"{path}: expected DeepGaitV2 of the mode 2d or p3d, found 3d: its 3x3x3 convolutions are no 2-D ones, "
-            "and the embedded runtime has no others"
+            f"{path}: expected DeepGaitV2 in mode 2d or p3d, found 3d: its 3x3x3 convolutions have no 2-D equivalent, "
+            "and the embedded runtime has only 2-D ones"
         )
     evaluator = config.get("evaluator_cfg")
     evaluator = evaluator if isinstance(evaluator, dict) else {}
     transforms = evaluator.get("transform") or [{"type": CUTTING}]
     if transforms != [{"type": CUTTING}]:
         found = json.dumps(transforms, default=str)
-        raise Refused(f"{path}: expected silhouettes as {CUTTING} alone gives them (evaluator_cfg: transform), found {found}")
+        raise Refused(f"{path}: expected {CUTTING} as the only transform (evaluator_cfg: transform), found {found}")
     metric = evaluator.get("metric", "euc")
     if not isinstance(metric, str) or metric not in DISTANCES:
         raise Refused(f"{path}: evaluator_cfg: expected the metric {' or '.join(DISTANCES)}, found {metric}")
@@ -196,11 +196,11 @@ def refuse_unsupported(path: Path, config: dict) -> str:
 
 
 def build(path: Path, config: dict, seed: int = 0):
-    """The network of a configuration, with random weights."""
+    """Builds the network of a configuration, with random weights."""
     model = config["model_cfg"]["model"]
     module = importlib.import_module(f"modeling.models.{MODELS[model]}")
     kind = getattr(module, model)
-    # Its own `__init__` asks for CUDA, loaders and a process group.
+    # Skip its own `__init__`, which needs CUDA, loaders and a process group.
     network = kind.__new__(kind)
     torch.nn.Module.__init__(network)
     torch.manual_seed(seed)
@@ -209,22 +209,22 @@ def build(path: Path, config: dict, seed: int = 0):
     except ModuleNotFoundError:
         raise
     except Exception as error:
-        raise Refused(f"{path}: OpenGait cannot build {model} of this model_cfg: {kind_of(error)}") from error
+        raise Refused(f"{path}: OpenGait cannot build {model} from this model_cfg: {kind_of(error)}") from error
     convolutions = (torch.nn.Conv1d, torch.nn.Conv2d, torch.nn.Conv3d)
     first = next((part for part in network.modules() if isinstance(part, convolutions)), None)
     if first is not None and first.in_channels != 1:
-        raise Refused(f"{path}: expected a network of silhouettes, which are 1 channel, found {first.in_channels} channels")
+        raise Refused(f"{path}: expected a network for silhouettes, which have 1 channel, found {first.in_channels} channels")
     return network.eval()
 
 
 def kind_of(error: BaseException) -> str:
-    """An error of others' code in one line; KeyError's own text is but the key."""
+    """Describes an error of other code in one line, with its type, as the text of a KeyError is only the key."""
     kind = type(error).__name__
     return f"{kind}: {first_line(error)}" if str(error) else kind
 
 
 def randomise(network, seed: int) -> None:
-    """Random weights, and batch normalisation as training might leave it: not the identity."""
+    """Sets random weights, and batch normalisation that is not the identity, as after training."""
     torch.manual_seed(seed)
     network.init_parameters()
     for part in network.modules():
@@ -236,30 +236,30 @@ def randomise(network, seed: int) -> None:
 
 
 def read_checkpoint(path: Path) -> tuple[dict, str]:
-    """The tensors by name, and the file's SHA-256."""
+    """Returns the tensors by name, and the file's SHA-256."""
     content = path.read_bytes()
     try:
         found = torch.load(io.BytesIO(content), map_location="cpu", weights_only=True)
     except pickle.UnpicklingError as error:
-        # So PyTorch names what it would have to run.
+        # The error names what PyTorch would have to run.
         more = re.search(r"GLOBAL (\S+)", str(error))
         if more is None:
             raise Refused(f"{path}: {NO_CHECKPOINT}") from error
         raise Refused(
             f"{path}: expected tensors and plain values, found {more[1]}, and loading that could run code "
-            '(where you trust it: torch.save({"model": torch.load(FILE, weights_only=False)["model"]}, OTHER))'
+            '(if you trust it: torch.save({"model": torch.load(FILE, weights_only=False)["model"]}, OTHER))'
         ) from error
-    except Exception as error:  # whatever unpickling runs into
+    except Exception as error:  # unpickling can raise anything
         raise Refused(f"{path}: {NO_CHECKPOINT}") from error
     tensors = found.get("model") if isinstance(found, dict) else None
     if not isinstance(tensors, dict) or not all(isinstance(tensor, torch.Tensor) for tensor in tensors.values()):
         keys = f"the keys {', '.join(map(str, list(found)[:NAMED]))} ..." if isinstance(found, dict) else type(found).__name__
-        raise Refused(f'{path}: expected a checkpoint of OpenGait\'s with weights under "model", found {keys}')
+        raise Refused(f'{path}: expected a checkpoint of OpenGait with weights under "model", found {keys}')
     return tensors, hashlib.sha256(content).hexdigest()
 
 
 def differences(network, tensors: dict) -> list[str]:
-    """What keeps tensors from being a network's weights: nothing if they fit."""
+    """Returns the differences between tensors and a network's weights; empty if they fit."""
     own = {name: list(tensor.shape) for name, tensor in network.state_dict().items()}
     given = {name: list(tensor.shape) for name, tensor in tensors.items()}
     other = [f"{name}: expected {own[name]}, found {given[name]}" for name in own if name in given and own[name] != given[name]]
@@ -275,24 +275,24 @@ def differences(network, tensors: dict) -> list[str]:
 
 
 def load(network, tensors: dict, path: Path, config_path: Path, checkout: Path) -> None:
-    """Gives the weights to the network, all or none."""
+    """Loads the weights into the network, all or none."""
     found = differences(network, tensors)
     if found:
         fitting = fitting_configs(tensors, checkout)
         others = f"; it fits {', '.join(fitting)}" if fitting else "; it fits no configuration of the checkout that can be exported"
-        raise Refused(f"{path}: expected the weights of {config_path.name}, found of its keys {', '.join(found)}{others}")
+        raise Refused(f"{path}: expected the weights of {config_path.name}, found keys that differ: {', '.join(found)}{others}")
     network.load_state_dict(tensors, strict=True)
 
 
 def fitting_configs(tensors: dict, checkout: Path) -> list[str]:
-    """Configurations of the checkout whose networks have these weights."""
+    """Returns the checkout's configurations whose networks fit these weights."""
     fitting = []
     for path in sorted((checkout / "configs").rglob("*.yaml")):
-        # Those that cannot be read or exported fit nothing.
+        # Skip configurations that cannot be read or exported.
         with contextlib.suppress(Refused, OSError):
             config = read_config(path, checkout)
             refuse_unsupported(path, config)
-            # Shapes alone, without numbers.
+            # Build shapes only, without values.
             with torch.device("meta"):
                 network = build(path, config)
             if not differences(network, tensors):
@@ -301,7 +301,7 @@ def fitting_configs(tensors: dict, checkout: Path) -> list[str]:
 
 
 class MaxPoolOfRows(torch.nn.Module):
-    """A MaxPool1d as a 2-D one of single rows: PyTorch's export fixes the frames of the other."""
+    """A MaxPool1d as a 2-D one over single rows, as PyTorch's export of MaxPool1d fixes the number of frames."""
 
     def __init__(self, pool):
         super().__init__()
@@ -318,7 +318,7 @@ class MaxPoolOfRows(torch.nn.Module):
 
 
 def export(network) -> onnx.ModelProto:
-    """A network as ONNX, in 2-D operators."""
+    """Exports a network to ONNX with 2-D operators."""
     network = copy.deepcopy(network)
     for part in list(network.modules()):
         for name, child in list(part.named_children()):
@@ -326,7 +326,7 @@ def export(network) -> onnx.ModelProto:
                 setattr(part, name, MaxPoolOfRows(child))
     dims = {0: torch.export.Dim("N"), 1: torch.export.Dim("T")}
     example = torch.rand(2, 7, ROWS, COLUMNS)
-    # By itself torch.onnx.export would fix, without a word, what it cannot keep free.
+    # Export the program first: torch.onnx.export would silently fix sizes that it cannot keep dynamic.
     program = torch.export.export(Embedding(network), (example,), dynamic_shapes=(dims,))
     program = torch.onnx.export(
         program, input_names=["sils"], output_names=["embedding"], dynamo=True, opset_version=18, verbose=False,
@@ -336,12 +336,12 @@ def export(network) -> onnx.ModelProto:
 
 
 def older(model: onnx.ModelProto) -> onnx.ModelProto:
-    """A model of operator set 18, the oldest that the exporter writes, in set 17.
+    """Converts a model from operator set 18, the oldest that the exporter writes, to set 17.
 
-    Where the sets differ in operators that occur here: axes of reductions (but sums) are attributes in 17, parts
-    of Split are counted by its outputs, and parts of shapes are taken here by Gather, which more
-    readers follow. What else the sets differ in, the checker and the comparison with PyTorch find.
-    Names of the exporter's own steps and paths are left out.
+    In set 17, axes of reductions other than sums are attributes, and the outputs of Split define
+    its number of parts. Parts of shapes are taken with Gather, which more readers support. The
+    checker and the comparison with PyTorch find other differences between the sets. The exporter's
+    own names and paths are removed.
     """
     graph = model.graph
     constants = {tensor.name: tensor for tensor in graph.initializer}
@@ -382,7 +382,7 @@ def older(model: onnx.ModelProto) -> onnx.ModelProto:
 
 
 def check(model: onnx.ModelProto, network) -> float:
-    """The largest difference to PyTorch, as a part of the largest number; too large a one is refused."""
+    """Returns the largest difference from PyTorch, relative to the largest value; rejects too large a difference."""
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
@@ -396,15 +396,15 @@ def check(model: onnx.ModelProto, network) -> float:
             expected = Embedding(network)(sils).numpy()
         found = session.run(["embedding"], {"sils": sils.numpy()})[0]
         if found.shape != expected.shape or not np.isfinite(found).all():
-            raise Refused(f"the exported network: expected numbers {list(expected.shape)}, found {list(found.shape)} or no numbers")
+            raise Refused(f"the exported network: expected finite numbers {list(expected.shape)}, found {list(found.shape)} or others")
         worst = max(worst, float(np.abs(found - expected).max() / np.abs(expected).max()))
     if not worst <= TOLERANCE:
-        raise Refused(f"the exported network: expected what PyTorch computes within {TOLERANCE}, found a difference of {worst:.1e}")
+        raise Refused(f"the exported network: expected PyTorch's outputs within {TOLERANCE}, found a difference of {worst:.1e}")
     return worst
 
 
 def contract(distance: str, description: str) -> str:
-    """The contract beside the model, as TOML. JSON's strings are TOML's."""
+    """Returns the model's contract as TOML, in which JSON strings are valid."""
     return f"""template = "silhouettes"
 layout = "NTHW"
 rows = {ROWS}
@@ -422,14 +422,14 @@ description = {json.dumps(description, ensure_ascii=False)}
 
 
 def commit_of(checkout: Path) -> str | None:
-    """The checkout's commit, if it is one of git's."""
+    """Returns the checkout's git commit, if it is a repository."""
     command = ["git", "-C", str(checkout), "rev-parse", "--show-toplevel", "HEAD"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=30)
     except (OSError, subprocess.TimeoutExpired):
         return None
     lines = done.stdout.splitlines()
-    # A folder within another repository has nothing to do with that one's commit.
+    # The commit of a repository around the folder does not count.
     is_own = done.returncode == 0 and len(lines) == 2 and Path(lines[0]).resolve() == checkout.resolve()
     return lines[1] if is_own else None
 
@@ -470,19 +470,19 @@ def run(given: argparse.Namespace) -> None:
     except Exception as error:
         raise Refused(f"{given.config}: PyTorch could not export it: {kind_of(error)}") from error
     text = contract(distance, described(given.config, config, checkout, weights))
-    # The contract first: a model without its own would be fed wrongly.
+    # The contract comes first, as a model without it would get wrong inputs.
     write_whole({beside: text.encode("utf-8"), given.out: model.SerializeToString()})
     parameters = sum(part.numel() for part in network.parameters())
     shape = [size.dim_param or size.dim_value for size in model.graph.output[0].type.tensor_type.shape.dim]
     print(
         f"{given.out}: {config['model_cfg']['model']}, {parameters / 1e6:.1f} M parameters, sils [N, T, {ROWS}, {COLUMNS}] "
-        f"to embedding [{', '.join(map(str, shape))}]; differs from PyTorch by {worst:.1e} of the largest number"
+        f"to embedding [{', '.join(map(str, shape))}]; differs from PyTorch by {worst:.1e} of the largest value"
     )
     print(f"{beside}: its contract")
 
 
 def seed(text: str) -> int:
-    """A number that PyTorch takes as a seed."""
+    """Parses a seed for PyTorch."""
     number = int(text)
     if not 0 <= number < 2**63:
         raise ValueError(text)
@@ -490,13 +490,13 @@ def seed(text: str) -> int:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Exports a network of OpenGait's to ONNX, with its contract.")
+    parser = argparse.ArgumentParser(description="Exports a network of OpenGait to ONNX, with its contract.")
     parser.add_argument("--opengait", type=Path, required=True, metavar="DIR", help="a checkout of OpenGait")
     parser.add_argument("--config", type=Path, required=True, metavar="FILE.yaml", help="one of its configurations")
     weights = parser.add_mutually_exclusive_group(required=True)
-    weights.add_argument("--checkpoint", type=Path, metavar="FILE.pt", help="what its training saved")
-    weights.add_argument("--random-weights", type=seed, metavar="SEED", help="no training: for latencies only")
-    parser.add_argument("--out", type=Path, required=True, metavar="FILE.onnx", help="the model; FILE.toml becomes its contract")
+    weights.add_argument("--checkpoint", type=Path, metavar="FILE.pt", help="a checkpoint of its training")
+    weights.add_argument("--random-weights", type=seed, metavar="SEED", help="random weights with this seed, to measure latencies only")
+    parser.add_argument("--out", type=Path, required=True, metavar="FILE.onnx", help="the model to write, with its contract FILE.toml")
     parser.add_argument("--overwrite", action="store_true", help="replace FILE.onnx and FILE.toml")
     given = parser.parse_args()
     if given.out.suffix != ".onnx":

@@ -1,7 +1,7 @@
-"""The shipped networks: what each takes, and what it makes of it.
+"""The architectures of the shipped networks.
 
-Each takes pictures of 50 rows and 30 columns from 0 (background) to 1 (figure), and gives an embedding, `[n,
-numbers]`. Embeddings are compared by the angle between them.
+Each takes images of 50 rows and 30 columns, from 0 (background) to 1 (figure), and returns embeddings `[n, numbers]`,
+which are compared by the angle between them.
 """
 
 import torch
@@ -11,7 +11,7 @@ ROWS, COLUMNS = 50, 30
 
 
 def block(channels_in, channels, side=3, stride=1, padding=None):
-    """A convolution without bias, batch normalisation, and what is above 0."""
+    """Returns a convolution without bias, batch normalisation and ReLU."""
     padding = side // 2 if padding is None else padding
     return nn.Sequential(
         nn.Conv2d(channels_in, channels, side, stride, padding, bias=False),
@@ -21,10 +21,10 @@ def block(channels_in, channels, side=3, stride=1, padding=None):
 
 
 class GeiSmall(nn.Module):
-    """Four plain 3x3 convolutions over a GEI, and one linear map: at most 50 thousand parameters.
+    """Four 3x3 convolutions over a GEI and a linear map, with at most 50 thousand parameters.
 
-    `[n, 1, 50, 30]` to `[n, 64]`. Each of six strips of rows keeps its greatest and its mean value
-    a channel (horizontal pooling: Fu et al., AAAI 2019).
+    `[n, 1, 50, 30]` to `[n, 64]`. Each of six horizontal strips is pooled to the sum of its maximum and its mean
+    for each channel (horizontal pooling: Fu et al., AAAI 2019).
     """
 
     takes = "gei"
@@ -51,8 +51,8 @@ class GeiSmall(nn.Module):
 class GeiNet(nn.Module):
     """GEINet (Shiraga et al., ICB 2016) at 50x30, with batch normalisation in place of local response normalisation.
 
-    `[n, 1, 50, 30]` to `[n, 256]`: 18 convolutions of 7x7, the greatest of 2x2, 45 convolutions of 5x5,
-    the greatest of 3x3 at every second, and a fully connected layer of 256 in place of 1,024, normalised over a batch.
+    `[n, 1, 50, 30]` to `[n, 256]`: 18 convolutions of 7x7, max pooling of 2x2, 45 convolutions of 5x5, max pooling of
+    3x3 with stride 2, and a fully connected layer of 256 units in place of 1,024, with batch normalisation.
     """
 
     takes = "gei"
@@ -76,9 +76,9 @@ class GeiNet(nn.Module):
 class GaitSetSmall(nn.Module):
     """A small GaitSet (Chao et al., AAAI 2019): a set of any number of silhouettes, in any order.
 
-    `[n, t, 50, 30]` to `[n, 128]`. Three convolutions on each silhouette, the first of 5x5 at every second pixel;
-    greatest plus mean value over the set after the second and the third; a fourth convolution on the former, the
-    global path; of both paths one, two and three strips of rows; one linear map of all, normalised over a batch.
+    `[n, t, 50, 30]` to `[n, 128]`. Three convolutions act on each silhouette, the first of 5x5 with stride 2. Maximum
+    plus mean over the set follow the second and the third. A fourth convolution on the former is the global path.
+    Both paths are pooled in one, two and three horizontal strips. A linear map with batch normalisation follows.
     """
 
     takes = "silhouettes"
@@ -108,7 +108,7 @@ class GaitSetSmall(nn.Module):
 
 
 def over_set(maps):
-    """What a set of maps `[n, t, ...]` has in common: the greatest value and the mean, added."""
+    """Pools a set of maps `[n, t, ...]`: maximum plus mean."""
     return maps.amax(1) + maps.mean(1)
 
 

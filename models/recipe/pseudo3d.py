@@ -1,19 +1,19 @@
-"""Rewrites the pseudo-3-D windows of an ONNX file as 2-D ones.
+"""Rewrites the pseudo-3-D windows of an ONNX file as 2-D windows.
 
     python pseudo3d.py IN.onnx OUT.onnx [--overwrite]
 
 A network of sequences `[n, c, s, h, w]` is pseudo-3-D if each of its convolutions slides over the
-rows and columns of a frame (1x3x3), over the frames of a place (3x1x1) or over neither (1x1x1).
-Runtimes for small machines have convolutions over one or two axes only, as the one that EdgeGait
-embeds. What such a window computes, a 2-D one computes too:
+rows and columns of a frame (1x3x3), over the frames at a place (3x1x1) or over neither (1x1x1).
+Runtimes for small machines, such as the one in EdgeGait, have convolutions over one or two axes only.
+2-D windows can compute the same:
 
 - `[k,1,1]` on `[n, c, s, h, w]` is `[k,1]` on `[n, c, s, h*w]`;
-- a kernel with a 1 at another axis, or at several, is the kernel without it on `[n*s, c, h, w]`
-  (if the 1 is at the frames; at rows or columns alike).
+- a kernel that is 1 along another axis is the kernel without that axis on `[n*s, c, h, w]` (if the
+  axis is the frames; likewise for rows or columns).
 
-So it is with MaxPool and AveragePool. Where the kernel is 1, a stride keeps each so-manieth, and
-padding adds zeros; both are done before the window. Everything else stays as it is. A kernel
-without a 1 is refused. Needs onnx and NumPy.
+The same holds for MaxPool and AveragePool. Along an axis where the kernel is 1, a stride selects
+elements and padding adds zeros; both are done before the window. Everything else is unchanged. A
+kernel without a 1 is an error. Needs onnx and NumPy.
 """
 
 from __future__ import annotations
@@ -29,22 +29,22 @@ import onnx
 from onnx import GraphProto, ModelProto, NodeProto, TensorProto, helper, numpy_helper
 
 WINDOWS = ("Conv", "MaxPool", "AveragePool")
-# Their windows slide over as many axes as their input has beyond two, and no case of them is rewritten.
+# Their windows slide over all axes of their input after the first two; they are not rewritten.
 OTHER_WINDOWS = ("ConvTranspose", "ConvInteger", "QLinearConv", "DeformConv", "LpPool", "MaxUnpool")
-# Slice, Pad and Unsqueeze take their numbers as inputs, as written here, from this operator set on.
+# From this operator set on, Slice, Pad and Unsqueeze take their numbers as inputs, as written here.
 OLDEST_OPSET = 13
 # The axes over which windows slide in `[n, c, s, h, w]`.
 SLID = (2, 3, 4)
 
 
 class Refused(Exception):
-    """What cannot be done, in one line."""
+    """An error message of one line."""
 
 
 def rewrite(model: ModelProto) -> tuple[ModelProto, int]:
-    """The same network with 2-D windows in place of pseudo-3-D ones, and how many these were.
+    """Returns the network with 2-D windows in place of pseudo-3-D ones, and their number.
 
-    Raises `Refused`, with the node's name, for a window that slides over three axes at once.
+    Raises `Refused`, with the node's name, for a window that slides over three axes.
     """
     opset = max((entry.version for entry in model.opset_import if entry.domain in ("", "ai.onnx")), default=0)
     if opset < OLDEST_OPSET:
@@ -66,7 +66,7 @@ def rewrite(model: ModelProto) -> tuple[ModelProto, int]:
 
 
 class Rewriting:
-    """One pass over a graph's nodes, in order."""
+    """A pass over a graph's nodes, in order."""
 
     def __init__(self, model: ModelProto):
         graph = model.graph
@@ -77,7 +77,7 @@ class Rewriting:
         self.names.update(value.name for value in (*graph.input, *graph.output, *graph.initializer))
         self.nodes: list[NodeProto] = []
         self.constants: list[TensorProto] = []
-        # Weights of which a 2-D copy was made.
+        # Weights that have a 2-D copy.
         self.replaced: set[str] = set()
         self.count = 0
 
@@ -90,7 +90,7 @@ class Rewriting:
                 self.nodes.append(node)
 
     def window(self, node: NodeProto) -> None:
-        """One 3-D window as nodes with a 2-D one among them."""
+        """Replaces a 3-D window with nodes around a 2-D window."""
         attributes = {item.name: helper.get_attribute_value(item) for item in node.attribute}
         kernel = self.kernel(node, attributes)
         title = f"{node.op_type} {label(node)}"
@@ -98,19 +98,19 @@ class Rewriting:
             found = "x".join(str(size) for size in kernel)
             raise Refused(f"{title}: expected a kernel that is 1 along frames, rows or columns, found {found} (true 3-D)")
         if len([name for name in node.output if name]) > 1:
-            raise Refused(f"{title}: expected one output, found the places of the maxima too")
+            raise Refused(f"{title}: expected one output, found also the indices of the maxima")
         strides = list(attributes.get("strides") or [1, 1, 1])
         dilations = list(attributes.get("dilations") or [1, 1, 1])
         pads = list(attributes.get("pads") or [0] * 6)
         merged = kernel[1] == kernel[2] == 1 < kernel[0]
-        # Axes that the 2-D window does not see, counted from the first that is slid over.
+        # The axes that the 2-D window does not cover, counted from the first axis of the window.
         free = [1, 2] if merged else [kernel.index(1)]
         kept = [axis for axis in range(3) if axis not in free]
-        # Where the kernel is 1, SAME pads nothing.
+        # Along axes where the kernel is 1, SAME adds no padding.
         value = self.padded(node, title, free, pads)
         value = self.strided(node, value, free, strides)
         before = self.shapes.get(value)
-        # (k, 1) over frames and places in the one case, the two axes that are left in the other.
+        # A merged window is (k, 1) over frames and places; others keep their two axes.
         axes = [0, None] if merged else kept
         along = lambda numbers, other: [other if axis is None else numbers[axis] for axis in axes]  # noqa: E731
         flat = dict(attributes)
@@ -139,25 +139,25 @@ class Rewriting:
         turned = self.add(node, "Transpose", [value], "turned", perm=order)
         given = self.reshaped(node, turned, [-1, *self.sizes(node, value, before, order[2:])])
         result = slid(given)
-        # Its own sizes come after those of the axes that were put together.
+        # The sizes of the merged axes come first, then those of the result.
         whole = [*self.sizes(node, value, before, order[:2]), *self.sizes(node, result, self.after(node, order), [1, 2, 3])]
         parted = self.reshaped(node, result, whole)
         back = [order.index(axis) for axis in range(5)]
         self.add(node, "Transpose", [parted], None, node.output[0], perm=back)
 
     def kernel(self, node: NodeProto, attributes: dict) -> list[int]:
-        """Sizes of the window along frames, rows and columns."""
+        """Returns the sizes of the window along frames, rows and columns."""
         if node.op_type != "Conv":
             return list(attributes["kernel_shape"])
         return [int(size) for size in self.shapes[node.input[1]][2:]]
 
     def after(self, node: NodeProto, order: list[int]) -> list[int | None] | None:
-        """Of `[n * free, c, a, b]` after the window what is known: from the shape that the file states."""
+        """Returns the known sizes of `[n * free, c, a, b]` after the window, from the shape that the file states."""
         shape = self.shapes.get(node.output[0])
         return shape and [None, *(shape[axis] for axis in order[2:])]
 
     def padded(self, node: NodeProto, title: str, free: list[int], pads: list[int]) -> str:
-        """The input, with zeros put around it along the axes where the kernel is 1."""
+        """Returns the input, padded with zeros along the axes where the kernel is 1."""
         if not any(pads[axis] or pads[3 + axis] for axis in free):
             return node.input[0]
         if node.op_type != "Conv":
@@ -172,7 +172,7 @@ class Rewriting:
         return result
 
     def strided(self, node: NodeProto, value: str, free: list[int], strides: list[int]) -> str:
-        """Each so-manieth along the axes where the kernel is 1."""
+        """Applies strides along the axes where the kernel is 1."""
         steps = {SLID[axis]: strides[axis] for axis in free if strides[axis] != 1}
         if not steps:
             return value
@@ -184,7 +184,7 @@ class Rewriting:
         return result
 
     def weights(self, name: str, kernel: list[int]) -> str:
-        """The name of these weights with a kernel over two axes."""
+        """Returns the name of these weights with a kernel over two axes."""
         shape = [int(size) for size in (*self.shapes[name][:2], *kernel)]
         flat = self.unused(f"{name}/2d")
         if name in self.initializers:
@@ -198,7 +198,7 @@ class Rewriting:
         return flat
 
     def sizes(self, node: NodeProto, value: str, shape: list[int | None] | None, axes: list[int]) -> list[int | str]:
-        """Sizes of a value along axes: numbers where they are fixed, else names of what computes them."""
+        """Returns the sizes of a value along axes: numbers if they are fixed, else names of computed values."""
         sizes = [shape[axis] if shape else None for axis in axes]
         if None not in sizes:
             return sizes
@@ -209,7 +209,7 @@ class Rewriting:
         ]
 
     def reshaped(self, node: NodeProto, value: str, sizes: list[int | str], to: str | None = None) -> str:
-        """A value in another shape; one size that is computed is left for the runtime to find."""
+        """Reshapes a value; a single computed size is left to the runtime (-1)."""
         computed = [at for at, size in enumerate(sizes) if isinstance(size, str)]
         if len(computed) == 1 and -1 not in sizes:
             sizes = [-1 if at in computed else size for at, size in enumerate(sizes)]
@@ -226,7 +226,7 @@ class Rewriting:
         return name
 
     def add(self, node: NodeProto, operator: str, inputs: list[str], what: str | None, to: str | None = None, **attributes) -> str:
-        """Adds a node on behalf of another; the name of what it gives."""
+        """Adds a node that replaces part of another, and returns the name of its output."""
         result = to or self.unused(f"{label(node)}/{what}")
         name = self.unused(f"{label(node)}/{operator}")
         self.nodes.append(helper.make_node(operator, inputs, [result], name=name, **attributes))
@@ -242,12 +242,12 @@ class Rewriting:
 
 
 def label(node: NodeProto) -> str:
-    """What to call a node: by its name or what it gives."""
+    """Returns a node's name, or else that of its output."""
     return node.name or node.output[0]
 
 
 def stated_shapes(graph: GraphProto) -> dict[str, list[int | None] | None]:
-    """Shapes by name; `None` in place of a size, or of all of them, that is not fixed."""
+    """Returns shapes by name, with `None` for sizes, or shapes, that are not fixed."""
     shapes: dict[str, list[int | None] | None] = {}
     for value in (*graph.value_info, *graph.input, *graph.output):
         kind = value.type.tensor_type
@@ -259,7 +259,7 @@ def stated_shapes(graph: GraphProto) -> dict[str, list[int | None] | None]:
 
 
 def window_rank(node: NodeProto, shapes: dict) -> int | None:
-    """Over how many axes a node's window slides; nothing if it has none."""
+    """Returns the number of axes that a node's window slides over; `None` without a window."""
     if node.domain not in ("", "ai.onnx"):
         return None
     if node.op_type in ("MaxPool", "AveragePool"):
@@ -269,14 +269,14 @@ def window_rank(node: NodeProto, shapes: dict) -> int | None:
     known = [len(shape) - 2 for shape in map(shapes.get, node.input[:2]) if shape]
     weights = shapes.get(node.input[1]) if node.op_type == "Conv" else None
     if node.op_type == "Conv" and (3 in known or not known) and (weights is None or None in weights):
-        raise Refused(f"Conv {label(node)}: expected weights of a fixed shape, found none stated")
+        raise Refused(f"Conv {label(node)}: expected weights of a fixed shape, found no stated shape")
     if node.op_type in OTHER_WINDOWS and 3 in known:
-        raise Refused(f"{node.op_type} {label(node)}: expected no window over three axes but {', '.join(WINDOWS)}")
+        raise Refused(f"{node.op_type} {label(node)}: expected windows over three axes only of {', '.join(WINDOWS)}")
     return len(weights) - 2 if weights else None
 
 
 def refuse_hidden(model: ModelProto) -> None:
-    """Refuses windows over three axes in graphs inside of others, and in functions: no exporter writes them there."""
+    """Rejects windows over three axes in nested graphs and functions, where no exporter writes them."""
     def look(nodes, where: str | None) -> None:
         for node in nodes:
             kernels = [item.ints for item in node.attribute if item.name == "kernel_shape"]
@@ -292,7 +292,7 @@ def refuse_hidden(model: ModelProto) -> None:
 
 
 def drop_unused(graph: GraphProto, names: set[str]) -> None:
-    """Removes those of these weights that nothing reads any more."""
+    """Removes these weights if no node uses them any more."""
     def read(nodes) -> set[str]:
         names = {name for node in nodes for name in node.input}
         for node in nodes:
@@ -309,7 +309,7 @@ def drop_unused(graph: GraphProto, names: set[str]) -> None:
 
 
 def write_whole(files: dict[Path, bytes]) -> None:
-    """Writes files under other names and renames them, in order: what is there is whole."""
+    """Writes files under temporary names and renames them, in order, so that no incomplete file appears."""
     written = []
     try:
         for path, content in files.items():
@@ -317,7 +317,7 @@ def write_whole(files: dict[Path, bytes]) -> None:
             written.append((name, path))
             with os.fdopen(descriptor, "wb") as file:
                 file.write(content)
-            # Not only for its owner, as temporary files are.
+            # Temporary files are readable only for their owner.
             os.chmod(name, 0o666 & ~current_umask())
         for name, path in written:
             os.replace(name, path)
@@ -359,7 +359,7 @@ def first_line(error: BaseException) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Rewrites pseudo-3-D windows of an ONNX file as 2-D ones.")
+    parser = argparse.ArgumentParser(description="Rewrites the pseudo-3-D windows of an ONNX file as 2-D windows.")
     parser.add_argument("source", type=Path, metavar="IN.onnx")
     parser.add_argument("out", type=Path, metavar="OUT.onnx")
     parser.add_argument("--overwrite", action="store_true", help="replace OUT.onnx")
@@ -374,7 +374,7 @@ def main() -> None:
         except (onnx.checker.ValidationError, onnx.shape_inference.InferenceError) as error:
             raise Refused(f"{given.source}: expected a valid ONNX model: {first_line(error)}") from error
         write_whole({given.out: result.SerializeToString()})
-        print(f"{given.out}: {count} windows over three axes rewritten over two")
+        print(f"{given.out}: {count} windows over three axes rewritten as windows over two")
     except (Refused, OSError) as error:
         sys.exit(f"error: {error}")
 

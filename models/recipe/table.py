@@ -1,12 +1,12 @@
-"""Measures every shipped recognizer on people whom none of them has seen, and prints the tables of models/README.md.
+"""Measures every shipped recognizer on people that none was trained on, and prints the tables of models/README.md.
 
     python models/recipe/table.py --work target/recipe
 
     python models/recipe/table.py --work target/recipe --tree "made elsewhere=FOLDER" --fps 30 --subjects 103,112
 
-PCA + LDA, trained on the people of the networks, stands beside them, and so does the small network for GEIs trained on
-as many people without clothes, loads and faults, and on dressed people without loads and faults. Answers of networks are kept by the command, so
-that an interrupted run goes on.
+The tables include PCA + LDA, trained on the people of the networks, and the small network for GEIs, trained on as many
+people without clothes, loads and faults, and on dressed people without loads and faults. The command caches the answers
+of networks, so that an interrupted run continues.
 """
 
 import argparse
@@ -20,15 +20,15 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 SHIPPED = ["side", "spread", "gei-small", "geinet", "geinet-int8", "gaitset-small"]
-# What the others are compared with, person by person.
+# The recognizer that the others are compared with, person by person.
 BEST = "gei-small"
 OF_SILHOUETTES = "gaitset-small"
-# Whom nothing was trained with: a seed that no model has.
+# Test people: a seed that no training used.
 UNSEEN = {"seed": 77, "people": "0..30"}
 
 
 def run(*command):
-    """Runs a command and ends with its status if it fails."""
+    """Runs a command, and exits if it fails."""
     done = subprocess.run([str(part) for part in command], stdout=subprocess.DEVNULL)
     if done.returncode != 0:
         sys.exit(f"{' '.join(str(part) for part in command)}: ended with status {done.returncode}")
@@ -39,19 +39,19 @@ def percent(rate):
 
 
 def interval(entry, name="rank1"):
-    """Rank-1 with its interval over people."""
+    """Formats rank-1 with its interval over people."""
     low, high = entry[f"{name}_low"], entry[f"{name}_high"]
     return f"{percent(entry[name])} ({percent(low)} - {percent(high)})"
 
 
 def points(rates):
-    """A difference of rates with its interval, in points of percent."""
-    # Adding 0 takes the sign from what is nothing.
+    """Formats a difference of rates with its interval, in percentage points."""
+    # Adding 0 turns -0 into 0.
     return "{:+.1f} ({:+.1f} - {:+.1f})".format(*[round(100 * rate, 1) + 0.0 for rate in rates])
 
 
 class Table:
-    """Asks the command, and keeps what it said."""
+    """Runs the command, and keeps its results."""
 
     def __init__(self, arguments):
         self.arguments = arguments
@@ -68,7 +68,7 @@ class Table:
             self.models.append(self.enrolled_at_side(f"{BEST}-{kind}", self.trained_on(kind, design)))
 
     def trained_on(self, kind, design):
-        """The small network for GEIs, trained on people of another design."""
+        """Returns the small network for GEIs, trained on people of another design."""
         path = self.work / f"people-{kind}.toml"
         path.write_text(design)
         out = self.work / kind
@@ -80,7 +80,7 @@ class Table:
         return out / f"{BEST}.onnx"
 
     def geis(self):
-        """The GEIs of the networks' people alone, as the command trains on them."""
+        """Returns the GEIs of the networks' people, without silhouettes, for the command to train on."""
         folder = self.work / "geis"
         if not folder.exists():
             design = self.work / "geis.toml"
@@ -89,7 +89,7 @@ class Table:
         return folder
 
     def enrolled_at_side(self, name, path=None):
-        """A copy of a model that is said to be trained from the side, so that all enrol people there."""
+        """Copies a model with training from the side in its contract, so that all enrol people there."""
         path = path or self.arguments.models / f"{name}.onnx"
         copy = self.work / "models" / f"{name}.onnx"
         copy.parent.mkdir(exist_ok=True)
@@ -102,18 +102,18 @@ class Table:
         return copy
 
     def asked(self, name, command, *arguments):
-        """The JSON of a command's results."""
+        """Runs a command and returns its results from JSON."""
         path = self.work / f"{name}.json"
         out = ["--out", self.work / f"{name}-report"] if command == "score" else []
         run(self.arguments.edgegait, command, *arguments, *out, "--overwrite", "--json", path)
         return json.loads(path.read_text())
 
     def scored(self, name, *arguments, of_geis=False):
-        """Results of every model, or of those of GEIs alone, and of the baselines, by name; and how far they are apart."""
+        """Returns the results of all models, or only of those for GEIs, and of baselines, by name; and their differences."""
         models = [path for path in self.models if not (of_geis and path.stem == OF_SILHOUETTES)]
         results = self.asked(name, "score", *models, *arguments)
         found = {}
-        # Baselines of the second kind of input are the same people's pictures again: the first count.
+        # Baselines occur once for each kind of input; the first count.
         names = {}
         for result in results["recognizers"]:
             name = result["name"].partition(" as ")[0]
@@ -133,15 +133,15 @@ class Table:
 
 
 def rows(heads, lines):
-    """A table of Markdown, the first column to the left."""
+    """Returns a Markdown table whose first column is aligned left."""
     alignment = ["---", *["--:"] * (len(heads) - 1)]
     return "\n".join("| " + " | ".join(line) + " |" for line in [heads, alignment, *lines])
 
 
 def costs(table):
-    """Parameters, multiply-accumulates, bytes and latency."""
+    """Returns the table of parameters, multiply-accumulates, bytes, latency and memory."""
     found = {}
-    # Those of the other populations are the same network.
+    # The models of other populations are the same network.
     models = [path for path in table.models if not path.stem.startswith(f"{BEST}-")]
     for runtime in ("rten", "ort"):
         library = ["--ort-lib", table.arguments.ort_lib] if table.arguments.ort_lib and runtime == "ort" else []
@@ -160,16 +160,16 @@ def costs(table):
 
 
 def beyond_others(best, heads, columns):
-    """How far one network is beyond each other recognizer; each column is what `scored` gave and a set of probes."""
+    """Returns the table of one network minus the others; each column is a result of `scored` and a probe set."""
     names = [name for name in columns[-1][0][0] if name != best]
     lines = [[f"`{name}`", *[beyond.get((best, name, probes), "") for (_, beyond), probes in columns]] for name in names]
-    return f"`{best}` beyond the others on the same probes, points of rank-1 with intervals, paired over people\n\n" + rows(
+    return f"`{best}` minus the others on the same probes, in points of rank-1, with intervals of the difference, paired over people:\n\n" + rows(
         ["beyond", *heads], [line for line in lines if any(line[1:])]
     )
 
 
 def everywhere(table):
-    """Rank-1 over 703 viewpoints by enrolment and by the angle from the side, and under conditions."""
+    """Returns the tables of rank-1 over 703 viewpoints, by enrolment and angle from the side, and under conditions."""
     pack = table.work / "unseen.egp"
     if not pack.exists():
         run(
@@ -190,7 +190,7 @@ def everywhere(table):
     by_enrolment, casia = [found for found, _ in by_enrolment], casia[0]
     lines = []
     for name, result in casia.items():
-        # Some baselines are left out where there is too much to compare.
+        # Some baselines are absent if there is too much to compare.
         cells = [interval(found[name]) if name in found else "" for found in by_enrolment]
         sets = {probe_set["name"]: probe_set for probe_set in result["probe_sets"]}
         lines.append([f"`{name}`", *cells, *[interval(sets[condition]) for condition in conditions]])
@@ -202,7 +202,7 @@ def everywhere(table):
 
 
 def trees(table):
-    """Rank-1 on silhouettes that other software made."""
+    """Returns the tables of rank-1 on silhouettes of other software."""
     parts = []
     for stated in table.arguments.tree:
         title, _, folder = stated.partition("=")
@@ -218,7 +218,7 @@ def trees(table):
         found = [table.scored(f"{stem}-{at}", folder, *chosen, *how, of_geis=True) for at, how in enumerate(asked.values())]
         asked["any recording, other sides"] = whole
         found.append(table.scored(f"{stem}-whole", folder, *chosen, *whole))
-        # A network for silhouettes is shown whole recordings of a tree, not cycles.
+        # Networks for silhouettes take whole recordings of a tree, not cycles.
         cell = lambda name, results: interval(results[name]) if name in results else ""
         lines = [[f"`{name}`", *[cell(name, results) for results, _ in found]] for name in found[-1][0]]
         beyond = beyond_others(BEST, list(asked), [(results, None) for results in found])
@@ -230,13 +230,13 @@ def trees(table):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--models", type=Path, default=ROOT / "models", help="folder of the models")
-    parser.add_argument("--edgegait", type=Path, default=ROOT / "target/release/edgegait", help="the command")
+    parser.add_argument("--edgegait", type=Path, default=ROOT / "target/release/edgegait", help="the edgegait command")
     parser.add_argument("--work", type=Path, default=ROOT / "target/recipe", help="folder that make.py worked in")
     parser.add_argument("--ort-lib", help="the library of ONNX Runtime")
     parser.add_argument("--tree", action="append", default=[], metavar="TITLE=FOLDER", help="a tree of silhouettes")
-    parser.add_argument("--subjects", help="only these people of the trees")
+    parser.add_argument("--subjects", help="use only these people of the trees")
     parser.add_argument("--fps", default="25", help="frames a second of the trees")
-    parser.add_argument("--only", choices=["costs", "everywhere", "trees"], help="one of the tables")
+    parser.add_argument("--only", choices=["costs", "everywhere", "trees"], help="print only this table")
     arguments = parser.parse_args()
     table = Table(arguments)
     for make in (costs, everywhere, trees):

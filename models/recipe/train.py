@@ -2,8 +2,8 @@
 
     python train.py DATASET --network gei-small --out gei-small.pt
 
-One thread computes, so that the same machine, packages and seed give the same weights, and several
-networks can be trained at once.
+It uses one thread, so that the same machine, packages and seed give the same weights, and several networks can be
+trained in parallel.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from torch.nn import functional as F
 from data import People
 from networks import NETWORKS
 
-# People of a batch, sequences of each, passes over the data, greatest learning rate, frames of a set.
+# People in a batch, sequences of each, passes over the data, largest learning rate, frames in a set.
 RECIPE = {
     "gei-small": {"people": 32, "each": 4, "passes": 40, "rate": 2e-3},
     "geinet": {"people": 32, "each": 4, "passes": 45, "rate": 2e-3},
@@ -28,9 +28,9 @@ WEIGHT_DECAY = 5e-4
 
 
 def moved(pictures, random):
-    """Pictures of `[n, channels, rows, columns]` as a camera and a segmentation might also have given them.
+    """Returns randomly varied images, `[n, channels, rows, columns]`.
 
-    Half of them are mirrored, and all are turned by about 2 degrees, scaled by 3 % and shifted by a pixel.
+    Half of them are mirrored. The standard deviations are 2 degrees (rotation), 3 % (scale) and about half a pixel (shift).
     """
     n, _, rows, columns = pictures.shape
     is_mirrored = torch.rand(n, generator=random) < 0.5
@@ -47,7 +47,7 @@ def moved(pictures, random):
 
 
 class Batches:
-    """Draws people, sequences of each, and frames of these."""
+    """Samples people, sequences of each, and frames of these."""
 
     def __init__(self, people, network, recipe, seed):
         self.people, self.recipe = people, recipe
@@ -57,7 +57,7 @@ class Batches:
         self.count = max(1, len(people) // self.size * recipe["passes"])
 
     def draw(self):
-        """Pictures and who they show."""
+        """Returns images and the numbers of their people."""
         chosen = torch.randperm(len(self.people.names), generator=self.random)[: self.recipe["people"]]
         sequences = []
         for person in chosen.tolist():
@@ -73,7 +73,7 @@ class Batches:
 
 
 def train(people, name, seed, passes=None, say=print):
-    """A network that has learnt to tell `people` apart: the cross-entropy of cosines to a vector a person."""
+    """Returns a network trained to distinguish `people`: cross-entropy of the cosines to one vector for each person."""
     torch.set_num_threads(1)
     torch.use_deterministic_algorithms(True)
     torch.manual_seed(seed)

@@ -253,7 +253,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
             write_png(path, &contact_sheet(&rows, settings.size, args.scale)?)?;
         }
         RenderTarget::Npy(path) => {
-            write_array(path, templates.first().copied(), &frames, settings.size)?
+            write_array(path, templates.first().copied(), &frames, settings.size)?;
         }
     }
     if let Some(path) = &args.out {

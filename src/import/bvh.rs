@@ -172,7 +172,7 @@ fn read_hierarchy(lines: &mut Lines) -> Result<Hierarchy> {
             }
             "CHANNELS" => match open.last() {
                 Some(&OpenBlock::Joint(joint)) => {
-                    read_channels(lines, &mut hierarchy, joint, rest)?
+                    read_channels(lines, &mut hierarchy, joint, rest)?;
                 }
                 _ => return Err(lines.error("CHANNELS outside of a joint's braces")),
             },

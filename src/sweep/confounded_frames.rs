@@ -73,14 +73,14 @@ impl Film<'_> {
             match kind {
                 ConfounderKind::RadialDistortion => image::distort(picture, &fine, strength),
                 ConfounderKind::Resolution => {
-                    image::coarsen(picture, &fine, strength, &mut lasting)
+                    image::coarsen(picture, &fine, strength, &mut lasting);
                 }
                 ConfounderKind::Light => {
                     Light::new(strength, &mut lasting).segment(picture, &fine, &mut passing);
                 }
                 ConfounderKind::Holes => image::holes(picture, &fine, strength, &mut passing),
                 ConfounderKind::MissingParts => {
-                    image::missing_part(picture, strength, &mut lasting)
+                    image::missing_part(picture, strength, &mut lasting);
                 }
                 ConfounderKind::MergedBackground => {
                     image::merged_background(picture, &fine, strength, &mut lasting);
@@ -88,7 +88,7 @@ impl Film<'_> {
                 ConfounderKind::Erosion => image::erode(picture, &fine, strength, &mut passing),
                 ConfounderKind::Dilation => image::dilate(picture, &fine, strength, &mut passing),
                 ConfounderKind::SaltAndPepper => {
-                    image::salt_and_pepper(picture, strength, &mut passing)
+                    image::salt_and_pepper(picture, strength, &mut passing);
                 }
                 _ => {}
             }

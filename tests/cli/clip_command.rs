@@ -1,4 +1,4 @@
-//! Whole takes on the command line: imported, looked at, and refused where cycles are needed.
+//! Uncut motions on the command line: importing, rendering, and errors where cycles are needed.
 
 use crate::command::*;
 use crate::figure::write_turning_figure;
@@ -24,10 +24,10 @@ fn a_take_without_a_cycle_is_kept_whole_and_drawn_at_any_second() {
         (&Value::Null, &0.0.into())
     );
     assert!(clip["max_error_mm"].as_f64().expect("an error") <= 5.01);
-    // Standing takes nothing but its turn.
+    // A standing figure that turns needs bytes only for the turn.
     assert!(clip["bytes"].as_u64().expect("bytes") < 500, "{clip}");
 
-    // Seen from its first front: wide there, narrow after a quarter turn, 0.75 s later.
+    // Seen from where it first faces: wide at first, narrow after a quarter turn, 0.75 s later.
     let render = "render turn.egp --azimuth-deg 0 --fps 4 --frames 12 --out turn.npy";
     done(at, &render.split(' ').collect::<Vec<_>>());
     let (shape, pixels) = npy(at.join("turn.npy"));
@@ -38,7 +38,7 @@ fn a_take_without_a_cycle_is_kept_whole_and_drawn_at_any_second() {
     };
     assert!(area(0) > area(3) + 50, "{} {}", area(0), area(3));
 
-    // A later start is the same moment; before the first and after the last there is nothing.
+    // A later start gives the same moment. Before the first and after the last there are no frames.
     let render = "render turn.egp --azimuth-deg 0 --start-s 0.75 --fps 4 --frames 1 --out b.npy";
     done(at, &render.split(' ').collect::<Vec<_>>());
     assert_eq!(npy(at.join("b.npy")).1, pixels[3 * 1_500..4 * 1_500]);
@@ -109,7 +109,7 @@ fn what_needs_a_cycle_refuses_takes_and_names_them() {
 fn a_cycle_is_drawn_at_any_second_too() {
     let folder = folder();
     let at = folder.path();
-    // 4 km/h: one cycle's frames in seconds are those of its phases.
+    // At 4 km/h, the frames of a cycle by seconds equal those by phase.
     let cycle = "render two.egp --subjects F01 --walks walk-4kmh --frames-per-cycle 8 --out a.npy";
     done(at, &cycle.split(' ').collect::<Vec<_>>());
     let bytes = fs::read(at.join("two.egp")).expect("a pack");
@@ -147,7 +147,7 @@ fn legs_that_do_not_reach_are_reported_by_frame_and_millimetre() {
     let even = clip();
     assert!(!even["warnings"].to_string().contains(sentence), "{even}");
 
-    // One leg is 12 cm longer than the other, which those of the body are not.
+    // One leg is 12 cm longer than the other; the body's legs are equal.
     let text = fs::read_to_string(at.join("anna_turn.bvh")).expect("a figure");
     let (before, foot) = text.split_once("JOINT LeftFoot").expect("a foot");
     let foot = foot.replacen("OFFSET 0 -45 0", "OFFSET 0 -57 0", 1);

@@ -1,4 +1,4 @@
-//! The built command: files, and what is printed where.
+//! Tests of the built command: its files, and its output on each stream.
 
 use crate::command::*;
 use crate::made::{made, sha256};
@@ -53,7 +53,7 @@ fn numbers_below_zero_are_values_and_not_flags() {
     assert!(row.contains(",-30.0,-5.0,normal,"), "{row}");
     let lens = "render two.egp --lens persp --camera static --aim-m -0.5,0.9,-0.2";
     done(at, &lens.split(' ').collect::<Vec<_>>());
-    // Where it makes no sense, the error is about the number.
+    // If the value is invalid, the error is about the number.
     for (arguments, words) in [
         (
             "cohort --max-error-mm -1",
@@ -97,7 +97,7 @@ fn json_on_standard_output_is_one_document_that_begins_with_its_header() {
         let output = done(at, &arguments);
         let start = format!("{{\n  \"schema\": 1,\n  \"command\": \"{command}\",\n  \"version\": ");
         assert!(output.starts_with(&start), "{output}");
-        // One document and nothing behind it: anything else is an error.
+        // Anything other than one document is an error.
         let json: Value = serde_json::from_str(&output).expect("one JSON document");
         assert_eq!(json["version"], env!("CARGO_PKG_VERSION"));
         assert_eq!(json["seed"], 5);
@@ -128,7 +128,7 @@ fn json_in_a_file_is_the_same_document_and_leaves_standard_output_to_people() {
         printed
     );
     assert!(people.contains("2 people, 4 walks"), "{people}");
-    // A folder that lacks is made.
+    // A missing folder is created.
     done(at, &["inspect", "two.egp", "--json", "no/result.json"]);
     assert_eq!(names(at), ["no", "result.json", "two.egp"]);
 }
@@ -197,8 +197,8 @@ fn inspect_says_what_drawing_takes_on_a_board_and_on_a_host() {
     let number = |value: &Value| value.as_u64().expect("a number");
     let [hulls, points, facets] = ["hulls", "points", "facets"].map(|name| number(&budget[name]));
     assert_eq!((hulls, points), (19, 485));
-    // A convex hull with n corners has 2 n - 4 triangles (Euler); rounded points are in between
-    // others here and there.
+    // A convex hull with n corners has 2 n - 4 triangles (Euler); rounding makes some points lie on
+    // edges.
     assert!(
         (800..=2 * 485 - 4 * 19).contains(&facets),
         "{facets} facets"
@@ -214,7 +214,7 @@ fn inspect_says_what_drawing_takes_on_a_board_and_on_a_host() {
         ["rows", "skia", "unpacked"].map(heap),
         [0, skia, skia + 195]
     );
-    // A board with 16 kB draws it, and one with 24 kB with tiny-skia.
+    // A board with 16 kB can draw it, or with 24 kB using tiny-skia.
     assert!(ram("rows") < 16_384 && ram("skia") + heap("skia") < 24_576);
     #[cfg(target_pointer_width = "64")]
     {
@@ -225,7 +225,7 @@ fn inspect_says_what_drawing_takes_on_a_board_and_on_a_host() {
         let lean = walk + body + 64 + 40 + 24 + 50 * 30;
         assert_eq!(number(&budget["body_bytes"]), body);
         assert_eq!(ram("rows"), lean + 2_072);
-        // tiny-skia asks for no facets.
+        // tiny-skia needs no facets.
         assert_eq!(ram("skia"), lean - (2 * facets).next_multiple_of(8) + 624);
         let unpacked = walk + 80_824 + 20_104 + 47_960 + 40 + 16_416 + 64 * 64;
         assert_eq!(ram("unpacked"), unpacked);
@@ -286,7 +286,7 @@ fn render_writes_arrays_of_the_stated_shapes() {
         let is_binary = pixels.iter().all(|&pixel| pixel == 0 || pixel == 255);
         assert_eq!(is_binary, !arguments.contains("gei"), "{arguments}");
         for (index, frame) in pixels.chunks(1_500).enumerate() {
-            // A person fills the 50 rows, and more than a line.
+            // A person fills the 50 rows and is wider than a line.
             let on = frame.iter().filter(|&&pixel| pixel > 0).count();
             assert!((100..1_500).contains(&on), "{arguments}: {on} in {index}");
             for row in [0, 49] {
@@ -391,7 +391,7 @@ fn results_go_through_links_and_into_pipes_and_replace_neither() {
             .file_type()
             .is_fifo()
     };
-    // Both ends are held open here, so that neither side waits for ever.
+    // Both ends are held open here, so that neither side waits forever.
     let mut ends = fs::OpenOptions::new();
     let mut pipe = ends
         .read(true)
@@ -433,7 +433,7 @@ fn stored_cycles_and_their_variations_have_different_numbers() {
             [fields[2], fields[3]]
         })
         .collect();
-    // Cycle and variation.
+    // The numbers of cycle and variation.
     let expected = ["00", "01", "02", "10", "11", "12"];
     assert!(numbers.iter().map(|two| two.concat()).eq(expected));
 }
@@ -458,7 +458,7 @@ fn what_a_pack_does_not_state_of_a_body_is_measured_or_unknown_and_never_0() {
     assert!(stated["mass_kg"].as_f64().is_some_and(|mass| mass > 40.0));
     assert_eq!(measured["stature_from"], "hulls");
     let height_m = measured["stature_m"].as_f64().expect("it has hulls");
-    // The hulls' own soles and crown; each point is within 2 mm.
+    // The stature from soles to crown of the hulls; each point is within 2 mm.
     assert!(
         (height_m - stature_m).abs() < 0.03,
         "{height_m} {stature_m}"

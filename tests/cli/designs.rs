@@ -1,4 +1,5 @@
-//! Training sets from designs: the same whatever makes them, and nothing of a wrong one.
+//! Training sets from designs: the same bytes however they are generated, and errors for invalid
+//! designs.
 
 use crate::command::*;
 use edgegait::Dataset;
@@ -70,7 +71,7 @@ fn a_design_makes_the_same_bytes_on_any_number_of_threads() {
 fn people_are_the_same_whoever_else_is_made() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
-    // More than are made at once.
+    // More people than are generated at the same time.
     let all = generated(at, "0..67", "");
     let some = generated(at, "62..66", "");
     let of_some = some.index()[0].subject.clone();
@@ -113,7 +114,7 @@ fn splits_are_datasets_of_their_own_which_share_nobody() {
     assert_eq!(settings["design"], "casia-b-like");
     assert_eq!(settings["people"], "74..76");
     assert_eq!(settings["encoding"], "quick");
-    // What is scored and trained with is such a folder.
+    // Scoring and training take such a folder.
     let scored = done(
         at,
         &["score", "pixels", "sets/test", "--protocol", "casia-b"],
@@ -122,7 +123,7 @@ fn splits_are_datasets_of_their_own_which_share_nobody() {
         ["NM", "BG", "CL"].iter().all(|name| scored.contains(name)),
         "{scored}"
     );
-    // An earlier one is replaced, and nothing else.
+    // An earlier dataset is replaced, and nothing else.
     done(
         at,
         &["generate", "casia-b-like", "--people", "1", "--out", "sets"],

@@ -1,4 +1,4 @@
-//! One hash of a sweep that is too large to store.
+//! The digest of a sweep that is too large to store.
 
 use crate::command::*;
 use crate::npy::npy;
@@ -18,7 +18,8 @@ fn a_digest_is_the_hash_of_the_dataset_that_it_does_not_store() {
     };
     json(&["--out", "stored"]);
     let (_, images) = npy(at.join("stored/geis.npy"));
-    // Four viewpoints, each as it is and mirrored, for a cycle; four walks, three conditions.
+    // Each cycle has four viewpoints, plain and mirrored; there are four walks and three
+    // conditions.
     let cycles = images.chunks(4 * 2 * 1500);
     assert_eq!(cycles.len(), 3 * 4 * 3);
     let mut all = Sha256::new();
@@ -34,7 +35,7 @@ fn a_digest_is_the_hash_of_the_dataset_that_it_does_not_store() {
         assert_eq!(results["geis"], 3 * 4 * 3 * 4 * 2);
     }
     assert_eq!(names(at), ["stored", "two.egp"]);
-    // Each cycle is another, and so is each seed.
+    // Other cycles and other seeds give other digests.
     let of = |more: &[&str]| json(&[&["--digest"], more].concat())["digest"].clone();
     assert_ne!(of(&["--first-cycle", "1"]), expected.as_str());
     assert_ne!(of(&["--seed", "2"]), expected.as_str());
@@ -87,10 +88,10 @@ fn what_is_drawn_of_a_condition_is_in_the_index_and_acts_whatever_the_threads() 
             }
         }
     }
-    // Two people at two speeds; a person's roll is one.
+    // Two people at two speeds; each person has one roll.
     assert_eq!((count, rolls.len()), (80, 2));
     assert!((25..=55).contains(&coats), "{coats}");
-    // What the index says is what was drawn: the same without chance gives the same image.
+    // The index states what was drawn: the same strengths without chance give the same image.
     let mut rows = csv::Reader::from_reader(index.as_slice());
     let first = rows.records().next().expect("a row").expect("a row");
     let fixed = format!(

@@ -1,4 +1,4 @@
-//! Datasets as others read them, in parts, and gone on with after their end.
+//! Datasets in other formats and in shards, and resumed runs.
 
 use crate::command::*;
 use crate::figure::write_turning_figure;
@@ -12,7 +12,7 @@ pub fn words(command: &str) -> Vec<&str> {
     command.split_whitespace().collect()
 }
 
-/// All files under a folder with their bytes.
+/// Returns all files under a folder with their bytes.
 pub fn files(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut folders = vec![root.to_path_buf()];
@@ -30,7 +30,8 @@ pub fn files(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     found
 }
 
-/// The numbers of an array of f32, and its shape; read by the format's description (NEP 1).
+/// Returns the shape and the numbers of an array of f32, read as the format's description (NEP 1)
+/// says.
 fn floats(path: impl AsRef<Path>) -> (String, Vec<f32>) {
     let bytes = fs::read(path).expect("a file");
     let header = String::from_utf8_lossy(&bytes[10..128]);
@@ -87,7 +88,7 @@ fn several_templates_of_one_pass_are_those_of_their_own() {
     assert_eq!(geis, npy(at.join("gei/geis.npy")).1);
     let rows = geis.len() / 1_500;
     assert_eq!(shape, format!("{}, 50, 30", rows * 32));
-    // The mean of a row's silhouettes, half up, is its GEI.
+    // The GEI of a row is the mean of its silhouettes, rounded half up.
     for (cycle, gei) in silhouettes
         .chunks_exact(32 * 1_500)
         .zip(geis.chunks_exact(1_500))
@@ -98,7 +99,7 @@ fn several_templates_of_one_pass_are_those_of_their_own() {
             assert_eq!(u32::from(mean), (sum + 16) / 32);
         }
     }
-    // Read as what comes first.
+    // A dataset of several templates is read as the first one.
     let score = done(at, &words("score pixels all --json -"));
     assert!(score.contains("rank1"), "{score}");
     let first = "sweep two.egp --views side --template silhouettes,gei --out sequences";
@@ -180,7 +181,7 @@ fn joints_appear_where_parallel_rays_and_a_camera_put_them() {
     let folder = folder();
     let at = folder.path();
     let sweep = "sweep two.egp --azimuth-deg 90 --joints --template silhouettes,gei";
-    // A sensor 4 m away with 45 degrees shows so many pixels a metre.
+    // The pixels of a metre for a camera 4 m away with a field of view of 45 degrees.
     done(
         at,
         &words(&format!(
@@ -193,15 +194,15 @@ fn joints_appear_where_parallel_rays_and_a_camera_put_them() {
     let scale = 64.0 / (2.0 * 4.0 * (22.5_f32).to_radians().tan());
     for (joints, keypoints) in joints.chunks_exact(57).zip(keypoints.chunks_exact(38)) {
         for (joint, keypoint) in joints.chunks_exact(3).zip(keypoints.chunks_exact(2)) {
-            // From the walker's left: ahead is left; the pelvis is in the middle.
+            // From the walker's left, ahead is to the left; the pelvis is in the middle.
             let column = 32.0 - scale * (joint[2] - joints[2]);
             let row = 32.0 - scale * (joint[1] - joints[1]);
             assert!((keypoint[0] - column).abs() < 1e-3, "{keypoint:?} {column}");
             assert!((keypoint[1] - row).abs() < 1e-3, "{keypoint:?} {row}");
         }
     }
-    // In each framing, and of what a segmentation gives, the trunk's and the thighs' joints lie
-    // in the figure.
+    // In each framing, and with segmentation faults, the joints of the trunk and the thighs lie in
+    // the figure.
     for flags in [
         "",
         "--framing box",
@@ -227,7 +228,8 @@ fn joints_appear_where_parallel_rays_and_a_camera_put_them() {
             .chunks_exact(1_500)
             .zip(keypoints.chunks_exact(38));
         for (silhouette, keypoints) in frames {
-            // Pelvis, spine, thorax, neck, thighs, shanks; of a small figure the trunk's.
+            // Pelvis, spine, thorax, neck, thighs and shanks; only the trunk's joints for a small
+            // figure.
             let joints: &[usize] = if flags.contains("camera") {
                 &[0, 1, 2]
             } else {
@@ -243,7 +245,12 @@ fn joints_appear_where_parallel_rays_and_a_camera_put_them() {
     let distorted = "[[conditions]]\nname = \"bent\"\nconfounders = { radial-distortion = 0.5 }\n";
     fs::write(at.join("bent.toml"), distorted).expect("a file");
     let sweep = "sweep two.egp --joints --views side --conditions bent.toml --out refused";
-    refused(at, &words(sweep), 1, &["bent", "joints are not known"]);
+    refused(
+        at,
+        &words(sweep),
+        1,
+        &["bent", "joint positions are unknown"],
+    );
 }
 
 #[test]
@@ -283,7 +290,7 @@ fn trees_are_read_again_as_they_were_drawn() {
     );
     assert_eq!(partition["TEST_SET"], serde_json::json!(["M02", "F03"]));
 
-    // The same silhouettes as the arrays hold.
+    // The silhouettes are those of the arrays.
     let arrays = DESIGN.replace(
         "raster",
         "template = \"silhouettes\"\nsize = \"64x64\"\nraster",
@@ -296,7 +303,7 @@ fn trees_are_read_again_as_they_were_drawn() {
     let stored = &pickle[pickle.len() - 3 - 2 * bytes..pickle.len() - 3];
     assert_eq!(stored[..bytes], silhouettes[..bytes]);
 
-    // An own tree is replaced by the same again, and only if all in it is part of it.
+    // A tree of EdgeGait is replaced by the same bytes, but not if it has other files.
     let again = "generate d.toml --format opengait --out opengait";
     let before = files(&at.join("opengait"));
     done(at, &words(again));
@@ -389,7 +396,7 @@ fn shards_put_together_are_the_bytes_of_one_run() {
             fs::copy(folder.path().join(file), at.join(file)).expect("copied");
         }
         done(&at, &words(&format!("{command} --out whole")));
-        // On one thread or two.
+        // With one thread and with two.
         for number in 1..=2 {
             let threads = number;
             let shard = format!("{command} --shard {number}/2 --threads {threads} --out s{number}");
@@ -415,7 +422,7 @@ fn shards_put_together_are_the_bytes_of_one_run() {
             refused(&at, &words(&merge), code, &[problem]);
             assert!(!at.join("other").exists() && !at.join("other.unfinished").exists());
         }
-        // A byte of a shard that is another one.
+        // A shard with a changed byte.
         let table = at.join("s2").join(part).join("index.csv");
         let changed = fs::read_to_string(&table)
             .expect("a table")
@@ -463,7 +470,7 @@ fn an_npz_holds_the_arrays_and_the_columns_and_is_the_same_again() {
     let bytes = fs::read(at.join("a.npz")).expect("a file");
     assert!(bytes == fs::read(at.join("b.npz")).expect("a file"));
     assert_eq!(names(at), ["a.npz", "b.npz", "folder", "two.egp"]);
-    // Entries are stored as they are.
+    // Entries are stored uncompressed.
     let holds = |part: &[u8]| bytes.windows(part.len()).any(|window| window == part);
     assert!(holds(
         &fs::read(at.join("folder/geis.npy")).expect("a file")
@@ -472,7 +479,7 @@ fn an_npz_holds_the_arrays_and_the_columns_and_is_the_same_again() {
     assert!(holds(
         &angles.flat_map(f64::to_le_bytes).collect::<Vec<_>>()
     ));
-    // An earlier one is replaced, or found to be whole; another file is kept.
+    // An earlier file is replaced, or found to be complete; a file of another program is kept.
     done(at, &words(&format!("{sweep} --format npz --out b.npz")));
     let resumed = format!("{sweep} --format npz --out b.npz --resume");
     let said = done(at, &words(&resumed));
@@ -482,7 +489,7 @@ fn an_npz_holds_the_arrays_and_the_columns_and_is_the_same_again() {
     let other = format!("{sweep} --format npz --out c.npz");
     refused(at, &words(&other), 2, &["already exists", "--overwrite"]);
 
-    // Of two splits the first is whole when the second is ended.
+    // The first of two splits is complete when the second is interrupted.
     fs::write(at.join("d.toml"), DESIGN).expect("a design");
     let generate = "generate d.toml --format npz --out sets";
     done(at, &words(generate));

@@ -1,4 +1,4 @@
-//! What the README and the guide tell users to type is what the command takes.
+//! Tests that the commands in the README and the guide are valid.
 
 use crate::command::done;
 use edgegait::confounders::Conditions;
@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The README and each page of the guide.
+/// Returns the README and the pages of the guide.
 fn pages() -> Vec<(PathBuf, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let entries = fs::read_dir(root.join("src/guide")).expect("the guide");
@@ -22,8 +22,8 @@ fn pages() -> Vec<(PathBuf, String)> {
     paths.into_iter().map(read).collect()
 }
 
-/// The commands of a page: what stands between backticks, and the lines of blocks, if it begins
-/// with the command's name.
+/// Returns the commands of a page: text between backticks and lines of code blocks that begin with
+/// the command's name.
 fn commands(text: &str) -> impl Iterator<Item = &str> {
     let parts = text.split('`').chain(text.lines());
     let parts = parts.filter_map(|part| {
@@ -84,7 +84,7 @@ fn the_files_that_the_guide_shows_can_be_read() {
     assert_eq!(read, [2, 2, 1, 1]);
 }
 
-/// Judges good results by limits.
+/// Checks good results against limits.
 fn holds(limits: &str) {
     let folder = tempfile::tempdir().expect("a folder");
     let write =
@@ -103,7 +103,7 @@ fn holds(limits: &str) {
     assert!(said.contains("all 4 limits hold"), "{said}");
 }
 
-/// All keys of objects, at any depth, but for those of settings.
+/// Collects the keys of objects at any depth, except for those of settings.
 fn keys(value: &serde_json::Value, found: &mut BTreeSet<String>) {
     match value {
         serde_json::Value::Object(object) => {
@@ -160,7 +160,7 @@ fn the_keys_of_results_are_those_that_the_guide_lists() {
         .flat_map(|part| part.split([' ', ',', '(', ')']))
         .map(|word| word.trim_start_matches('.'))
         .collect();
-    // What is inside of these is of the machine, or explains itself.
+    // The content of these describes the machine, or is self-explanatory.
     let inner = [
         "name",
         "version",
@@ -269,7 +269,7 @@ fn the_readme_is_short_and_leads_to_every_page() {
     }
 }
 
-/// The anchors of a page's headings, as GitHub makes them.
+/// Returns the anchors of a page's headings, as GitHub makes them.
 fn anchors(text: &str) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     let mut is_code = false;

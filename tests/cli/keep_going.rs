@@ -1,4 +1,4 @@
-//! What noise and what cannot be used cost: a warning, not the run.
+//! Noise and unusable input cause warnings, but do not end the run.
 
 use crate::command::*;
 use crate::recording::walk;
@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// Runs `import` with these arguments; the results.
+/// Runs `import` with these arguments and returns its results.
 fn import(at: &Path, arguments: &str) -> Value {
     let import = format!("import {arguments} --out out.egp --json out.json");
     done(at, &import.split(' ').collect::<Vec<_>>());
@@ -20,7 +20,7 @@ fn refuse(at: &Path, arguments: &str, expected: i32, words: &[&str]) {
     assert!(!at.join("out.egp").exists());
 }
 
-/// Warnings of the header, and of the clip of a file, if it came in.
+/// Returns the warnings of the header, and of a file's clip if it was imported.
 fn warnings(results: &Value, file: &str) -> (Vec<String>, Option<Vec<String>>) {
     let list = |list: &Value| -> Vec<String> {
         let list = list.as_array().expect("a list").iter();
@@ -35,8 +35,8 @@ fn warnings(results: &Value, file: &str) -> (Vec<String>, Option<Vec<String>>) {
     )
 }
 
-/// Files with a usual walk of two cycles, from 0.25 and 1.25 s on, and with others in which the left
-/// hand is turned over in the second cycle or next to the file's end, or in which the head turns
+/// Writes a file with a normal walk of two cycles, from 0.25 and 1.25 s on, and others in which the
+/// left hand is turned over in the second cycle or near the file's end, or in which the head turns
 /// once a second, or once in the second cycle.
 fn files(at: &Path) {
     let over = |frame: usize, from: usize| if frame < from { 0.0 } else { 178.0 };
@@ -96,7 +96,7 @@ fn walks_that_the_encoder_refuses_are_left_out_and_the_others_imported() {
         let is_said = |one: &String| one.starts_with(&left_out) && one.contains(word);
         assert!(all.iter().any(is_said), "{both}: {all:?}");
         let found = fs::read(at.join("out.egp")).expect("a pack");
-        // To choose an encoding takes seconds.
+        // Choosing an encoding takes seconds.
         if !more.contains("rmse") {
             import(at, &format!("good_1.bvh{more}"));
             assert!(
@@ -158,7 +158,7 @@ fn a_field_of_the_bodies_that_cannot_be_costs_that_field_only() {
     import(at, "good_1.bvh hand_1.bvh --bodies empty.csv");
     assert!(found == fs::read(at.join("out.egp")).expect("a pack"));
 
-    // A mass that nobody of this stature has is found out with the skeleton's legs.
+    // An implausible mass for the stature is detected with the skeleton's legs.
     fs::write(at.join("heavy.csv"), "subject,mass_kg\ngood,250\n").expect("a file");
     let both = "good_1.bvh hand_1.bvh --bodies heavy.csv";
     fs::remove_file(at.join("out.egp")).expect("the pack");

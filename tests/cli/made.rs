@@ -1,4 +1,4 @@
-//! What the tests of the command compare it with.
+//! Expected values for the tests of the command.
 
 use edgegait::people::Subject;
 use edgegait::people::cohort::{self, CohortOptions};
@@ -11,7 +11,7 @@ pub fn sha256(path: PathBuf) -> String {
     digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// People of the cohort at these speeds, before they are encoded.
+/// Returns people of the cohort at these speeds, before they are encoded.
 pub fn made(people: usize, speeds_kmh: Vec<f64>) -> Vec<Subject> {
     let options = CohortOptions {
         seed: 1,

@@ -1,4 +1,4 @@
-//! The command: what it takes, says, writes and refuses.
+//! Tests of the command: arguments, output, files and errors.
 
 #[path = "../helpers/command.rs"]
 mod command;

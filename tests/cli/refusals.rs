@@ -1,4 +1,4 @@
-//! What the built command refuses: exit codes, messages, and that nothing is left behind.
+//! Errors of the built command: exit codes, messages, and no files left behind.
 
 use crate::command::*;
 use crate::made::{made, sha256};
@@ -218,7 +218,7 @@ fn an_earlier_dataset_is_replaced_and_another_folder_is_not() {
         ["geis.npy", "index.csv", "manifest.json"]
     );
     let (shape, pixels) = npy(at.join("side/geis.npy"));
-    // Two people, two walks, two cycles, one view.
+    // Two people, two walks, two cycles, one viewpoint.
     assert_eq!((shape.as_str(), pixels.len()), ("8, 50, 30", 12_000));
     let index = fs::read_to_string(at.join("side/index.csv")).expect("the index");
     let rows: Vec<&str> = index.lines().collect();
@@ -239,11 +239,11 @@ fn an_earlier_dataset_is_replaced_and_another_folder_is_not() {
     let other = [&sweep[..], &["--seed", "2"]].concat();
     done(at, &other);
     let replaced = npy(at.join("side/geis.npy")).1;
-    // Stored cycles stay, variations change.
+    // Stored cycles are the same, variations change.
     assert_eq!(replaced[..1_500], pixels[..1_500]);
     assert_ne!(replaced[1_500..3_000], pixels[1_500..3_000]);
 
-    // One that another program made.
+    // A folder of another program.
     let at_manifest = at.join("side/manifest.json");
     let foreign = fs::read_to_string(&at_manifest).expect("the manifest");
     let foreign = foreign.replace("\"command\": \"sweep\"", "\"command\": \"camera\"");
@@ -280,7 +280,7 @@ fn a_sweep_that_fails_on_its_way_leaves_nothing() {
     assert_eq!(names(at), ["ghost.egp", "new", "two.egp"]);
 }
 
-/// A complete library of this system that is not ONNX Runtime: the C library that runs this test.
+/// Returns a valid library of this system that is not ONNX Runtime: the C library of this test.
 #[cfg(target_os = "linux")]
 fn foreign_library() -> PathBuf {
     let maps = fs::read_to_string("/proc/self/maps").expect("readable");
@@ -310,7 +310,7 @@ fn libraries_that_are_not_onnx_runtime_are_refused_before_they_are_loaded() {
     assert!(!at.join("edgegait-report").exists());
 }
 
-/// `/proc/self/maps` names the C library on Linux alone.
+/// Only Linux has `/proc/self/maps`, which names the C library.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_foreign_or_cut_library_is_refused_before_it_is_loaded() {

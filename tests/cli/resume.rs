@@ -1,4 +1,4 @@
-//! Runs that were ended before they were done, and gone on with.
+//! Runs that were ended early and resumed.
 #![cfg(target_os = "linux")]
 
 use crate::command::*;
@@ -6,7 +6,7 @@ use crate::exports::{DESIGN, files, words};
 use crate::two::folder;
 use std::fs;
 
-/// The command of a sweep that takes long enough to be killed.
+/// A sweep that takes long enough to be killed.
 const LONG: &str =
     "sweep two.egp --cycles 120 --views side --template gei,silhouettes --joints --threads 1";
 
@@ -37,7 +37,7 @@ fn a_run_that_was_killed_at_any_moment_ends_with_the_bytes_of_an_undisturbed_one
             std::thread::sleep(std::time::Duration::from_millis((moment >> 32) % 330));
             child.kill().expect("it dies");
             child.wait().expect("it is dead");
-            // Nothing half-made has the name.
+            // No incomplete output has the final name.
             assert!(!at.join("killed").exists() || at.join("killed/manifest.json").exists());
         }
         done(at, &words(&command));
@@ -45,7 +45,7 @@ fn a_run_that_was_killed_at_any_moment_ends_with_the_bytes_of_an_undisturbed_one
             files(&at.join("killed")) == files(&at.join("whole")),
             "{command}"
         );
-        // Whole already; another run's is kept.
+        // The output is already complete; the output of another run is kept.
         let said = done(at, &words(&command));
         assert!(said.contains("is already complete"), "{said}");
         assert!(!said.contains("wrote"), "{said}");
@@ -66,7 +66,7 @@ fn a_full_disk_loses_nothing_that_was_done() {
     let folder = folder();
     let at = folder.path();
     done(at, &words(&format!("{LONG} --out whole")));
-    // Files of at most 40,000 blocks of 512 bytes: the largest is 23 MB, and takes a while.
+    // Files have at most 40,000 blocks of 512 bytes; the largest would be 23 MB, and takes a while.
     let program = env!("CARGO_BIN_EXE_edgegait");
     let limited = format!("trap '' XFSZ; ulimit -f 40000; exec {program} {LONG} --out full");
     let output = std::process::Command::new("sh")
@@ -96,7 +96,7 @@ fn a_full_disk_loses_nothing_that_was_done() {
         2,
         &["settings.cycles is 120 there, 121 here"],
     );
-    // Who is at work is waited for.
+    // A run waits for, or reports, another one that holds the lock.
     let lock = fs::File::open(at.join("full.unfinished/lock")).expect("a lock");
     lock.lock().expect("locked");
     for flags in ["", "--resume"] {

@@ -1,35 +1,36 @@
-//! How far cycles that were found are from true ones.
+//! The errors of detected cycles.
 
 use super::truth::Take;
 use edgegait::gait_cycles::{FoundCycles, NoCycle};
 use std::f64::consts::TAU;
 use std::fmt;
 
-/// What one method found in the takes of one view.
+/// The results of one method for the takes of one view.
 #[derive(Default)]
 pub struct Tally {
     pub takes: usize,
     /// Takes in which cycles were found.
     pub found: usize,
-    /// Of these, those whose period is half or twice the true one, within 15 %.
+    /// Takes whose period is half or twice the true one, within 15 %.
     pub octaves: usize,
-    /// Relative errors of the others' periods.
+    /// Relative errors of the periods of the other takes.
     periods: Vec<f64>,
-    /// Cycles that were found with a period within 15 %, and true ones.
+    /// The number of detected cycles with a period within 15 %, and of true cycles.
     pub cycles: (usize, usize),
-    /// True phase of each boundary of takes whose period is right, in steps, and frames of a step.
+    /// The true phase of each boundary of takes whose period is right, in steps, and the frames of
+    /// a step.
     boundaries: Vec<(f64, f64)>,
 }
 
-/// Errors of one row of the table.
+/// The errors of one row of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Errors {
     /// Shares of takes, 0..1.
     pub found: f64,
     pub octaves: f64,
-    /// Median and 95th percentile, relative.
+    /// The median and the 95th percentile of the relative error.
     pub period: [f64; 2],
-    /// The same of boundaries, frames, and in cycles.
+    /// The median and the 95th percentile of the boundary error, in frames and in cycles.
     pub boundary_frames: [f64; 2],
     pub boundary_cycles: [f64; 2],
     pub cycles: f64,
@@ -64,7 +65,7 @@ impl Tally {
     }
 
     pub fn errors(&self) -> Errors {
-        // The best constant: the circular mean.
+        // Subtract the best constant, the circular mean.
         let (sin, cos) = self
             .boundaries
             .iter()
@@ -90,7 +91,7 @@ impl Tally {
     }
 }
 
-/// Median and 95th percentile, both the nearest rank.
+/// Returns the median and the 95th percentile, by nearest rank.
 fn percentiles(mut values: Vec<f64>) -> [f64; 2] {
     values.sort_by(f64::total_cmp);
     [0.5, 0.95].map(|part| {

@@ -1,4 +1,4 @@
-//! Gait cycles of silhouettes that others made.
+//! Gait cycles of silhouettes from other software.
 
 #[path = "../helpers/data.rs"]
 mod data;

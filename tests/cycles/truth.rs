@@ -1,22 +1,22 @@
-//! When the walkers of `people/` and `reallike/` put down their feet: their manifests.
+//! The true heel strikes of the walkers of `people/` and `reallike/`, from their manifests.
 
 use std::collections::HashMap;
 use std::path::Path;
 
-/// One take.
+/// The truth of one take.
 #[derive(Clone, Debug)]
 pub struct Take {
     pub subject: String,
     pub take: String,
     pub frames: usize,
-    /// Frames of heel strikes in order, and the phase there: whole numbers are left strikes.
+    /// The frames of heel strikes in order, with their phase; whole numbers are left strikes.
     strikes: Vec<(f64, f64)>,
-    /// Frames of a cycle: the median of the strides of both feet.
+    /// The frames of a cycle: the median of the strides of both feet.
     pub period: f64,
 }
 
 impl Take {
-    /// Phase at a frame, in cycles: linear between strikes, extrapolated at both ends.
+    /// Returns the phase at a frame, in cycles: linear between strikes, extrapolated at both ends.
     pub fn phase(&self, frame: f64) -> f64 {
         let strikes = &self.strikes;
         let (first, last) = (strikes[0], strikes[strikes.len() - 1]);
@@ -31,14 +31,15 @@ impl Take {
         })
     }
 
-    /// How many full cycles there are, of which 8 % may be missing in all, as `phase_cycles` counts.
+    /// Returns the number of full cycles, of which 8 % may be missing in total, as `phase_cycles`
+    /// counts.
     pub fn cycles(&self) -> usize {
         let span = self.phase(self.frames as f64 - 1.0) - self.phase(0.0);
         (span + 0.08).floor() as usize
     }
 }
 
-/// All takes of a manifest, by person and take.
+/// Returns all takes of a manifest, by person and take.
 pub fn takes(manifest: &Path) -> HashMap<(String, String), Take> {
     let mut reader = csv::Reader::from_path(manifest).expect("a manifest");
     let header = reader.headers().expect("a header").clone();

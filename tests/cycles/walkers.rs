@@ -1,5 +1,5 @@
-//! Cycles of walkers rendered elsewhere from skinned bodies in recorded motion, against the heel
-//! strikes of those motions: by view and method.
+//! Detected cycles of walkers that other software rendered from skinned bodies in recorded motion,
+//! compared with the heel strikes of the motions, by view and method.
 
 use super::data::{fixtures, given};
 use super::errors::{Errors, Tally};
@@ -15,16 +15,16 @@ use std::path::Path;
 /// Thirty frames a second.
 const RATE_HZ: f32 = 30.0;
 
-/// What a method is given of each frame.
+/// The input of a method for each frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Given {
-    /// Lowest third and fifth of the figure, in the camera's picture.
+    /// The lowest third and fifth of the figure, in the camera's image.
     Legs,
-    /// The pixels of the lowest third alone.
+    /// The pixels of the lowest third.
     Third,
-    /// Those of the lower half, as Sarkar et al. count them.
+    /// The pixels of the lower half, as Sarkar et al. count them.
     Half,
-    /// Of silhouettes of 64x44, each scaled to the same height.
+    /// The legs in silhouettes of 64x44, each scaled to the same height.
     Framed,
 }
 
@@ -65,8 +65,8 @@ const METHODS: [(&str, CycleMethod, Given); 10] = [
     ),
 ];
 
-/// Whose silhouettes choices were made by: 001, 002 and 006 to 010 are the same people as 101, 102, 110,
-/// 113, 114, 117 and 118.
+/// Returns whether a person's silhouettes were used to choose settings: 001, 002 and 006 to 010 are
+/// the same people as 101, 102, 110, 113, 114, 117 and 118.
 fn is_for_choices(subject: &str) -> bool {
     match subject.parse().expect("a number") {
         1 | 2 | 6..=10 => true,
@@ -77,7 +77,7 @@ fn is_for_choices(subject: &str) -> bool {
     }
 }
 
-/// Pixels in the lower half of the figure.
+/// Counts the pixels in the lower half of the figure.
 fn half(path: &Path) -> Option<LowerBody> {
     let picture = image::open(path).expect("a picture").into_luma8();
     let columns = picture.width() as usize;
@@ -92,7 +92,7 @@ fn half(path: &Path) -> Option<LowerBody> {
     Some(LowerBody::counted(on as f32))
 }
 
-/// The legs of a sequence, for each kind.
+/// Returns the legs of a sequence, for each kind of input.
 fn sequence(tree: &Tree, index: usize) -> impl Fn(Given) -> Vec<Option<LowerBody>> {
     let legs = tree.lower_bodies(index).expect("readable");
     let mut files: Vec<_> = std::fs::read_dir(tree.folder(index))
@@ -116,7 +116,8 @@ fn sequence(tree: &Tree, index: usize) -> impl Fn(Given) -> Vec<Option<LowerBody
     }
 }
 
-/// Errors by view and method of those whom `choose` takes, printed as a table.
+/// Returns the errors by view and method of the people that `choose` selects, and prints them as a
+/// table.
 fn errors(
     folder: &Path,
     manifest: &Path,
@@ -169,8 +170,8 @@ fn errors(
     rows.collect()
 }
 
-/// A cycle and a bit of two takes of two people from the left, 33 frames and less: too few for two
-/// cycles, enough for one where its first widest stance comes soon.
+/// Two takes of two people from the left, of at most 33 frames, a little more than a cycle: too few
+/// for two cycles, but enough for one if its first widest stance comes early.
 #[test]
 fn walkers_of_the_repository_have_their_period_or_are_too_short() {
     let tree =
@@ -184,7 +185,8 @@ fn walkers_of_the_repository_have_their_period_or_are_too_short() {
             alone.is_err() || alone.as_ref().is_ok_and(|found| found.cycles.len() == 1),
             "{alone:?}"
         );
-        // The pictures are of one cycle: thrice in a row they are three, of as many frames.
+        // The images show one cycle: repeated three times, they are three cycles of the same
+        // length.
         let found = finder
             .find(walk().chain(walk()).chain(walk()))
             .expect("cycles");
@@ -197,7 +199,7 @@ fn walkers_of_the_repository_have_their_period_or_are_too_short() {
     }
 }
 
-/// Prints the tables by which choices were made; `EDGEGAIT_CYCLES` adds a line for each take.
+/// Prints the tables on which choices are based; `EDGEGAIT_CYCLES` adds a line for each take.
 #[test]
 #[ignore = "needs EDGEGAIT_DATA; prints what choices were made by"]
 fn cycles_of_people_for_choices() {
@@ -217,8 +219,8 @@ fn cycles_of_people_for_choices() {
 mod with_data {
     use super::*;
 
-    /// The table of the guide, and bounds that leave it room: of what was measured on 2026-11-24, all
-    /// errors at most half as large again, or a percent more.
+    /// Prints the table of the guide and checks bounds: errors are at most 1.5 times those measured
+    /// on 2026-11-24, or a percent more.
     #[test]
     #[ignore = "needs EDGEGAIT_DATA"]
     fn cycles_of_other_people_are_close_to_their_heel_strikes() {
@@ -237,8 +239,8 @@ mod with_data {
         let of = |found: &BTreeMap<(String, usize), Errors>, view: &str, method: usize| {
             found[&(view.to_owned(), method)]
         };
-        // Takes with cycles at least; period error, median and 95th percentile, and boundary error,
-        // median, in cycles, at most; cycles at least.
+        // The minimum of takes with cycles; the maximum of the period error (median and 95th
+        // percentile) and of the boundary error (median, in cycles); the minimum of cycles.
         for (view, found, period, boundary, cycles) in [
             ("090", 1.0, [0.01, 0.035], 0.015, 0.65),
             ("090e15", 1.0, [0.01, 0.035], 0.015, 0.65),
@@ -248,7 +250,7 @@ mod with_data {
         ] {
             for method in [0, 1] {
                 let errors = of(&people, view, method);
-                // Framed silhouettes from in front may be further off.
+                // Framed silhouettes from the front may have larger errors.
                 let room = if (view, method) == ("000", 1) {
                     2.0
                 } else {
@@ -265,12 +267,13 @@ mod with_data {
                 assert!(errors.cycles >= cycles, "{view}: {errors:?}");
             }
         }
-        // Where the paper's signal fails the wave finds more cycles, and from a side none fewer.
+        // Where the paper's signal fails, the wave finds more cycles; from the side it finds no
+        // fewer.
         for (view, more) in [("000", 0.2), ("045", 0.2), ("135", 0.05), ("090", 0.0)] {
             let [wave, paper] = [0, 4].map(|method| of(&people, view, method).cycles);
             assert!(wave >= paper + more, "{view}: {wave} {paper}");
         }
-        // Three people who walk, stride and run.
+        // Three people, walking, striding and running.
         for view in ["045", "045e15", "090", "090e15", "135", "135e15"] {
             let errors = of(&runners, view, 0);
             assert_eq!((errors.found, errors.octaves), (1.0, 0.0), "{view}");

@@ -1,5 +1,5 @@
-//! What the firmware carries in flash is what the command makes, and its answers are those of
-//! the ONNX model, of dressed people as well, whom the model has never seen.
+//! The packs in the firmware's flash are those that the command makes, and its answers are those of
+//! the ONNX model, also for dressed people, on which the model was not trained.
 
 #[path = "../../no_std_core/tests/golden/study.rs"]
 mod study;
@@ -39,8 +39,8 @@ fn the_packs_in_flash_are_those_of_the_command() {
     assert!(made(&eight) == golden);
 }
 
-/// Scores of 8-bit weights differ from the model's by at most 0.18 over 2,184 GEIs (`edgegait
-/// quantize models/spread.onnx`): less than the leads here.
+/// The scores with 8-bit weights differ from the model's by at most 0.18 over 2,184 GEIs (`edgegait
+/// quantize models/spread.onnx`), which is less than the margins here.
 #[test]
 fn the_board_takes_people_for_whom_the_onnx_model_does() {
     let quantized = LinearRecognizer::parse(RECOGNIZER).expect("the recognizer");

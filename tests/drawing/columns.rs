@@ -1,5 +1,4 @@
-//! Drawing by columns against drawing viewpoint by viewpoint: people of the cohort, all the way
-//! through a sweep.
+//! Drawing by columns compared with drawing each viewpoint: sweeps of people of the cohort.
 
 use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
 use edgegait::people::cohort::{CohortOptions, subjects};
@@ -13,7 +12,7 @@ use edgegait_core::silhouette::{AnySilhouette, Size};
 use edgegait_core::template::GeiBuilder;
 use glam::Vec3;
 
-/// Two people of the cohort, each walking at 5 km/h and running at 9.
+/// Returns a pack of two people of the cohort, each walking at 5 km/h and running at 9.
 fn pack() -> Vec<u8> {
     let options = CohortOptions {
         people: 2,
@@ -47,7 +46,7 @@ fn frames(
     silhouettes(pack, shot, settings).expect("a walker can be drawn")
 }
 
-/// Each walk's GEIs and clipped share.
+/// Returns the GEIs and the clipped share of each walk.
 fn swept(pack: &Pack<'_>, views: &[View], settings: Settings) -> Vec<Swept> {
     let jobs: Vec<Job<'_>> = (0..pack.walks().len())
         .map(|walk| Job::plain(walk, 0))

@@ -1,4 +1,4 @@
-//! Confounders all the way through a sweep: what strength 0, seeds, threads and combinations do.
+//! Confounders in sweeps: strength 0, seeds, threads and combinations.
 
 use crate::command::{done, refused};
 use crate::npy::npy;
@@ -11,7 +11,7 @@ use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
 use serde_json::Value;
 
-/// A woman and a man of the cohort, walking at 5 km/h.
+/// Returns a pack of a woman and a man of the cohort, walking at 5 km/h.
 fn pack() -> Vec<u8> {
     let options = CohortOptions {
         people: 2,
@@ -36,7 +36,7 @@ fn views() -> Vec<View> {
     angles.map(view).to_vec()
 }
 
-/// The GEIs of both people under a condition.
+/// Returns the GEIs of both people under a condition.
 fn geis(pack: &[u8], condition: Option<&Condition>, settings: Settings) -> Vec<Vec<u8>> {
     let pack = Pack::parse(pack).expect("it was just made");
     let jobs = [0, 1].map(|walk| Job {
@@ -155,7 +155,8 @@ fn all_confounders_act_together_within_the_budget() {
     let condition = Condition::of(Doses::new(all));
     let found = geis(&pack, Some(&condition), settings());
     assert!(rmse(&geis(&pack, None, settings()), &found) > 20.0);
-    // Whatever is worn, without what takes parts of the figure away, in every framing and lens.
+    // All worn confounders, without those that remove parts of the figure, in every framing and
+    // lens.
     let body = CATALOGUE
         .iter()
         .filter(|confounder| confounder.stage == Stage::Body);
@@ -219,7 +220,8 @@ fn images_are_confounded_in_every_framing() {
             let condition = alone(ConfounderKind::Dilation, strength);
             geis(&pack, Some(&condition), settings)
         };
-        // Less than a sample: figures are drawn finely, and framed again.
+        // A dilation of less than one sample of the fine image, which is then framed again, has no
+        // effect.
         assert_eq!(dilated(0.01), plain, "{framing:?}");
         let full = rmse(&plain, &dilated(1.0));
         assert!(full > 4.0, "{framing:?}: {full}");
@@ -308,7 +310,7 @@ fn the_command_takes_conditions_and_says_which() {
 fn the_index_names_the_alternative_that_each_person_drew() {
     let folder = folder();
     let at = folder.path();
-    // (subject, walk, condition, alternative) and the GEI of each row.
+    // The subject, walk, condition and alternative of a row, and its GEI.
     type Row = ([String; 4], Vec<u8>);
     let swept = |out: &str, flags: [&str; 2]| -> Vec<Row> {
         let common = "sweep two.egp --views side --frames-per-cycle 4 --raster rows --out";
@@ -329,7 +331,7 @@ fn the_index_names_the_alternative_that_each_person_drew() {
             assert_eq!(alternative, "");
             continue;
         }
-        // What is named makes the same picture by itself.
+        // The named confounder alone gives the same image.
         let alone = swept(alternative, ["--confound", alternative]);
         let own = alone
             .iter()
@@ -338,7 +340,7 @@ fn the_index_names_the_alternative_that_each_person_drew() {
         assert_eq!((own[3].as_str(), &gei), ("", expected), "{row:?}");
         drawn.insert((condition.clone(), subject.clone(), alternative.clone()));
     }
-    // One for each person and condition, whatever the walk.
+    // One alternative for each person and condition, for all walks.
     assert_eq!(drawn.len(), 4, "{drawn:?}");
 }
 
@@ -368,7 +370,7 @@ fn casia_b_looks_for_people_with_bags_and_in_coats() {
         .expect("sets");
     let names: Vec<&str> = sets.iter().filter_map(|set| set["name"].as_str()).collect();
     assert_eq!(names, ["NM", "BG", "CL"]);
-    // One walker, two takes, two viewpoints, each against the gallery of two.
+    // Two takes and two viewpoints of each person, compared with a gallery of two.
     let asked: Vec<u64> = sets
         .iter()
         .filter_map(|set| set["probes"].as_u64())
@@ -378,7 +380,7 @@ fn casia_b_looks_for_people_with_bags_and_in_coats() {
         asked.iter().all(|&count| count > 0 && count == asked[0]),
         "{asked:?}"
     );
-    // Bags and coats are not pooled with walks as they are, nor hidden on the page.
+    // Bags and coats are not pooled with normal walks, and the report shows them.
     let result = &results["recognizers"][0];
     assert_eq!(result["of_probe_sets"], serde_json::json!(["NM"]));
     assert_eq!(result["probes"], asked[0]);

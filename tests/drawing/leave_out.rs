@@ -1,4 +1,4 @@
-//! `edgegait score --protocol leave-one-take-out`, by its command.
+//! Tests of `edgegait score --protocol leave-one-take-out`.
 
 use crate::command::{done, refused};
 
@@ -31,7 +31,7 @@ fn every_take_is_looked_for_among_all_others_at_its_viewpoint() {
         let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
         json["recognizers"][0].clone()
     };
-    // Four people at two speeds that are alike, from two viewpoints.
+    // Four people at two similar speeds, from two viewpoints.
     let near = score("walk-5kmh,walk-6kmh");
     assert_eq!(
         (near["name"].as_str(), near["probes"].as_u64()),
@@ -40,7 +40,7 @@ fn every_take_is_looked_for_among_all_others_at_its_viewpoint() {
     assert_eq!(near["classes"].as_u64(), Some(4));
     assert_eq!(near["protocol"], "leave-one-take-out");
     assert_eq!(near["by_viewpoint"][1]["probes"].as_u64(), Some(8));
-    // A walker's nearest picture is another's at the same speed, where their own is a run.
+    // If a person's other take is a run, the nearest image is another person's at the same speed.
     let far = score("walk-3kmh,run-12kmh");
     let rank1 = |result: &serde_json::Value| result["rank1"].as_f64().expect("a rate");
     assert!(rank1(&near) > rank1(&far), "{near} {far}");
@@ -51,7 +51,7 @@ fn every_take_is_looked_for_among_all_others_at_its_viewpoint() {
         "--protocol",
         "leave-one-take-out",
     ];
-    // One take each: others are made of it, and that is said.
+    // With one take each, further takes are generated from it, and a warning states that.
     let made = done(
         at,
         &[&common[..], &["--walks", "walk-5kmh", "--views", "side"]].concat(),

@@ -1,4 +1,4 @@
-//! The built command: framings, lenses, sizes and jitter mean the same everywhere.
+//! Framings, lenses, sizes and jitter mean the same in all commands.
 
 use crate::command::*;
 use crate::npy::npy;
@@ -16,7 +16,7 @@ fn json(at: &Path, arguments: &str) -> Value {
     serde_json::from_str(&output).expect("JSON")
 }
 
-/// Renders F01's walk at 4 km/h in four frames; all pixels.
+/// Renders F01's walk at 4 km/h in four frames and returns all pixels.
 fn rendered(at: &Path, flags: &str) -> Vec<u8> {
     let walk = "render two.egp --subjects F01 --walks walk-4kmh --frames-per-cycle 4 --overwrite --out x.npy";
     let all: Vec<&str> = walk.split(' ').chain(flags.split_whitespace()).collect();
@@ -24,7 +24,7 @@ fn rendered(at: &Path, flags: &str) -> Vec<u8> {
     npy(at.join("x.npy")).1
 }
 
-/// First and one behind the last of the rows, and of the columns, with a pixel on.
+/// Returns the range of rows, and of columns, that have a pixel on.
 fn bounds(frame: &[u8], columns: usize) -> [(usize, usize); 2] {
     let on = |pixel: usize| frame[pixel] > 0;
     let span = |of: &dyn Fn(usize) -> usize| {
@@ -82,7 +82,7 @@ fn a_box_reaches_all_four_sides_but_for_a_thin_limb_between_samples() {
         for frame in rendered(folder.path(), &format!("--framing box {view}")).chunks(1_500) {
             let [(top, bottom), (left, right)] = bounds(frame, 30);
             assert!(top <= 1 && bottom >= 49, "{top} {bottom}");
-            // Where the feet pass each other a column is 1 cm, and a row 3: toes are thin.
+            // Where the feet pass each other, a column is 1 cm and a row 3 cm; toes are thin.
             assert!(left <= 2 && right >= 28, "{left} {right}");
         }
     }
@@ -103,7 +103,7 @@ fn a_camera_sees_people_smaller_from_further_away_and_larger_through_a_narrow_le
         ("--fov-deg 90", 0.414),
         ("--fov-deg 30", 1.546),
         ("--lens persp --distance-m 8", 0.5),
-        // An object as thin as a person seen from the side.
+        // A person seen from the side is thin, so perspective has no effect.
         ("--lens persp", 1.0),
     ] {
         let found = of(flags) as f64;
@@ -130,9 +130,9 @@ fn a_camera_that_stands_still_is_where_it_is_told() {
     // A third of a metre to the walker's left, the image's right: 5.03 columns.
     let moved = columns(&still("0.3333,0.9,0"));
     assert_eq!(moved, (left - 5, right - 5));
-    // Behind the aim and before it alike, with parallel rays.
+    // With parallel rays, an offset along the line of sight has no effect.
     assert_eq!(still("0,0.9,0"), still("0,0.9,-1"));
-    // The pelvis stays in its place, and the head, where a camera follows, does not.
+    // A following camera keeps the pelvis in place, a static one does not.
     let followed = rendered(at, "--framing camera");
     let mean = rendered(at, "--framing camera --camera static");
     assert_ne!(followed, mean);
@@ -151,16 +151,16 @@ fn framing_by_cycle_keeps_one_scale_and_clips_nothing_from_any_elevation() {
         .chunks(1_500)
         .map(|frame| bounds(frame, 30)[0])
         .collect();
-    // The vertical bounce stays: the head is higher over one leg, a quarter and three quarters
-    // into the cycle, than over two; and figures fill what the circle of height and depth
-    // leaves.
+    // The vertical bounce is kept: the head is higher over one leg, at a quarter and three quarters
+    // of the cycle, than over two. Figures fill the space that the circle of height and depth
+    // allows.
     for (two, one) in [(0, 1), (2, 3)] {
         assert!(frames[one].0 < frames[two].0, "{frames:?}");
     }
     assert!(frames.iter().all(|(top, end)| end - top > 40), "{frames:?}");
     let level = rendered(at, "--framing cycle --azimuth-deg 0 --elevation-deg 0");
     let both = rendered(at, "--framing cycle --azimuth-deg 0 --elevation-deg 0,80");
-    // The framing does not depend on what else is asked for.
+    // The framing does not depend on the other viewpoints.
     assert_eq!(level, both[..level.len()]);
 }
 

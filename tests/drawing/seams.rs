@@ -1,4 +1,4 @@
-//! Bodies have no seams: nothing is seen through a walker but between the limbs.
+//! Bodies have no seams: the background is visible only between the limbs.
 
 use crate::parts::{ARMS, Parts, TRUNK};
 use edgegait::people::Body;
@@ -7,18 +7,17 @@ use edgegait::people::cohort::{Person, body};
 use edgegait_core::pack::Sex;
 use glam::{DQuat, DVec2, DVec3};
 
-/// Metres of a pixel.
+/// The size of a pixel, metres.
 const PIXEL_M: f64 = 0.005;
-/// Rows and columns: a tall runner from any side.
+/// The rows and columns of an image, enough for a tall runner from any side.
 const SIZE: (usize, usize) = (440, 440);
-/// Holes of fewer pixels are where outlines of two hulls cross: 1.25 cm2, a tenth of a pixel of a
-/// GEI.
+/// Smaller holes lie where the outlines of two hulls cross: 1.25 cm2, a tenth of a pixel of a GEI.
 const LEAST_PIXELS: usize = 5;
-/// A gap between the legs that reaches up to the crotch is at least as large, cm2; those that
-/// legs are just closing are in between, and touch no trunk.
+/// The minimum size of a gap between the legs that reaches the crotch, cm2. Gaps that are about to
+/// close are smaller, and do not touch the trunk.
 const GAP_CM2: f64 = 5.0;
 
-/// Bodies with the person by whose gait they walk: drawn from seeds, and slim to heavy.
+/// Returns bodies with the person whose gait they have: sampled from seeds, and from slim to heavy.
 fn walkers() -> Vec<(String, Body, Person)> {
     let drawn = [(1, 0..26), (3, 21..26)]
         .into_iter()
@@ -43,7 +42,7 @@ fn walkers() -> Vec<(String, Body, Person)> {
     walkers
 }
 
-/// What a camera far away sees: azimuth 0 is in front, 90 on the walker's left.
+/// Returns the projection of a camera far away; azimuth 0 is in front, 90 on the walker's left.
 fn from_afar(azimuth_deg: f64, elevation_deg: f64, aim: DVec3) -> impl Fn(DVec3) -> DVec2 {
     let turn = DQuat::from_rotation_x(elevation_deg.to_radians())
         * DQuat::from_rotation_y(-azimuth_deg.to_radians());
@@ -54,8 +53,8 @@ fn from_afar(azimuth_deg: f64, elevation_deg: f64, aim: DVec3) -> impl Fn(DVec3)
     }
 }
 
-/// The background that the figure encloses: of each such region its pixels and the parts
-/// beside it. Pixels that touch at a corner are of one region.
+/// Returns the regions of background that the figure encloses, each with its number of pixels and
+/// the adjacent parts. Pixels that touch at a corner belong to one region.
 fn holes(picture: &Parts) -> Vec<(usize, u8)> {
     let columns = picture.columns;
     let rows = picture.pixels.len() / columns;
@@ -90,8 +89,8 @@ fn holes(picture: &Parts) -> Vec<(usize, u8)> {
     holes
 }
 
-/// A hole beside an arm is between arm and trunk, one without the trunk between the legs, and a
-/// large one between them up to the crotch; the rest are seams.
+/// A hole next to an arm is between arm and trunk. One that does not touch the trunk is between the
+/// legs, and so is a large one, up to the crotch. Others are seams.
 #[test]
 fn nothing_is_seen_through_a_walker_but_between_the_limbs() {
     let (mut images, mut seams) = (0, Vec::new());
@@ -127,7 +126,7 @@ fn a_hole_in_a_body_is_found_and_a_notch_is_not() {
     let rows = ["111111", "100101", "100110", "111111", "110111"];
     let pixels = rows.concat().bytes().map(|digit| digit - b'0').collect();
     let picture = Parts { columns: 6, pixels };
-    // The pixel at (1, 4) hangs together with nothing but the figure; that at (2, 5) is at the
-    // edge of the image, and touches it at a corner.
+    // The pixel at (1, 4) is enclosed by the figure, except that it touches the pixel at (2, 5), at
+    // the edge of the image, at a corner.
     assert_eq!(holes(&picture), [(4, TRUNK)]);
 }

@@ -1,4 +1,4 @@
-//! Every template through the command: swept, trained on, scored, rendered, augmented.
+//! Every template in the commands: sweeping, training, scoring, rendering, augmentation.
 
 use crate::command::{done, names, refused};
 use crate::npy::npy;
@@ -6,7 +6,8 @@ use crate::two::folder;
 use serde_json::Value;
 use std::path::Path;
 
-/// Each with the shape of two cycles of two people, each walking and running, from the side.
+/// The templates, with the array's shape for two cycles of two people, walking and running, from
+/// the side.
 const TEMPLATES: [(&str, &str); 9] = [
     ("gei", "8, 50, 30"),
     ("mei", "8, 50, 30"),
@@ -52,7 +53,7 @@ fn every_template_is_swept_trained_on_and_scored() {
         assert_eq!(names(&at.join(template)), expected);
         assert_eq!(npy(at.join(template).join(file)).0, shape);
 
-        // Of the pack and of the dataset: the same samples.
+        // The pack and the dataset give the same samples.
         let (model, other) = (format!("{template}.onnx"), format!("{template}-set.onnx"));
         done(
             at,
@@ -89,7 +90,7 @@ fn every_template_is_swept_trained_on_and_scored() {
             let rank1 = &found["recognizers"][recognizer]["rank1"];
             rank1.as_f64().expect("a rate")
         };
-        // Three of four at least; outlines alone tell two people apart less well than images.
+        // At least three of four; outlines distinguish two people less well than images.
         assert!(rank1(&found, 0) >= 0.75, "{template}: {}", rank1(&found, 0));
         assert_eq!(rank1(&found, 0), rank1(&found, 1), "{template}");
         let found = score(&[&model, template]);
@@ -97,7 +98,7 @@ fn every_template_is_swept_trained_on_and_scored() {
         let stated = found["settings"]["template"].as_str().unwrap_or("gei");
         assert_eq!(stated, template);
     }
-    // GEIs and what is said of them stay as they were before there were others.
+    // Results of GEIs are the same as before other templates existed.
     done(
         at,
         &[
@@ -237,7 +238,7 @@ fn templates_are_rendered_side_by_side_and_what_makes_no_sense_is_refused() {
     let sheet = image::open(at.join("all.png"))
         .expect("a picture")
         .into_luma8();
-    // One GEI, three amplitudes, two images of bars and one: seven of 30 columns, twice as large.
+    // One GEI, three amplitudes, and three images of bars: seven of 30 columns, at twice the size.
     assert_eq!(sheet.dimensions(), (2 * (1 + 7 * 31), 2 * (1 + 51)));
     done(
         at,

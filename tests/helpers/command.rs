@@ -1,4 +1,4 @@
-//! Running the built command: what the tests of it share.
+//! Helpers for running the built command.
 
 use std::fs;
 use std::path::Path;
@@ -21,15 +21,15 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("UTF-8")
 }
 
-/// Runs what must succeed; its standard output.
+/// Runs a command that must succeed, and returns its standard output.
 pub fn done(folder: &Path, arguments: &[&str]) -> String {
     let output = edgegait(folder, arguments);
     assert_eq!(code(&output), 0, "{arguments:?}: {}", text(&output.stderr));
     text(&output.stdout)
 }
 
-/// Runs what must fail with `expected` and print nothing but an error that holds all of
-/// `words`.
+/// Runs a command that must fail with exit code `expected` and print only an error that contains
+/// all of `words`.
 pub fn refused(folder: &Path, arguments: &[&str], expected: i32, words: &[&str]) {
     let output = edgegait(folder, arguments);
     let error = text(&output.stderr);

@@ -1,14 +1,14 @@
-//! Recordings, bodies and silhouettes of others: a few in the repository, the rest in a folder
-//! that has the same layout.
+//! Recordings, bodies and silhouettes from other sources: a few in the repository, the rest in a
+//! folder with the same layout.
 
 use std::path::{Path, PathBuf};
 
-/// The few files of `tests/data`.
+/// Returns the folder of the files in the repository.
 pub fn fixtures() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data")
 }
 
-/// The folder that `EDGEGAIT_DATA` names.
+/// Returns the folder that `EDGEGAIT_DATA` names.
 pub fn given() -> PathBuf {
     let folder = std::env::var_os("EDGEGAIT_DATA");
     let folder = folder

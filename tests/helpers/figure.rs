@@ -1,10 +1,10 @@
-//! A figure of our own to import.
+//! A simple figure to import.
 
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-/// A figure that stands and turns round once, as BVH: centimetres, Y up, 50 frames a second.
+/// Writes a figure that stands and turns round once, as BVH: centimetres, Y up, 50 frames a second.
 pub fn write_turning_figure(path: &Path, frames: u32) {
     // Name, depth and offset, parents first.
     let joints = [

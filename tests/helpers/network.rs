@@ -1,8 +1,8 @@
-//! A network of sequences that takes as long as is asked for, as the bytes of an ONNX file.
+//! A network for sequences whose inference time can be chosen, as the bytes of an ONNX file.
 //!
-//! Silhouettes of 64x44, any number of them, become 512 numbers each by one matrix, and then by as many
-//! more as there are layers, all the same one; the mean over the frames is the embedding. What one
-//! inference takes grows with the layers; the file does not.
+//! A matrix turns each silhouette of 64x44 into 512 numbers. Each layer then multiplies them by one
+//! other matrix, the same for all layers. The embedding is the mean over the frames. More layers
+//! take more time, but the file does not grow.
 
 use std::fs;
 use std::path::Path;
@@ -10,13 +10,13 @@ use std::path::Path;
 const PIXELS: usize = 64 * 44;
 const WIDTH: usize = 512;
 
-/// Multiply-accumulates of one frame.
+/// Returns the multiply-accumulates of one frame.
 pub fn macs_of_a_frame(layers: usize) -> u64 {
     (PIXELS * WIDTH + layers * WIDTH * WIDTH) as u64
 }
 
-/// Writes the network of so many layers, and its contract beside it; the file fixes the number of
-/// frames if it is given.
+/// Writes a network of `layers` layers with its contract. The file fixes the number of frames if
+/// `frames` is given.
 pub fn write_network(folder: &Path, name: &str, layers: usize, frames: Option<u64>) {
     let path = folder.join(name);
     fs::write(path.with_extension("onnx"), bytes(layers, frames)).expect("written");
@@ -24,7 +24,7 @@ pub fn write_network(folder: &Path, name: &str, layers: usize, frames: Option<u6
     fs::write(path.with_extension("toml"), contract).expect("written");
 }
 
-/// By the description of ONNX (onnx.proto3) and of protobuf's encoding.
+/// Encodes the network by the descriptions of ONNX (onnx.proto3) and of protobuf's encoding.
 fn bytes(layers: usize, frames: Option<u64>) -> Vec<u8> {
     let mut seed = 1_u64;
     let mut sign = || {
@@ -34,7 +34,7 @@ fn bytes(layers: usize, frames: Option<u64>) -> Vec<u8> {
     };
     let scale = (PIXELS as f32).sqrt().recip();
     let first: Vec<f32> = (0..PIXELS * WIDTH).map(|_| scale * sign()).collect();
-    // A Householder reflection whose columns are shifted by one: it keeps lengths.
+    // A Householder reflection with columns shifted by one, which keeps lengths.
     let v: Vec<f32> = (0..WIDTH)
         .map(|_| (WIDTH as f32).sqrt().recip() * sign())
         .collect();
@@ -63,7 +63,7 @@ fn bytes(layers: usize, frames: Option<u64>) -> Vec<u8> {
         "y",
         &attributes,
     ));
-    // Of the batch and the frames as many as there are.
+    // The zeros keep the sizes of the batch and of the frames.
     let flat: Vec<u8> = [0_i64, 0, PIXELS as i64]
         .iter()
         .flat_map(|size| size.to_le_bytes())

@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-/// Shape and bytes of an npy file of `u8`, read by the format's description (NEP 1).
+/// Returns the shape and the bytes of an npy file of `u8`, read as the format's description (NEP 1)
+/// says.
 pub fn npy(path: impl AsRef<Path>) -> (String, Vec<u8>) {
     let bytes = fs::read(path).expect("a file");
     assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");

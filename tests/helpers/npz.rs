@@ -1,4 +1,4 @@
-//! NumPy's .npz archives, in which what Blender made of skinned bodies is kept.
+//! Reading NumPy's .npz archives, which contain Blender's results for skinned bodies.
 
 use std::collections::HashMap;
 use std::io::Read as _;

@@ -1,6 +1,6 @@
-//! Which parts of a body are seen where: convex hulls, filled at any resolution.
+//! Images of the parts of a body: convex hulls, filled at any resolution.
 //!
-//! Nothing of it is shared with the rasterisers of the product.
+//! The code is independent of the rasterisers.
 
 use edgegait::people::{Body, forward_kinematics};
 use edgegait_core::skeleton::{JOINTS, Joint};
@@ -10,18 +10,18 @@ pub const TRUNK: u8 = 1;
 pub const ARMS: u8 = 2;
 pub const LEGS: u8 = 4;
 
-/// An image whose pixels hold the parts that are seen there.
+/// An image whose pixels hold the parts that are visible there.
 pub struct Parts {
     pub columns: usize,
     pub pixels: Vec<u8>,
 }
 
-/// One pose: where the pelvis is, and the rotation of each joint.
+/// A pose: the place of the pelvis, and the rotation of each joint.
 pub type Posed<'a> = (DVec3, &'a [DQuat; JOINTS]);
 
 impl Parts {
-    /// Draws a posed body; `place` is where a point of the world falls, in pixels from the
-    /// upper left corner: x to the right, y down. A pixel is set where its centre is inside.
+    /// Draws a posed body. `place` projects a point of the world to pixels from the upper left
+    /// corner, x to the right, y down. A pixel is set if its centre is inside a hull.
     pub fn draw(
         body: &Body,
         (root, rotations): Posed<'_>,
@@ -50,8 +50,8 @@ impl Parts {
     }
 }
 
-/// From where to where a level line cuts the convex hull of points: the lines between those
-/// above and those below it do.
+/// Returns the range in which a horizontal line cuts the convex hull of points, from the lines
+/// between points above and below it.
 fn span(points: &[DVec2], y: f64) -> Option<(f64, f64)> {
     let mut found: Option<(f64, f64)> = None;
     for a in points.iter().filter(|p| p.y <= y) {

@@ -1,20 +1,20 @@
-//! People of other software's silhouettes: their bodies, and the recordings by which they walk.
+//! The people in silhouettes of other software: their bodies, and the recordings of their walks.
 
 use edgegait::people::cohort::anthropometry::NAMES;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// A row of a table, by its columns.
+/// A row of a table, by column.
 pub type Row = HashMap<String, String>;
 
-/// The rows of a table.
+/// Reads the rows of a table.
 pub fn rows(path: &Path) -> Vec<Row> {
     let mut reader = csv::Reader::from_path(path).expect("a table");
     let rows = reader.deserialize();
     rows.map(|row| row.expect("a row")).collect()
 }
 
-/// A row of `people/bodies.csv` as `--bodies` reads it.
+/// Formats a row of `people/bodies.csv` for `--bodies`.
 pub fn body(row: &Row) -> String {
     let dimensions: Vec<String> = NAMES.map(|name| format!("{name}_m")).into();
     let known = dimensions.iter().filter(|name| row.contains_key(*name));
@@ -32,7 +32,7 @@ pub fn body(row: &Row) -> String {
     )
 }
 
-/// The recordings by which a person of `people` walks.
+/// Returns the recordings of a person of `people`.
 pub fn recordings(data: &Path, person: &str) -> Vec<String> {
     let takes = rows(&data.join("people/manifest.csv"));
     let own = takes.iter().filter(|row| row["id"] == person);

@@ -1,11 +1,11 @@
-//! A BVH file that a test writes.
+//! A synthetic recording as a BVH file.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Joints of the made recording: how deep, name, offset from the parent in cm. Arms and legs
-/// hang; the left arm is `LeftArm`.
+/// The joints of the recording: depth, name, and offset from the parent in cm. Arms and legs hang;
+/// the left arm is `LeftArm`.
 const JOINTS_OF_FILE: [(usize, &str, [i32; 3]); 16] = [
     (0, "Hips", [0, 0, 0]),
     (1, "Spine", [0, 15, 0]),
@@ -25,8 +25,8 @@ const JOINTS_OF_FILE: [(usize, &str, [i32; 3]); 16] = [
     (3, "RightFoot", [0, -45, 0]),
 ];
 
-/// A BVH file of someone who walks 1 m and two steps a second for 3 s, 120 frames a second, whose
-/// pelvis sinks; with the angles about y, x and z, degrees, of the joints for which some are stated.
+/// Writes a BVH file of a person who walks 1 m and two steps a second for 3 s, at 120 frames a
+/// second, and whose pelvis sinks. Joints get the stated angles about y, x and z, degrees.
 pub fn walk(
     folder: &Path,
     name: &str,

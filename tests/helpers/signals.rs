@@ -1,9 +1,9 @@
-//! Ending the built command by a signal.
+//! Ending the built command with a signal.
 
 #[cfg(target_os = "linux")]
 use std::process::Command;
 
-/// The command as a terminal starts it, though this test may have been started to ignore signals.
+/// Returns the command as a terminal starts it, even if this test was started to ignore signals.
 #[cfg(target_os = "linux")]
 pub fn heeding_signals() -> Command {
     let mut command = Command::new("env");

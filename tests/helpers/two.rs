@@ -5,7 +5,7 @@ use std::fs;
 use std::sync::OnceLock;
 use tempfile::TempDir;
 
-/// A folder with `two.egp`: F01 and M01 at 4 and 8 km/h.
+/// Returns a folder with `two.egp`: F01 and M01 at 4 and 8 km/h.
 pub fn folder() -> TempDir {
     static PACK: OnceLock<Vec<u8>> = OnceLock::new();
     let bytes = PACK.get_or_init(|| {

@@ -1,4 +1,4 @@
-//! Walkers of packs, moment by moment, as they are decoded.
+//! Decoded walkers of packs, moment by moment.
 
 use crate::command::done;
 use crate::people::{body, recordings, rows};
@@ -10,10 +10,10 @@ use glam::{DQuat, DVec3, Vec3};
 use std::fs;
 use std::path::Path;
 
-/// Moments of a cycle.
+/// The number of moments in a cycle.
 const MOMENTS: usize = 64;
 
-/// One moment of a walker along +Z: joints and the points of hulls, metres, Y up.
+/// A moment of a walker along +Z: joints and the points of hulls, metres, Y up.
 pub struct Moment {
     at: [DVec3; JOINTS],
     turned: [DQuat; JOINTS],
@@ -21,7 +21,7 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// Of a body without hulls.
+    /// Makes the moment of a body without hulls.
     pub fn new((at, turned): ([DVec3; JOINTS], [DQuat; JOINTS])) -> Self {
         Self {
             at,
@@ -30,24 +30,24 @@ impl Moment {
         }
     }
 
-    /// Where a joint is.
+    /// Returns the place of a joint.
     pub fn of(&self, joint: Joint) -> DVec3 {
         self.at[joint.index()]
     }
 
-    /// How a joint is turned in space.
+    /// Returns the orientation of a joint in the world.
     pub fn turn(&self, joint: Joint) -> DQuat {
         self.turned[joint.index()]
     }
 
-    /// The points of a joint's hulls.
+    /// Returns the points of a joint's hulls.
     pub fn hull(&self, joint: Joint) -> impl Iterator<Item = DVec3> {
         let points = self.points.iter().filter(move |point| point.0 == joint);
         points.map(|point| point.1)
     }
 }
 
-/// A stored cycle on its body, as it is decoded.
+/// Decodes a stored cycle on its body.
 pub fn moments(pack: &Pack<'_>, subject: usize, clip: usize) -> Vec<Moment> {
     let subject = pack.subjects().nth(subject).expect("a subject");
     let avatar = pack.avatar(subject.avatar).expect("a body");
@@ -72,13 +72,13 @@ pub fn moments(pack: &Pack<'_>, subject: usize, clip: usize) -> Vec<Moment> {
     (0..MOMENTS).map(moment).collect()
 }
 
-/// The people of `people/bodies.csv`.
+/// Returns the people of `people/bodies.csv`.
 pub fn people(data: &Path) -> Vec<String> {
     let bodies = rows(&data.join("people/bodies.csv"));
     bodies.into_iter().map(|row| row["id"].clone()).collect()
 }
 
-/// Imports the mean cycles of a person of `people` on the body that was measured, as `ID.egp` with
+/// Imports the mean cycles of a person of `people` on the measured body, as `ID.egp` with
 /// `ID.json`.
 pub fn import_person(at: &Path, data: &Path, person: &str) {
     let bodies = rows(&data.join("people/bodies.csv"));

@@ -1,4 +1,4 @@
-"""A network's answers are kept: the second run asks nothing, and a run that was killed goes on.
+"""Tests that a network's answers are cached: a second run needs no inference, and a killed run continues.
 
     python answers.py EDGEGAIT FOLDER
 
@@ -19,7 +19,7 @@ from onnx import TensorProto, helper, numpy_helper
 
 
 def write_network(path):
-    """Two convolutions of random weights and 32 numbers: 14 million multiply-accumulates."""
+    """Writes a network of two convolutions with random weights and 32 outputs: 14 million multiply-accumulates."""
     random = np.random.default_rng(7)
 
     def weights(name, *shape):
@@ -74,12 +74,12 @@ if __name__ == "__main__":
     again = results(program, "kept", views)
     assert not Path("none").exists()
     assert first[1] == again[1] == alone[1]
-    # Other viewpoints, most of which are known.
+    # Other viewpoints, all of which are cached.
     kept = next(Path("kept/answers").iterdir())
     length = kept.stat().st_size
     results(program, "kept", 20)
     assert kept.stat().st_size == length
-    # Ended in the middle: what was answered stays, and the rest comes to the same.
+    # After a kill, the answers so far are kept, and the results are the same.
     process = subprocess.Popen(
         command(program, "killed", views), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )

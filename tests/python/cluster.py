@@ -1,10 +1,10 @@
-"""A training set and a stream from many processes: Ray on this machine, and a SLURM array job's script.
+"""Tests a training set and a stream from several processes: Ray on this machine, and a SLURM array job's script.
 
     python cluster.py FOLDER GUIDE.md [--people N]
 
-Makes the training split of `domain-random` in one process, in four of Ray's, in four of which one is killed, and by
-the guide's own array script, one task after another: all have to be the same bytes. Then four of Ray's processes draw a
-stream, of which one is killed too: its batches have to be those that one process draws.
+Generates the training split of `domain-random` in one process, in four Ray workers, in four of which one is killed, and
+with the guide's array script, one task after another. All must give the same bytes. Then four Ray workers draw a
+stream, also with one killed; its batches must equal those of one process.
 """
 
 import argparse
@@ -26,7 +26,7 @@ SHARDS = 8
 
 
 def hashed(folder):
-    """SHA-256 of a dataset's files, by name."""
+    """Returns the SHA-256 of a dataset's file names and contents."""
     digest = hashlib.sha256()
     for path in sorted(Path(folder).iterdir()):
         digest.update(path.name.encode() + path.read_bytes())
@@ -35,7 +35,7 @@ def hashed(folder):
 
 @ray.remote(num_cpus=1, max_retries=3)
 def shard(folder, number, people):
-    """Makes a part of the set, or goes on with what another worker has begun."""
+    """Generates a shard, or continues one that another worker began."""
     Path(folder, f"{number}.pid").write_text(str(os.getpid()))
     out = Path(folder, str(number))
     edgegait.generate("domain-random", people=people, out=out, shard=f"{number}/{SHARDS}", resume=True, threads=1)
@@ -43,7 +43,7 @@ def shard(folder, number, people):
 
 
 def kill_worker_of(folder, number, killed):
-    """Kills the worker that makes a shard, in the middle of it."""
+    """Kills the worker that generates a shard, in the middle of it."""
     pid, begun = Path(folder, f"{number}.pid"), Path(folder, str(number))
     while not (pid.exists() and begun.exists() and any(begun.glob("*.unfinished/**/*.npy"))):
         time.sleep(0.002)
@@ -52,7 +52,7 @@ def kill_worker_of(folder, number, killed):
 
 
 def set_of_ray(folder, people, victim=None):
-    """The hash of a set that workers of Ray make, and the seconds that it takes."""
+    """Returns the hash of a set that Ray workers generate, and the time in seconds."""
     Path(folder).mkdir()
     killed, started = [], time.monotonic()
     if victim is not None:
@@ -62,29 +62,29 @@ def set_of_ray(folder, people, victim=None):
     seconds = time.monotonic() - started
     if victim is not None:
         assert killed, "no worker was killed"
-        assert int(Path(folder, f"{victim}.pid").read_text()) != killed[0], "nobody went on"
+        assert int(Path(folder, f"{victim}.pid").read_text()) != killed[0], "no other worker continued"
     return hashed(Path(folder, "set")), seconds
 
 
 @ray.remote(num_cpus=1, max_restarts=-1, max_task_retries=-1)
 class Drawer:
-    """Draws batches by number, and keeps the people whom it has made."""
+    """Draws batches by number, and keeps the people that it has generated."""
 
     def __init__(self, dataset, batch):
-        """Takes a dataset as it is pickled."""
+        """Takes a pickled dataset."""
         self.stream = dataset.stream(batch)
 
     def draw(self, number):
-        """A batch."""
+        """Returns a batch."""
         return self.stream[number]
 
     def pid(self):
-        """Its process."""
+        """Returns the number of its process."""
         return os.getpid()
 
 
 def hash_of(batches):
-    """SHA-256 of batches in their order."""
+    """Returns the SHA-256 of batches in order."""
     digest = hashlib.sha256()
     for images, labels in batches:
         digest.update(images.tobytes() + labels.tobytes())
@@ -92,7 +92,7 @@ def hash_of(batches):
 
 
 def batches_of_ray(dataset, count, victim=None):
-    """Batches in their order, of which eight are drawn ahead."""
+    """Yields batches in order, drawing eight ahead."""
     drawers = [Drawer.remote(dataset, 128) for _ in range(4)]
     draw = lambda number: drawers[number % 4].draw.remote(number)  # noqa: E731
     waiting = [draw(number) for number in range(8)]
@@ -104,7 +104,7 @@ def batches_of_ray(dataset, count, victim=None):
         if number + 8 < count:
             waiting.append(draw(number + 8))
     if victim is not None:
-        assert ray.get(drawers[1].pid.remote()) != killed, "the same process went on"
+        assert ray.get(drawers[1].pid.remote()) != killed, "the same process continued"
 
 
 DESIGN = """
@@ -121,7 +121,7 @@ raster = "rows"
 
 
 def guide_blocks(folder, guide):
-    """Runs the guide's own blocks, with fewer shards, actors and batches, and checks what they made."""
+    """Runs the guide's code blocks, with fewer shards, actors and batches, and checks their results."""
     blocks = re.findall(r"```py\n(.*?)```", Path(guide).read_text(), re.DOTALL)
     assert len(blocks) == 2
     folder.mkdir()
@@ -132,7 +132,7 @@ def guide_blocks(folder, guide):
     former = Path.cwd()
     os.chdir(folder)
     try:
-        # Functions of this block find files where its workers are.
+        # The block's functions run in the workers' folders, so they need absolute paths.
         source = source.replace('"design.toml"', repr(str(folder / "design.toml")))
         source = source.replace('f"shards/{number}"', f'f"{folder}/shards/{{number}}"')
         exec(compile(source, "block", "exec"), names)
@@ -148,7 +148,7 @@ def guide_blocks(folder, guide):
 
 
 def array_job(folder, guide, people):
-    """The hash of the set that the guide's array script makes, with an environment as SLURM has it."""
+    """Returns the hash of the set that the guide's array script generates in an environment like SLURM's."""
     scripts = re.findall(r"```sh\n(#!.*?)```", Path(guide).read_text(), re.DOTALL)
     (script,) = [script for script in scripts if "SBATCH" in script]
     script = script.replace("design.toml", f"domain-random --people {people}")

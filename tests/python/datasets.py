@@ -1,10 +1,10 @@
-"""Datasets as Python reads them: pickle and NumPy alone for trees and arrays, and the guide's own blocks.
+"""Tests reading datasets in Python: trees and arrays with pickle and NumPy alone, and the guide's code blocks.
 
     python datasets.py FOLDER GUIDE.md
 
-FOLDER has what .ci/run makes there: `tree` (--format opengait), `arrays/train` and `arrays/test` (the same
+FOLDER has the files that .ci/run makes: `tree` (--format opengait), `arrays/train` and `arrays/test` (the same
 design as folders, silhouettes and GEIs at 64x64), `npz/test.npz` and `sets/test` (one design as npz and as
-a folder), and what the guide's blocks read.
+a folder), and the files that the guide's blocks read.
 """
 
 import csv
@@ -25,9 +25,9 @@ def table(path):
 
 
 def sequences_of(root, partition, part):
-    """OpenGait's rules, written anew after opengait/data/dataset.py of commit 0efafd4: the labels of the
-    partition that are on disk, of each the types and views in the order of their names, of each view all
-    files, which have to be pickles of one length, and not empty."""
+    """Lists sequences by OpenGait's rules, reimplemented from opengait/data/dataset.py of commit 0efafd4: the
+    partition's labels that are on disk, their types and views in the order of their names, and all files of
+    each view, which must be pickles of one length that are not empty."""
     on_disk = os.listdir(root)
     found = []
     for label in [label for label in partition[part] if label in on_disk]:
@@ -47,7 +47,7 @@ def sequences_of(root, partition, part):
 
 
 def cut(frames):
-    """BaseSilCuttingTransform: ten columns off each side for each 64, and 0 to 1."""
+    """Applies BaseSilCuttingTransform: cuts ten columns for every 64 off each side, and scales to 0..1."""
     columns = int(frames.shape[-1] // 64) * 10
     kept = frames[..., columns:-columns] if columns else frames
     return kept / 255.0
@@ -69,7 +69,7 @@ def check_tree(root, arrays):
         drawn = {}
         for row, end in zip(rows, ends):
             azimuth = float(row["azimuth_deg"])
-            # Eight variations of a walk are a take, and its name has the condition.
+            # A take has eight variations of a walk, and its name includes the condition.
             take = f"{row['walk']}-{row['condition']}-{int(row['variation']) // 8 + 1:02}"
             key = (row["subject"], take, f"{azimuth:03.0f}")
             drawn.setdefault(key, []).append(silhouettes[end - int(row["frames"]) : end])
@@ -84,7 +84,7 @@ def check_tree(root, arrays):
             assert row["sha256"] == hashlib.sha256((root / path).read_bytes()).hexdigest()
             inputs = cut(frames)
             assert inputs.shape[1:] == (64, 44) and inputs.min() == 0 and inputs.max() == 1
-            # Heads and feet are in the rows, and nothing but the margins is cut.
+            # Heads and feet reach the first and last row, so only the margins are cut.
             assert frames[:, 0].any() and frames[:, -1].any()
             count += 1
     assert not listed, f"no files of {sorted(listed)[:3]}"
@@ -112,7 +112,7 @@ def check_npz(path, folder):
 
 
 def run_guide(page):
-    """The page's Python blocks, one after another, where the commands before them were run."""
+    """Runs the page's Python blocks in order, in the folder where its commands were run."""
     blocks = re.findall(r"^```python\n(.*?)^```", page.read_text(), re.MULTILINE | re.DOTALL)
     assert len(blocks) >= 3, len(blocks)
     names = {"geis": np.zeros((4, 64, 44), np.uint8), "people": list("aabb"), "angles": [0, 90] * 2, "walks": ["nm-01"] * 4}

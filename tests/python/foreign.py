@@ -1,10 +1,10 @@
-"""Models as others export them: what `edgegait` makes of each without a contract, and with one.
+"""Tests models that other tools export, with and without a contract.
 
     python foreign.py edgegait FOLDER [LIBRARY]
 
-Each model is made here with onnx.helper, or with PyTorch and skl2onnx where these are installed, and tried with one
-command: a first number, or a refusal that says what to do. LIBRARY is ONNX Runtime's. JUnit XML of `edgegait gate` is
-read by Python's parser.
+Each model is made with onnx.helper, or with PyTorch or skl2onnx if these are installed, and tried with one command,
+which must give a rank-1, or an error that states what to do. LIBRARY is that of ONNX Runtime. JUnit XML of
+`edgegait gate` is read with Python's parser.
 """
 
 import json
@@ -34,7 +34,7 @@ def matrix(name, rows, columns, kind=np.float32):
 
 
 def flat(path, shape, numbers, element=FLOAT, outputs=None, batch="N"):
-    """A matrix of all pixels."""
+    """Writes a model that multiplies all pixels by a matrix."""
     kind = np.float64 if element == DOUBLE else np.float32
     nodes, source = [], "picture"
     if element == UINT8:
@@ -46,7 +46,7 @@ def flat(path, shape, numbers, element=FLOAT, outputs=None, batch="N"):
 
 
 def sequence(path, parts=False):
-    """The mean over frames of a matrix of 64x44 pixels, `[n, c, p]` if there are parts."""
+    """Writes a model that averages a matrix product of 64x44 pixels over frames; `[n, c, p]` with parts."""
     shape = numpy_helper.from_array(np.array([0, 0, 2816], np.int64), "shape")
     nodes = [
         helper.make_node("Reshape", ["silhouettes", "shape"], ["flat"]),
@@ -73,7 +73,7 @@ def two_inputs(path):
 
 
 class Tried:
-    """Runs the command, and counts how often."""
+    """Runs the command in a folder."""
 
     def __init__(self, edgegait, folder, library):
         self.edgegait, self.folder, self.library = edgegait, folder, library
@@ -86,7 +86,7 @@ class Tried:
         return ["--runtime", "ort", "--ort-lib", self.library] if self.library else []
 
     def scored(self, name, *flags):
-        """Rank-1 from the side and what is warned of; the error where there is none."""
+        """Returns rank-1 from the side and the warnings, or `None` and the error."""
         out = ["--views", "side", "--no-baselines", "--out", "report", "--overwrite", "--json", "score.json", "--quiet"]
         code, _, error = self.run("score", name, *out, *flags)
         if code != 0:
@@ -149,7 +149,7 @@ def main():
     sklearn(tried, lines, number, refusal)
     pytorch(folder, number)
 
-    # Every key, what was guessed filled in; then nothing is guessed.
+    # `contract` writes every key, including the guessed ones, so that nothing is guessed afterwards.
     code, _, error = tried.run("contract", "usual.onnx")
     assert code == 0, error
     number("usual.onnx", [], commands=2)
@@ -164,7 +164,7 @@ def main():
 
 
 def sklearn(tried, lines, number, refusal):
-    """Linear discriminants by scikit-learn, whose classes are people by name."""
+    """Tries linear discriminants of scikit-learn, whose classes are people by name."""
     try:
         from skl2onnx import to_onnx
         from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
@@ -189,7 +189,7 @@ def sklearn(tried, lines, number, refusal):
 
 
 def pytorch(folder, number):
-    """A convolution by PyTorch's exporter."""
+    """Tries a convolution from PyTorch's exporter."""
     try:
         import torch
     except ImportError:
@@ -206,7 +206,7 @@ def pytorch(folder, number):
 
 
 def junit(tried):
-    """A miss and a pass, as another program reads them."""
+    """Checks that another program can read a missed and a kept limit."""
     limits = "".join(
         f"[[limit]]\nfigure = 'recognizers[{name}].rank1'\nname = '{title}'\n{bound}\n"
         for name, title, bound in (("usual", 'a < b & "c"', "at_least = 1.1"), ("usual", "holds", "at_least = 0"))

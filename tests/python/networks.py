@@ -1,8 +1,8 @@
-"""The shipped networks, by Python's own ONNX Runtime and NumPy: the same people are found as `edgegait score` finds.
+"""Tests that the shipped networks give the answers of `edgegait score` with ONNX Runtime and NumPy in Python.
 
     python networks.py EDGEGAIT MODELS FOLDER
 
-EDGEGAIT is the command, MODELS the folder of the networks; FOLDER is empty.
+EDGEGAIT is the command, MODELS is the folder of the networks, and FOLDER is empty.
 """
 
 import csv
@@ -16,11 +16,11 @@ import onnx
 import onnxruntime
 from PIL import Image
 
-# Greatest difference of a distance (1 less the cosine) in f32.
+# The largest allowed difference of a distance (1 - cosine) in f32.
 MOST_APART = 2e-5
-# Share of probes of which 8-bit kernels may name another person than the same graph in floats does.
+# The share of probes whose answer may differ between implementations of 8-bit kernels.
 MOST_CHANGED_INT8 = 0.05
-# Of each person nine cycles of two takes and more.
+# Nine cycles of each person, of more than one take.
 SWEEP = ["sweep", "--cycles", "9", "--first-cycle", "1000", "--azimuth-deg", "0,45,90", "--size", "50x30"]
 
 
@@ -30,7 +30,7 @@ def table(path):
 
 
 def embeddings(path, inputs):
-    """`[inputs, numbers, parts]` of one model, asked one input at a time."""
+    """Returns a model's embeddings `[inputs, numbers, parts]`, computed one input at a time."""
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = 1
     session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
@@ -40,7 +40,7 @@ def embeddings(path, inputs):
 
 
 def nearest(embedding, who, take, view):
-    """For each input the nearest person among other takes from the same viewpoint, and how far that is."""
+    """Returns, for each input, the nearest person among other takes from the same viewpoint, and the distance."""
     unit = embedding / np.linalg.norm(embedding, axis=1, keepdims=True)
     distance = 1 - np.einsum("anp,bnp->abp", unit, unit).mean(2)
     can_be = (view[:, None] == view[None]) & ((take[:, None] != take[None]) | (who[:, None] != who[None]))
@@ -49,24 +49,24 @@ def nearest(embedding, who, take, view):
 
 
 def check(name, graph, found, answers):
-    """Compares what the command answered with what was found here."""
+    """Compares the command's answers with those found here."""
     people, distances = found
     assert len(answers) == len(people) > 100, f"{name}: {len(answers)} of {len(people)}"
     changed = np.mean([row["answer"] != who for row, who in zip(answers, people)])
     apart = max(abs(float(row["distance"]) - one) for row, one in zip(answers, distances))
     right = np.mean([row["answer"] == row["subject"] for row in answers])
     is_int8 = any(node.op_type == "QuantizeLinear" for node in graph.graph.node)
-    print(f"{name}: {len(answers)} probes, rank-1 {right:.3f}, {changed:.4f} answered otherwise, distances apart {apart:.1e}")
+    print(f"{name}: {len(answers)} probes, rank-1 {right:.3f}, {changed:.4f} answers differ, distances differ by {apart:.1e}")
     if is_int8:
         assert changed <= MOST_CHANGED_INT8, changed
     else:
         assert changed == 0 and apart <= MOST_APART, (changed, apart)
-    # Otherwise all of this says little.
+    # The comparison means little if the answers are wrong.
     assert right > 0.5, right
 
 
 def check_form(name, graph):
-    """Opset, IR, operators and axes that are promised."""
+    """Checks the documented opset, IR, operators and axes."""
     onnx.checker.check_model(graph, full_check=True)
     assert graph.ir_version == 8, graph.ir_version
     assert [(opset.domain, opset.version) for opset in graph.opset_import] == [("", 17)], graph.opset_import

@@ -1,11 +1,11 @@
-"""Makes the small networks that tests of `edgegait parity` compare: tests/data/parity.
+"""Makes the small networks for tests of `edgegait parity`: tests/data/parity.
 
     edgegait sweep --azimuth-deg 0,45,90,135,180 --elevation-deg 0,30 --cycles 8 --raster rows --out geis
     python parity.py geis/geis.npy tests/data/parity
 
-`float.onnx` has random weights; `int8.onnx` is the same, quantised statically by ONNX Runtime's
-tools; in `wrong_scale.onnx` the scale of the convolution's weights is half as large again. Made with
-onnx 1.23.2 and onnxruntime 1.31.1.
+`float.onnx` has random weights. `int8.onnx` is the same network, quantised statically with ONNX
+Runtime's tools. In `wrong_scale.onnx` the scale of the convolution's weights is 1.5 times as large.
+Made with onnx 1.23.2 and onnxruntime 1.31.1.
 """
 
 import sys
@@ -19,7 +19,7 @@ from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantTy
 
 
 def network():
-    """A convolution of 4 kernels, ReLU, and 8 numbers of them."""
+    """Returns a network of a convolution with 4 kernels, ReLU, and a linear map to 8 numbers."""
     random = np.random.default_rng(5)
 
     def weights(name, *shape):

@@ -1,8 +1,8 @@
-"""Pseudo-3-D networks rewritten as 2-D ones compute the same, and the embedded runtime runs them.
+"""Tests that pseudo-3-D networks rewritten as 2-D ones compute the same, and run in the embedded runtime.
 
     python pseudo3d.py EDGEGAIT FOLDER
 
-EDGEGAIT is the command; FOLDER is empty. ONNX Runtime, which has 3-D windows, is the oracle.
+EDGEGAIT is the command; FOLDER is empty. ONNX Runtime, which has 3-D windows, is the reference.
 """
 
 import csv
@@ -23,7 +23,7 @@ sys.dont_write_bytecode = True
 
 import pseudo3d  # noqa: E402
 
-# Most that a number may differ by, as a part of the largest one.
+# The largest allowed difference, relative to the largest value.
 TOLERANCE = 1e-5
 CONTRACT = """template = "silhouettes"
 layout = "NTHW"
@@ -57,7 +57,7 @@ def difference(one, other):
 
 
 def has_windows_over_three_axes(model):
-    """Found from weights and attributes, not as the rewriting finds them."""
+    """Checks weights and attributes, independently of the rewriting."""
     weights = {tensor.name: len(tensor.dims) for tensor in model.graph.initializer}
     for node in model.graph.node:
         lengths = [len(item.ints) for item in node.attribute if item.name in ("kernel_shape", "strides", "dilations")]
@@ -76,7 +76,7 @@ def refusal(model):
 
 
 def random_window(random):
-    """One window over three axes with a 1 in its kernel, and a clip that it fits."""
+    """Returns a random window over three axes with a 1 in its kernel: operator, attributes, groups and channels."""
     kernel = [int(size) for size in random.integers(1, 4, 3)]
     kernel[random.integers(3)] = 1
     if random.random() < 0.5:
@@ -88,7 +88,7 @@ def random_window(random):
     padding = random.integers(4)
     if padding == 0:
         attributes["auto_pad"] = ["SAME_UPPER", "SAME_LOWER", "VALID"][random.integers(3)]
-        # What SAME means with dilations, and with windows that leave gaps, runtimes disagree on.
+        # Runtimes disagree on SAME with dilations, and with windows that leave gaps.
         attributes.pop("dilations", None)
         attributes["strides"] = [min(pair) for pair in zip(attributes["strides"], kernel)]
     elif padding < 3:
@@ -114,7 +114,7 @@ def random_case(random):
         if random.random() < 0.5:
             constants.append(numpy_helper.from_array(random.normal(size=2 * channels).astype(np.float32), "bias"))
             inputs.append("bias")
-    # None of the sizes is known, or the batch's and one more are not.
+    # Either no size is known, or all except the batch's and one more.
     known = random.random() < 0.5
     stated = [f"d{axis}" if axis == 0 or not known or axis == int(random.integers(5)) else size for axis, size in enumerate(clip)]
     node = helper.make_node(operator, inputs, ["out"], name="window", **attributes)
@@ -143,7 +143,7 @@ def windows_of_each_kind_compute_the_same():
 
 
 def network(random):
-    """A small residual network `[N, T, 64, 44]` to `[N, 8, 16]` such as DeepGaitV2 is, and odder."""
+    """Returns a small residual network, `[N, T, 64, 44]` to `[N, 8, 16]`, similar to DeepGaitV2, with unusual windows."""
     constants, nodes = [], []
 
     def constant(name, numbers, kind=np.float32):
@@ -169,10 +169,10 @@ def network(random):
     clip = add("Unsqueeze", "sils", constant("axis", [1], np.int64), to="clip")
     x = conv(clip, "stem", (1, 4), [1, 3, 3], pads=[0, 1, 1, 0, 1, 1], strides=[1, 2, 2])
     x = add("Relu", norm(x, "stem norm", 4), to="stem relu")
-    # Frames are seen together, beside a residual path.
+    # A window over frames, next to a residual path.
     over = norm(conv(x, "frames", (4, 4), [3, 1, 1], pads=[1, 0, 0, 1, 0, 0]), "frames norm", 4)
     x = add("Relu", add("Add", x, over, to="sum"), to="sum relu")
-    # Both paths of a block go down, in groups and with uneven padding.
+    # Both paths of a block have strides, with groups and uneven padding.
     down = conv(x, "down", (4, 8), [1, 1, 1], strides=[1, 2, 2])
     block = conv(x, "block", (4, 8), [1, 3, 2], groups=2, strides=[1, 2, 2], pads=[0, 1, 0, 0, 1, 1])
     x = add("Relu", add("Add", norm(block, "block norm", 8), down, to="block sum"), to="block relu")
@@ -187,9 +187,9 @@ def network(random):
 def a_network_computes_the_same(model):
     before = model.SerializeToString()
     rewritten, count = pseudo3d.rewrite(model)
-    assert model.SerializeToString() == before, "the network that was given has changed"
+    assert model.SerializeToString() == before, "the given network has changed"
     assert count == 6 and not has_windows_over_three_axes(rewritten), count
-    assert all(len(tensor.dims) < 5 for tensor in rewritten.graph.initializer), "weights are there twice"
+    assert all(len(tensor.dims) < 5 for tensor in rewritten.graph.initializer), "weights occur twice"
     assert has_windows_over_three_axes(model)
     worst = 0.0
     for people, frames in ((1, 1), (1, 30), (3, 7), (2, 4)):
@@ -197,7 +197,7 @@ def a_network_computes_the_same(model):
         (expected,), (found,) = outputs(model, feed), outputs(rewritten, feed)
         worst = max(worst, difference(expected, found))
     assert worst < TOLERANCE, worst
-    # Frames in another order are another input: the network sees them together, so order was tested.
+    # The order of frames matters to the network, so the comparison covers it.
     (turned,) = outputs(model, {"sils": feed["sils"][:, ::-1].copy()})
     assert difference(expected, turned) > 1e-3
     again, count = pseudo3d.rewrite(rewritten)
@@ -218,12 +218,12 @@ def what_cannot_be_rewritten_is_refused():
     cube = conv([3, 3, 3])
     found = refusal(cube)
     assert "Conv the cube" in found and "3x3x3" in found, found
-    # Without a name it is called by what it gives.
+    # A node without a name is named after its output.
     assert "Conv out" in refusal(conv([2, 3, 2], name=""))
     pool = helper.make_node("MaxPool", ["clip"], ["out", "places"], name="the maxima", kernel_shape=[1, 2, 2])
     two = [("out", [None] * 5)]
     assert "MaxPool the maxima" in refusal(checked([pool], [], [clip], two))
-    # What pooling pads with is left out of means and maxima, and no Pad could put it there.
+    # Pooling excludes its padding from means and maxima, which Pad cannot express.
     pool = helper.make_node("AveragePool", ["clip"], ["out"], kernel_shape=[1, 2, 2], pads=[1, 0, 0, 1, 0, 0])
     assert "no padding where the kernel is 1" in refusal(checked([pool], [], [clip], two))
     weights = numpy_helper.from_array(np.ones((2, 2, 1, 2, 2), np.float32), "weights")
@@ -234,7 +234,7 @@ def what_cannot_be_rewritten_is_refused():
 
 
 def weights_that_are_shared_or_computed_are_kept_apart():
-    """Two windows read the same weights, and so does another node; others' are computed."""
+    """Tests two windows and another node with the same weights, and a window with computed weights."""
     weights = np.random.default_rng(8).normal(size=(2, 2, 3, 1, 1)).astype(np.float32)
     constants = [numpy_helper.from_array(weights, "weights"), numpy_helper.from_array(np.float32(2), "two")]
     pads = [1, 0, 0, 1, 0, 0]
@@ -280,7 +280,7 @@ def the_command_writes_whole_files_or_none(model, cube):
 
 
 def the_exporter_says_which_packages_it_lacks():
-    # Without the folders of installed packages.
+    # -S leaves out the folders of installed packages.
     done = subprocess.run(
         [sys.executable, "-S", "-E", RECIPE / "export_opengait.py", "--out", "x.onnx"], capture_output=True, text=True
     )
@@ -289,7 +289,7 @@ def the_exporter_says_which_packages_it_lacks():
 
 
 def score(program, model, *arguments):
-    """Standard errors, rank-1 and whom each probe was taken for."""
+    """Returns standard error, rank-1 and the rows of probes."""
     cohort = ["--subjects", "F01,M01,F02,M02", "--azimuth-deg", "90,45", "--elevation-deg", "0", "--no-baselines"]
     files = ["--json", f"{model}.json", "--probes-csv", f"{model}.csv", "--cache", "none", "--overwrite"]
     done = subprocess.run(

@@ -1,10 +1,10 @@
-"""Silhouettes and GEIs a second into NumPy and PyTorch, against the sweep in Rust of the same settings.
+"""Measures silhouettes and GEIs a second into NumPy and PyTorch, compared with the Rust sweep of the same settings.
 
     python throughput.py [--rounds N] [--require SHARE]
 
-Each round measures all ways once, so that ratios are of one run; what is printed are medians. With
---require the run fails where the NumPy consumer, or a loader without workers that asks for batches, makes less
-than that share of the GEIs of the sweep.
+Each round measures all consumers once, so that ratios are within one round; the table has medians. With --require,
+the run fails if the NumPy consumer, or a batched loader without workers, reaches less than that share of the
+sweep's GEIs a second.
 """
 
 import argparse
@@ -14,20 +14,20 @@ import time
 import edgegait
 
 BATCH = 512
-#: As `edgegait sweep --raster rows` has it: 26 people at 5 km/h from 703 viewpoints.
+#: The settings of `edgegait sweep --raster rows`: 26 people at 5 km/h from 703 viewpoints.
 GEIS = {"views": "paper", "raster": "rows"}
-#: Twenty variations from ten sides, and all frames.
+#: Twenty variations from ten azimuths, with all frames.
 SILHOUETTES = {"azimuth_deg": range(0, 180, 18), "raster": "rows", "template": "silhouettes", "cycles": 20}
 
 
 def sweep_in_rust(drawing):
-    """Items a second of the command, which hashes and keeps nothing."""
+    """Returns the items a second of the command, which only hashes them."""
     results = edgegait.command("sweep", digest=True, **drawing)
     return results["geis"] / results["seconds"]
 
 
 def numpy_consumer(drawing):
-    """The same arrays, added up by NumPy."""
+    """Returns the items a second of a loop that sums the arrays with NumPy."""
     started, count, total = time.perf_counter(), 0, 0
     for cycle in edgegait.sweep(**drawing):
         count += len(cycle.images)
@@ -37,7 +37,7 @@ def numpy_consumer(drawing):
 
 
 def loader(drawing, workers, is_batched=True):
-    """A DataLoader over all items in order."""
+    """Returns the items a second of a DataLoader over all items in order."""
     import torch
     from torch.utils.data import DataLoader
 
@@ -54,7 +54,7 @@ def loader(drawing, workers, is_batched=True):
 
 
 class OneByOne:
-    """A dataset that is asked for one item at a time."""
+    """A dataset without batched access."""
 
     def __init__(self, dataset):
         self.dataset = dataset

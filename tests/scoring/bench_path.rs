@@ -177,7 +177,7 @@ fn a_video_without_a_gait_cycle_is_refused_with_what_was_found() {
     refuse(
         "--video walk.y4m --background wall.png",
         1,
-        &["walk.y4m: expected legs that swing"],
+        &["walk.y4m: expected swinging legs"],
     );
     refuse(
         "--video walk.y4m --background narrow.png",

@@ -271,7 +271,7 @@ fn sides_that_cannot_be_compared_are_refused_with_what_differs() {
     refuse(
         "parity float.onnx same.onnx",
         2,
-        &["float.onnx and same.onnx: are the same file, on the same runtime"],
+        &["float.onnx and same.onnx: are the same file on the same runtime"],
     );
     let mut bytes = fs::read(at.join("float.onnx")).expect("a network");
     // NodeProto.op_type

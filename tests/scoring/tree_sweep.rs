@@ -106,7 +106,7 @@ fn what_a_tree_has_no_place_for_is_refused() {
         ),
         ("tree --raster rows", 2, "--raster: a folder is used whole"),
         ("tree --format opengait", 2, "are in a tree already"),
-        ("tree --framing cycle", 2, "framing cycle: it follows"),
+        ("tree --framing cycle", 2, "framing cycle: it depends"),
         ("tree --azimuth-deg 45", 1, "viewpoints, found none"),
         ("tree --fps 5", 2, "10 to 120"),
         (

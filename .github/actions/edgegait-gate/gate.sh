@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Scores and times recognizers and judges the results: what the action of this folder runs. It is told by
-# environment variables, one for each of the action's inputs, and works outside of a CI as well:
+# Scores and times recognizers and checks the results against limits. The action of this folder runs
+# it. Its parameters are environment variables, one for each of the action's inputs. It also works
+# outside CI:
 #
 #     MODELS=mine.onnx BENCH_LIMITS=limits.toml bash gate.sh
 #
-# Exits with 4 if a limit is missed, with 3 if one cannot be told and CANNOT_TELL is "fail", else with 0; with
-# 1 or 2 after an error.
+# Exits with 4 if a limit is missed, with 3 if one is undecided and CANNOT_TELL is "fail", else with
+# 0; with 1 or 2 after an error.
 set -euo pipefail
 
 refuse() {
@@ -13,7 +14,7 @@ refuse() {
     exit 2
 }
 
-# `words NAME TEXT`: the array NAME of TEXT's words or, where it has several lines, of its lines.
+# `words NAME TEXT`: sets the array NAME to TEXT's words or, if it has several lines, to its lines.
 words() {
     local -n into=$1
     if [[ $2 == *$'\n'* ]]; then
@@ -53,7 +54,7 @@ if [[ -n $baseline && -d $out && $(realpath "$baseline") == $(realpath "$out") ]
 fi
 
 mkdir -p "$out"
-# What an earlier run left is no result of this one.
+# Remove the results of an earlier run.
 rm -f "$out"/comment.md "$out"/score.json "$out"/bench-*.json
 : > "$out/comment.md"
 worst=0
@@ -71,14 +72,14 @@ judge() {
     esac
 }
 
-# `add NAME`: what was judged enters the comment and the outcome; 4 outweighs 3.
+# `add NAME`: adds the judgement to the comment and the outcome; 4 outweighs 3.
 add() {
     cat "$out/$1.md" >> "$out/comment.md"
     echo >> "$out/comment.md"
     ((status <= worst)) || worst=$status
 }
 
-# `of_baseline NAME`: the files of the baseline, as the gate takes them, or that there is none.
+# `of_baseline NAME`: prints the gate's arguments for the baseline's files, or for no baseline.
 of_baseline() {
     local files=()
     [[ -z $baseline ]] || mapfile -t files < <(ls "$baseline/$1".json "$baseline/$1"-*.json 2> /dev/null)
@@ -121,7 +122,7 @@ esac
 if [[ -n ${GITHUB_STEP_SUMMARY:-} ]]; then cat "$out/comment.md" >> "$GITHUB_STEP_SUMMARY"; fi
 if [[ -n ${GITHUB_OUTPUT:-} ]]; then echo "outcome=$outcome" >> "$GITHUB_OUTPUT"; fi
 if ((worst == 3)) && [[ ${CANNOT_TELL:-warn} == warn ]]; then
-    echo "::warning::EdgeGait gate: a limit cannot be told"
+    echo "::warning::EdgeGait gate: a limit is undecided"
     exit 0
 fi
 exit "$worst"

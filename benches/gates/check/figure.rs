@@ -1,4 +1,4 @@
-//! Numbers of bytes that do not vary from run to run.
+//! Sizes in bytes that are the same in every run.
 
 use super::heap::rows_heap_bytes;
 use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
@@ -8,22 +8,23 @@ use edgegait_core::budget::SKIA_HEAP_BYTES;
 use edgegait_core::lean::Budget;
 use serde::Deserialize;
 
-/// A number of bytes, made from the library each time.
+/// A size in bytes, computed from the library in each run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Figure {
-    /// Heap bound of drawing with tiny-skia.
+    /// The bound on the heap for drawing with tiny-skia.
     SkiaHeap,
-    /// What drawing with bit rows asks of the heap.
+    /// The heap that drawing with bit rows uses.
     RowsHeap,
-    /// One of each type that making a GEI with bit rows holds, where they stand.
+    /// The total size of the types that are needed to make a GEI with bit rows, one of each.
     GeiTypes,
-    /// The built-in study, encoded within 5 mm: 26 people at 10 speeds, and their bodies.
+    /// The pack of the built-in cohort, encoded within 5 mm: 26 people at 10 speeds, with their
+    /// bodies.
     StudyPack,
 }
 
 impl Figure {
-    /// The number. The pack takes about 13 s on one core, everything else nothing.
+    /// Returns the size. Encoding the pack takes about 13 s on one core, everything else no time.
     pub fn bytes(self) -> Result<u32> {
         let bytes = match self {
             Self::SkiaHeap => SKIA_HEAP_BYTES,

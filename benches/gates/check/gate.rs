@@ -1,4 +1,4 @@
-//! The list of gates, and what each one measures.
+//! The list of gates, and the measurement of each.
 
 use super::figure::Figure;
 use super::need::Need;
@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroU32;
 use std::path::Path;
 
-/// All gates of a file.
+/// The gates of a file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gates {
@@ -22,8 +22,8 @@ pub struct Gates {
     bytes: Vec<Bytes>,
 }
 
-/// One benchmark takes so many times as long as another; for each element where both count
-/// elements.
+/// A gate: one benchmark takes at least this many times as long as another, per element if both
+/// count elements.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Ratio {
@@ -35,7 +35,7 @@ struct Ratio {
     at_least: Positive,
 }
 
-/// One benchmark takes at most so many times as long as the parts that it is made of.
+/// A gate: one benchmark takes at most this many times as long as its parts.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Sum {
@@ -43,12 +43,12 @@ struct Sum {
     reason: String,
     needs: Option<Need>,
     whole: String,
-    /// How often an iteration of the whole does an iteration of each part.
+    /// The number of times that an iteration of the whole does an iteration of each part.
     parts: BTreeMap<String, NonZeroU32>,
     at_most: Positive,
 }
 
-/// A number of bytes, which is the same on every run.
+/// A gate: a size in bytes, the same in every run, has a maximum.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Bytes {
@@ -76,11 +76,11 @@ impl TryFrom<f64> for Positive {
 }
 
 impl Gates {
-    /// Reads a list of gates; `path` is named in errors.
+    /// Parses a list of gates; errors name `path`.
     ///
     /// # Errors
-    /// For TOML that is not such a list, names that are not unique, gates without a reason
-    /// and sums without parts.
+    /// For TOML that is not such a list, duplicate names, gates without a reason, and sums without
+    /// parts.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let gates: Self = toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
         let mut seen = BTreeSet::new();
@@ -101,7 +101,7 @@ impl Gates {
         Ok(gates)
     }
 
-    /// Names and reasons.
+    /// Returns the names and reasons of all gates.
     fn named(&self) -> impl Iterator<Item = (&str, &str)> {
         let ratios = self.ratio.iter().map(|gate| (&gate.name, &gate.reason));
         let sums = self.sum.iter().map(|gate| (&gate.name, &gate.reason));
@@ -110,7 +110,7 @@ impl Gates {
         all.map(|(name, reason)| (name.as_str(), reason.as_str()))
     }
 
-    /// Compares each gate with the results, where the machine `has` what the gate needs.
+    /// Checks each gate against the results, if the machine `has` what the gate needs.
     pub fn check(&self, results: &Results, has: impl Fn(Need) -> bool) -> Report<'_> {
         let skipped = |need: Option<Need>| Some(Ok(Outcome::Skipped(need.filter(|&n| !has(n))?)));
         let ratios = self.ratio.iter().map(|gate| {

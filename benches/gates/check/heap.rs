@@ -1,8 +1,5 @@
-//! How much heap bit rows take, by counting.
-#![expect(
-    unsafe_code,
-    reason = "a global allocator that counts cannot be written without it"
-)]
+//! Counts the heap memory that drawing with bit rows uses.
+#![expect(unsafe_code, reason = "a counting global allocator requires it")]
 
 use edgegait::error::{Error, Result};
 use edgegait_core::body::{Figure, UnpackedBody};
@@ -16,16 +13,16 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::hint::black_box;
 
-/// Sums up, by thread, the bytes that were asked for.
+/// An allocator that sums the requested bytes by thread.
 struct Counting;
 
 thread_local! {
     static ASKED_BYTES: Cell<usize> = const { Cell::new(0) };
 }
 
-// SAFETY: every call is passed on unchanged to the system's allocator, which keeps the
-// contract; the counter is a constant at first and has no destructor, so that counting itself
-// neither allocates nor runs after it.
+// SAFETY: every call is passed on unchanged to the system's allocator, which keeps the contract;
+// the counter starts as a constant and has no destructor, so that counting neither allocates nor
+// runs after it.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ASKED_BYTES.set(ASKED_BYTES.get().wrapping_add(layout.size()));
@@ -42,7 +39,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// All that is asked for to make a GEI with each sampling of bit rows, in each size.
+/// Returns the bytes that are requested to make a GEI with each sampling of bit rows, in each size.
 pub fn rows_heap_bytes() -> Result<usize> {
     let failed = |error: &dyn std::error::Error| Error::Failed(format!("heap of rows: {error}"));
     let before = ASKED_BYTES.get();

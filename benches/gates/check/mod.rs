@@ -1,5 +1,5 @@
-//! What must hold between benchmarks, and of bytes: a list in TOML, checked against the
-//! results that criterion left.
+//! Limits on ratios of benchmarks and on sizes: a list in TOML, checked against criterion's
+//! results.
 
 mod figure;
 mod gate;

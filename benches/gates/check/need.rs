@@ -1,28 +1,28 @@
-//! What a gate asks of the machine.
+//! Requirements of gates on the machine.
 
 use edgegait_core::raster::Simd;
 use serde::Deserialize;
 use std::fmt;
 use std::thread::available_parallelism;
 
-/// Without it, a gate says nothing and is skipped.
+/// A requirement; without it, a gate is skipped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Need {
     /// A processor with AVX2.
     Avx2,
-    /// A processor with those parts of AVX-512 that bit rows are drawn with.
+    /// A processor with the parts of AVX-512 that bit rows use.
     Avx512f,
     /// An ARM processor with NEON.
     Neon,
-    /// ONNX Runtime, whose library `EDGEGAIT_ORT_LIB` names.
+    /// ONNX Runtime; `EDGEGAIT_ORT_LIB` names its library.
     Ort,
-    /// Two threads at once, and nothing else to do for them.
+    /// Two threads at the same time, without other work.
     TwoThreads,
 }
 
 impl Need {
-    /// Whether this machine has it.
+    /// Returns whether this machine meets the requirement.
     pub fn is_met(self) -> bool {
         let has = |name| Simd::available().any(|simd| simd.name() == name);
         match self {

@@ -1,17 +1,17 @@
-//! What came of each gate, as a table.
+//! The table of the gates' outcomes.
 
 use super::need::Need;
 use edgegait::error::{Error, Result};
 use std::fmt;
 
-/// All gates, checked.
+/// The outcomes of all gates.
 #[derive(Debug)]
 pub struct Report<'a> {
-    /// Ratios, sums and bytes, each in the list's order.
+    /// The lines of ratios, sums and bytes, each in the list's order.
     pub lines: Vec<Line<'a>>,
 }
 
-/// One gate, checked.
+/// The line of a gate, with its outcome.
 #[derive(Debug)]
 pub struct Line<'a> {
     name: &'a str,
@@ -19,36 +19,36 @@ pub struct Line<'a> {
     outcome: Outcome,
 }
 
-/// What came of a gate.
+/// The outcome of a gate.
 #[derive(Debug)]
 pub enum Outcome {
-    /// A number, and where it has to be.
+    /// A measured number and its limit.
     Number {
-        /// A quotient of times, or bytes.
+        /// A ratio of times, or a size in bytes.
         measured: f64,
-        /// Where it has to be.
+        /// The limit of the number.
         limit: Limit,
-        /// How many of its decimals say something.
+        /// The number of significant decimals.
         decimals: usize,
     },
     /// The machine lacks what the gate needs.
     Skipped(Need),
-    /// It cannot be told.
+    /// The number is unknown, for this reason.
     Unknown(Error),
 }
 
-/// Where a number has to be.
+/// The limit of a number.
 #[derive(Clone, Copy, Debug)]
 pub enum Limit {
-    /// There, or above.
+    /// The number must be at least this.
     AtLeast(f64),
-    /// There, or below.
+    /// The number must be at most this.
     AtMost(f64),
 }
 
 impl Limit {
-    /// How far `measured` is on the right side, percent of the limit; negative on the wrong
-    /// side. Nothing, where nothing may be, is at its limit.
+    /// Returns by how much `measured` meets the limit, in percent of the limit; negative if it
+    /// misses it, 0 if it equals it (even for a limit of 0).
     fn margin_percent(self, measured: f64) -> f64 {
         let (margin, limit) = match self {
             Self::AtLeast(limit) => (measured - limit, limit),
@@ -72,7 +72,7 @@ impl fmt::Display for Limit {
 }
 
 impl<'a> Line<'a> {
-    /// An error is an outcome that cannot be told.
+    /// Makes a line; an error becomes an unknown outcome.
     pub fn new(name: &'a str, reason: &'a str, outcome: Result<Outcome>) -> Self {
         Self {
             name,
@@ -81,7 +81,7 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Whether the number is on the wrong side of its limit, or cannot be told.
+    /// Returns whether the limit is missed, or the number unknown.
     fn is_missed(&self) -> bool {
         match &self.outcome {
             Outcome::Number {
@@ -94,7 +94,7 @@ impl<'a> Line<'a> {
 }
 
 impl Report<'_> {
-    /// Whether no gate is missed or unknown; skipped ones are neither.
+    /// Returns whether no gate is missed or unknown; skipped gates are neither.
     pub fn passes(&self) -> bool {
         !self.lines.iter().any(Line::is_missed)
     }

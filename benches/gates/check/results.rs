@@ -1,4 +1,4 @@
-//! What criterion measured, if it was measured lately and with the code as it is.
+//! Criterion's results, if they are recent and of the current code.
 
 use edgegait::error::{Error, Result};
 use serde::Deserialize;
@@ -8,11 +8,13 @@ use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// Age from which a result is refused: other versions of compiler, kernel and neighbours. Ours.
+/// The age at which a result is rejected: compiler, kernel and other load may have changed. Our
+/// choice.
 const MOST_AGE: Duration = Duration::from_hours(24);
-/// Time between two results from which they are not compared: a full run takes two minutes. Ours.
+/// The time between two results at which they are not compared; a full run takes two minutes. Our
+/// choice.
 const MOST_APART: Duration = Duration::from_hours(2);
-/// What benchmarks are built from, beside their own files.
+/// The sources of all benchmarks, besides their own files.
 const SOURCES: [&str; 6] = [
     "Cargo.toml",
     "Cargo.lock",
@@ -29,18 +31,18 @@ pub struct Results {
     now: SystemTime,
 }
 
-/// One benchmark's result.
+/// The result of one benchmark.
 #[derive(Clone, Copy, Debug)]
 pub struct Timing {
-    /// Median time of an iteration.
+    /// The median time of an iteration.
     pub median_ns: f64,
-    /// Elements of an iteration, where the benchmark counts them.
+    /// The elements of an iteration, if the benchmark counts them.
     pub elements: Option<NonZeroU32>,
-    /// When it was written.
+    /// The time at which the result was written.
     measured: SystemTime,
 }
 
-/// `benchmark.json`.
+/// The content of `benchmark.json`.
 #[derive(Deserialize)]
 struct Benchmark {
     throughput: Option<Throughput>,
@@ -51,7 +53,7 @@ enum Throughput {
     Elements(NonZeroU32),
 }
 
-/// `estimates.json`.
+/// The content of `estimates.json`.
 #[derive(Deserialize)]
 struct Estimates {
     median: Estimate,
@@ -63,7 +65,7 @@ struct Estimate {
 }
 
 impl Results {
-    /// Results of the benchmarks of `package` in the folder `criterion`.
+    /// Opens the results of the benchmarks of `package` in the folder `criterion`.
     pub fn new(
         package: impl Into<PathBuf>,
         criterion: impl Into<PathBuf>,
@@ -76,12 +78,12 @@ impl Results {
         }
     }
 
-    /// The result of `id`, such as `raster/skia-spread/19-hulls`, which `benches/raster.rs`
+    /// Returns the result of `id`, such as `raster/skia-spread/19-hulls`, which `benches/raster.rs`
     /// measures.
     ///
     /// # Errors
-    /// When there is none, when it is a day old or older than the code, and for other JSON
-    /// than criterion's.
+    /// If there is no result, if it is a day old or older than the code, or if it is not
+    /// criterion's JSON.
     pub fn timing(&self, id: &str) -> Result<Timing> {
         let bench = id.split('/').next().unwrap_or(id);
         let folder = self.criterion.join(id).join("new");
@@ -104,7 +106,7 @@ impl Results {
         for source in SOURCES.into_iter().chain([own.as_str()]) {
             if let Some(newer) = newer(&self.package.join(source), measured)? {
                 let problem = format!(
-                    "expected a result of the code as it is, found one older than {} (run cargo bench --bench {bench} again)",
+                    "expected a result of the current code, found one older than {} (run cargo bench --bench {bench} again)",
                     newer.display()
                 );
                 return Err(Error::input(path, problem));
@@ -128,10 +130,10 @@ impl Results {
     }
 }
 
-/// Refuses results of different runs: another load of the machine, or other code.
+/// Rejects results of different runs, in which the load of the machine or the code may differ.
 ///
 /// # Errors
-/// Naming the first and the last.
+/// If the results are too far apart; the error names the first and the last.
 pub fn assert_together(timings: &[(&str, Timing)]) -> Result<()> {
     let first = timings.iter().min_by_key(|(_, timing)| timing.measured);
     let last = timings.iter().max_by_key(|(_, timing)| timing.measured);
@@ -159,7 +161,7 @@ fn modified(path: &Path) -> Result<SystemTime> {
     metadata.map_err(|source| Error::io(path, source))
 }
 
-/// A file at `path`, or in the folder there, that was changed after `moment`.
+/// Returns a file at `path`, or in the folder there, that was changed after `moment`.
 fn newer(path: &Path, moment: SystemTime) -> Result<Option<PathBuf>> {
     if !path.is_dir() {
         return Ok((modified(path)? > moment).then(|| path.to_path_buf()));

@@ -86,7 +86,7 @@ impl Comparison {
             }
             Some(_) => {}
             None => {
-                reasons.push("probes cannot be ranked: one side has no finite embedding".into())
+                reasons.push("probes cannot be ranked: one side has no finite embedding".into());
             }
         }
         self.verdict = if reasons.is_empty() {

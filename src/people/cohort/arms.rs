@@ -91,7 +91,7 @@ impl Flanks {
                 | Joint::Thorax
                 | Joint::LeftThigh
                 | Joint::RightThigh => {
-                    trunk.push((*joint, rings().map(CrossSection::of).collect()))
+                    trunk.push((*joint, rings().map(CrossSection::of).collect()));
                 }
                 // Above its middle an upper arm is within the shoulder.
                 Joint::LeftUpperArm | Joint::RightUpperArm => {

@@ -151,7 +151,7 @@ impl GraphWalk {
             match (number, field) {
                 (1, ProtobufField::Bytes(text)) => name = text.text()?,
                 (3, ProtobufField::Number(number)) => {
-                    value = AttributeValue::Integer(number.cast_signed())
+                    value = AttributeValue::Integer(number.cast_signed());
                 }
                 // Bytes that are not text cannot be a padding mode.
                 (4, ProtobufField::Bytes(text)) => {
@@ -160,7 +160,7 @@ impl GraphWalk {
                         .map_or(AttributeValue::Other, AttributeValue::Text);
                 }
                 (5, ProtobufField::Bytes(tensor)) => {
-                    value = AttributeValue::Tensor(self.tensor(tensor)?.1)
+                    value = AttributeValue::Tensor(self.tensor(tensor)?.1);
                 }
                 (10, ProtobufField::Bytes(tensor)) => {
                     self.tensor(tensor)?;

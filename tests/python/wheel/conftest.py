@@ -1,6 +1,6 @@
 """Tests of the installed package: `python -m pytest tests/python/wheel`.
 
-EDGEGAIT_PROGRAM names the command with whose files bytes are compared; without it that of the package.
+EDGEGAIT_PROGRAM names the command whose files are compared; by default, it is the package's.
 """
 
 import csv
@@ -13,7 +13,7 @@ import pytest
 
 @pytest.fixture
 def program():
-    """Runs the command with words, and fails if it does."""
+    """Runs the command with these arguments, and fails if it fails."""
     named = os.environ.get("EDGEGAIT_PROGRAM")
     start = [named] if named else [sys.executable, "-m", "edgegait"]
 

@@ -1,4 +1,4 @@
-"""Datasets: the bytes of the command, whoever draws them and in which order."""
+"""Datasets give the bytes of the command, in any process and order."""
 
 import multiprocessing
 import os
@@ -76,7 +76,7 @@ def test_sequences_and_joints_are_what_generate_stores(program, tmp_path):
             assert np.array_equal(arrays[name], stored[name][at]), name
     with pytest.raises(ValueError, match="equally many frames"):
         dataset.batch(range(len(dataset)))
-    # Items of one cycle have as many frames.
+    # Items of one cycle have the same number of frames.
     arrays, _ = dataset.batch([0, 1])
     assert arrays["silhouettes"].shape == (2, frames[0], 64, 44)
     assert arrays["joints"].dtype == np.float32
@@ -171,7 +171,7 @@ def test_further_epochs_have_other_variations_of_the_same_people():
     pack = edgegait.Dataset(views="side", raster="rows", subjects="F01")
     far = pack.rows([0], epoch=1)
     assert far["variation"] == [2**20]
-    # The same as the command draws of a variation that it can name.
+    # Variations that the command can name are the same.
     named = edgegait.Dataset(views="side", raster="rows", subjects="F01", first_cycle=1000, cycles=2)
     assert named.rows()["variation"] == [1000, 1001]
 
@@ -260,7 +260,7 @@ def test_misuse_raises():
             dataset[beyond]
     with pytest.raises(IndexError):
         dataset.rows([99])
-    # 2 GiB of 1,500 bytes.
+    # Items of 1,500 bytes that exceed 2 GiB.
     with pytest.raises(ValueError, match="at most 1431655 of these items at once, found 1431656"):
         dataset.batch(np.zeros(1_431_656, np.int64))
     for wrong in [-1, 2**32]:
@@ -273,7 +273,7 @@ def test_misuse_raises():
     sequences = edgegait.Dataset(views="side", raster="rows", template="silhouettes")
     assert sequences.batch([])[0].shape == (0, 1, 50, 30)
     assert sequences.__getitems__([]) == []
-    # Numbers of few bits count as others.
+    # Narrow integer types are accepted as indices.
     large = edgegait.Dataset(views="paper", raster="rows")
     assert np.array_equal(large.batch(np.array([1, 2], np.uint8))[0], large.batch([1, 2])[0])
     assert np.array_equal(large[np.int8(-1)][0], large[len(large) - 1][0])

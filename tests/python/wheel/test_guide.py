@@ -1,4 +1,4 @@
-"""The blocks of the guide's page, one after another in one session."""
+"""The code blocks of the guide's page run one after another in one session."""
 
 import importlib.util
 import os

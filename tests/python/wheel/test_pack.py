@@ -1,4 +1,4 @@
-"""Packs: the bytes of the command."""
+"""Packs are the same bytes as those of the command."""
 
 import pickle
 from pathlib import Path

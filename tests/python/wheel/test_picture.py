@@ -1,4 +1,4 @@
-"""Pictures of notebooks."""
+"""Images for notebooks."""
 
 import io
 from pathlib import Path

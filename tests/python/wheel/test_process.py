@@ -1,4 +1,4 @@
-"""What a long-lived process asks for: interruptions, forks, and no leaks."""
+"""Long-lived processes: interruptions, forks and leaks."""
 
 import os
 import signal
@@ -13,7 +13,7 @@ import edgegait
 
 
 def interrupted(work, is_time):
-    """Seconds between SIGINT, which comes when it is time, and the KeyboardInterrupt of some work."""
+    """Returns the seconds from SIGINT, sent once `is_time`, to the KeyboardInterrupt in some work."""
     at = []
 
     def press():
@@ -49,7 +49,7 @@ def interrupted(work, is_time):
 def test_control_c_ends_work(work):
     begun = time.monotonic()
     assert interrupted(work, lambda: time.monotonic() > begun + 0.5) < 10
-    # And nothing is stuck.
+    # Later work is not blocked.
     assert len(edgegait.Dataset(views="side", raster="rows").batch(range(26))[0]) == 26
     assert edgegait.score("pixels", views="side", raster="rows", no_baselines=True)["recognizers"][0]["rank1"] == 1
 
@@ -57,7 +57,7 @@ def test_control_c_ends_work(work):
 def test_a_generation_that_was_interrupted_is_gone_on_with(tmp_path):
     out = tmp_path / "set"
     make = lambda **more: edgegait.generate("domain-random", people=60, out=out, **more)  # noqa: E731
-    # When the first people are stored; all take some seconds.
+    # Interrupt when the first people are stored; all of them take some seconds.
     interrupted(make, lambda: any(path.stat().st_size > 0 for path in out.glob("train.unfinished/**/*.npy")))
     assert not (out / "train").exists()
     with pytest.raises(ValueError, match="ended before it was done"):
@@ -70,7 +70,7 @@ def test_a_generation_that_was_interrupted_is_gone_on_with(tmp_path):
 
 
 def waited_for(child):
-    """The status of a child that ends within a minute."""
+    """Returns the status of a child that must end within a minute."""
     deadline = time.monotonic() + 60
     while (done := os.waitpid(child, os.WNOHANG))[0] == 0:
         if time.monotonic() > deadline:
@@ -106,7 +106,7 @@ def test_models_that_were_loaded_before_a_fork_are_refused_after_it():
     edgegait.score("gei-small", **how)
     child = os.fork()
     if child == 0:
-        # Other recognizers need no threads of the runtime's.
+        # Other recognizers do not use the runtime's threads.
         is_right = edgegait.score("pixels", **how)["recognizers"][0]["probes"] == 26
         try:
             edgegait.score("gei-small", **how)
@@ -128,7 +128,7 @@ def test_memory_does_not_grow_with_items():
     dataset = edgegait.Dataset(pack, views="paper", raster="rows")
     design = edgegait.Dataset(edgegait.Design("casia-b-like"), split="train", people=4)
 
-    # One of ten alone, and half of the batches from people who are made.
+    # A tenth of the items is drawn singly, and half of the batches are of generated people.
     def draw(first, last):
         for at in range(first, last, 500):
             dataset.batch([(at + step) % len(dataset) for step in range(200)])

@@ -19,7 +19,7 @@ def flat(images):
 
 
 def judged(recognizer):
-    """What does not depend on time or name."""
+    """Returns the results that do not depend on time or name."""
     return {
         name: value
         for name, value in recognizer.items()
@@ -84,7 +84,7 @@ def test_a_callable_may_be_given_the_viewpoints():
 
     def look(images, views):
         seen.append((len(images), views.shape, views.dtype))
-        # A part for each viewpoint of training: the picture in the one that it is seen from, nothing in the other.
+        # A part for each training viewpoint: the image in the part of its viewpoint, zeros in the other.
         pixels = flat(images)
         is_side = views[:, :1] == 90
         return np.stack([np.where(is_side, pixels, 0), np.where(is_side, 0, pixels)], axis=2)
@@ -94,7 +94,7 @@ def test_a_callable_may_be_given_the_viewpoints():
     recognizer = edgegait.Recognizer(look, view_input="view", distance="view", training=trained)
     results = edgegait.score([recognizer, "pixels"], azimuth_deg=[90, 0], protocol="first-take", **flags)
     rates = {one["name"]: one["rank1"] for one in results["recognizers"]}
-    # Who is compared from one viewpoint alone is not mistaken for somebody from another.
+    # Comparing within a viewpoint avoids confusion with people from the other one.
     assert rates["look"] == 1.0 > rates["pixels"]
     assert all(shape == (count, 2) and kind == np.float32 for count, shape, kind in seen)
     with pytest.raises(edgegait.Error, match="not been trained on viewpoint 45,0"):
@@ -160,7 +160,7 @@ def test_what_a_callable_raises_is_raised():
     ]:
         with pytest.raises((ValueError, TypeError), match=text):
             edgegait.score(edgegait.Recognizer(wrong, name="wrong", classes=["F01", "M02"]), **SIDES)
-    # And the next one runs.
+    # The next score runs.
     assert edgegait.score(flat, no_baselines=True, **SIDES)["recognizers"][0]["rank1"] > 0
 
 

@@ -1,4 +1,4 @@
-"""Streams that never end: which items they have, and who reads them."""
+"""Endless streams: their items and their readers."""
 
 import itertools
 import pickle
@@ -14,7 +14,7 @@ MASK = 2**64 - 1
 
 
 def mixed(z):
-    """splitmix64, after Steele, Lea & Flood."""
+    """Returns the next number of splitmix64 (Steele, Lea & Flood)."""
     z = (z + 0x9E3779B97F4A7C15) & MASK
     z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & MASK
     z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & MASK
@@ -22,7 +22,7 @@ def mixed(z):
 
 
 def permuted(number, count, key):
-    """A Feistel network of six rounds, walked until it is below count."""
+    """Permutes a number with a Feistel network of six rounds, repeated until the result is below `count`."""
     half = max(1, ((count - 1).bit_length() + 1) // 2)
     while True:
         left, right = number >> half, number & ((1 << half) - 1)
@@ -34,7 +34,7 @@ def permuted(number, count, key):
 
 
 def place(at, seed, people, items, at_once):
-    """The order as the guide states it, written anew."""
+    """Returns epoch and item of a draw in the order that the guide defines, reimplemented."""
     epoch, at = divmod(at, people * items)
     key = mixed(seed ^ mixed(epoch))
     block, at = divmod(at, min(at_once, people) * items)
@@ -115,7 +115,7 @@ def test_readers_share_batches_and_a_stream_goes_on_where_it_stopped(dataset, mo
     monkeypatch.setenv("RANK", "1")
     monkeypatch.setenv("WORLD_SIZE", "2")
     assert first(dataset.stream(batch=5), 3) == shared[1]
-    # Known where the stream is made, whatever its worker's environment is.
+    # The rank is taken when the stream is made, not from its worker's environment.
     packed = pickle.dumps(dataset.stream(batch=5))
     monkeypatch.delenv("RANK")
     monkeypatch.delenv("WORLD_SIZE")

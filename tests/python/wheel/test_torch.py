@@ -82,7 +82,7 @@ def test_the_process_group_says_which_rank_reads(dataset, monkeypatch):
     monkeypatch.setattr(torch.distributed, "get_rank", lambda: 1)
     monkeypatch.setattr(torch.distributed, "get_world_size", lambda: 3)
     stream = dataset.stream(batch=16)
-    # Workers that are spawned have no process group.
+    # Spawned workers have no process group.
     loader = data.DataLoader(stream, batch_size=None, num_workers=1, multiprocessing_context="spawn")
     for number, (images, _) in zip([1, 4], loader, strict=False):
         assert np.array_equal(images, stream[number][0])
@@ -122,7 +122,7 @@ def test_modules_are_scored_in_evaluation_mode_and_left_as_they_were():
     mine, pixels = results["recognizers"][1], results["recognizers"][0]
     assert mine["name"] == "Net"
     assert mine["rank1"] == pixels["rank1"]
-    # Parts, as OpenGait's models give them.
+    # Embeddings in parts, as of OpenGait's models.
     parts = edgegait.Recognizer(lambda images: torch.from_numpy(images).reshape(len(images), 50, 30), name="parts")
     assert edgegait.score(parts, views="side", raster="rows", no_baselines=True)["recognizers"][0]["rank1"] == 1
 
