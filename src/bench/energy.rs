@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn a_processors_counters_are_added_and_may_begin_anew() {
+    fn a_processors_counters_are_added_and_may_wrap() {
         let zone = "sys/class/powercap/intel-rapl";
         let root = machine(&[
             (&format!("{zone}:0/name"), "package-0\n"),

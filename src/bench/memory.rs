@@ -38,7 +38,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn a_peak_is_at_least_what_is_held_and_can_be_asked_for_anew() {
+    fn a_peak_is_at_least_what_is_held_and_can_be_reset() {
         // Other tests hold memory and free it at the same time, so nothing stronger can be
         // asserted.
         let big = std::hint::black_box(vec![1_u8; 64 << 20]);

@@ -184,7 +184,7 @@ mod tests {
         assert!(silent.contains("gave no result"), "{silent}");
     }
     #[test]
-    fn progress_is_told_apart_from_what_a_process_complains_of() {
+    fn progress_is_separated_from_the_errors_of_a_process() {
         let script = "echo 'progress: 12.5 m: one at a time' >&2; echo 'progress: soon' >&2; \
                       echo 'odd: words' >&2; echo '{\"a\":1}'";
         let heard = std::sync::Mutex::new(Vec::new());

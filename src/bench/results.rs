@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn the_median_window_speaks_and_the_spread_is_of_all() {
+    fn times_are_of_the_median_window_and_the_spread_is_of_all() {
         let windows = [
             window(&[3_000, 5_000], None),
             window(&[1_000, 1_000], None),
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_less_than_was_planned_is_said_and_nothing_else() {
+    fn only_what_is_less_than_planned_is_stated() {
         let second = 1_000_000_000;
         let said = |planned: TimingPlan, made: TimingPlan, windows: &[MeasuredWindow], batch| {
             let mut timing = Timing::of(windows, batch).expect("windows");

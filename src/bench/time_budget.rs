@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_told_is_how_long_the_rest_takes_within_the_cap() {
+    fn progress_states_the_remaining_time_within_the_limit() {
         let told = std::sync::Mutex::new(Vec::new());
         let tell =
             |one: &MeasuringProgress| told.lock().expect("no panic").push(one.left_s.round());
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn a_batch_is_as_large_as_four_of_it_fit_the_time() {
+    fn a_batch_is_as_large_as_four_calls_in_the_time_allow() {
         assert_eq!(batch_within(10.0, 0.001, 64), Some(64));
         assert_eq!(batch_within(10.0, 0.001, 3), Some(3));
         // Four of 32 take 12.8 s, of 16 half as long.

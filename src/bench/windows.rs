@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn after_its_time_a_window_ends_with_the_call_that_it_is_at() {
+    fn after_its_time_a_window_ends_with_its_current_call() {
         let calls = std::cell::Cell::new(0);
         let mut a = || {
             calls.set(calls.get() + 1);

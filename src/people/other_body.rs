@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn a_span_moves_as_a_cycle_does() {
+    fn an_uncut_motion_moves_as_a_cycle_does() {
         let span = UncutMotion {
             sample_rate_hz: 100.0,
             roots: cycle().root,

@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn trunks_that_lean_as_nobodys_do_are_turned_to_the_published_mean() {
+    fn implausible_leans_are_turned_to_the_published_mean() {
         for (speed_kmh, more_deg, published) in
             [(5.0, -25.0, 0.9), (5.0, 25.0, 0.9), (11.0, -30.0, 7.2)]
         {
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn leans_of_people_stay_unless_the_file_does_not_know_what_upright_is() {
+    fn plausible_leans_stay_unless_the_file_does_not_define_upright() {
         let leaning = take(5.0, 0.0, 12.0);
         let mut known = leaning.clone();
         stand_upright(&mut known);

@@ -393,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn collar_bones_turn_by_so_much_from_how_they_usually_are_which_stays() {
+    fn collar_bones_turn_by_a_limited_angle_from_their_usual_orientation() {
         let usual = DQuat::from_rotation_y(0.3);
         let shrugs = |frame: usize| match frame % 40 {
             0 => usual * DQuat::from_rotation_z(0.4),
@@ -447,7 +447,7 @@ mod tests {
     }
 
     #[test]
-    fn an_elbow_that_is_a_little_lax_and_made_walkers_stay_as_they_are() {
+    fn slightly_lax_elbows_and_synthetic_walkers_are_unchanged() {
         let plain = take(Joint::LeftForearm, |_| DQuat::from_rotation_x(0.55));
         let bends = (0..plain.len()).map(|frame| {
             let (at, turns) = plain.posed(frame);
@@ -467,7 +467,7 @@ mod tests {
     }
 
     #[test]
-    fn a_head_that_looks_down_or_up_by_convention_is_turned_to_where_heads_look() {
+    fn a_head_that_looks_down_or_up_by_convention_is_turned_to_the_limit() {
         for (radians, way) in [(0.7, "down by 40"), (-0.7, "up by 40")] {
             let mut take = take(Joint::Head, |_| DQuat::from_rotation_x(radians));
             steady(&mut take);
@@ -480,7 +480,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_went_through_a_low_pass_goes_through_a_harder_one() {
+    fn only_filtered_motions_are_filtered_more_strongly() {
         // Shaking at 12 Hz by 10 degrees.
         let rate_hz = RetargetedMotion::of_person(&Person::average(Sex::Male), 5.0).sample_rate_hz;
         let shakes = |frame: usize| {

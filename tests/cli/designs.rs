@@ -68,7 +68,7 @@ fn a_design_makes_the_same_bytes_on_any_number_of_threads() {
 }
 
 #[test]
-fn people_are_the_same_whoever_else_is_made() {
+fn people_do_not_depend_on_who_else_is_generated() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     // More people than are generated at the same time.
@@ -84,7 +84,7 @@ fn people_are_the_same_whoever_else_is_made() {
 }
 
 #[test]
-fn splits_are_datasets_of_their_own_which_share_nobody() {
+fn splits_are_datasets_that_share_no_person() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     let said = done(

@@ -47,7 +47,7 @@ fn a_digest_is_the_hash_of_the_dataset_that_it_does_not_store() {
 }
 
 #[test]
-fn what_is_drawn_of_a_condition_is_in_the_index_and_acts_whatever_the_threads() {
+fn sampled_strengths_are_in_the_index_and_do_not_depend_on_threads() {
     let folder = folder();
     let at = folder.path();
     let written = "[[conditions]]\nname = 'drawn'\nconfounders = { coat = { p = 0.5, uniform = [0.2, 1] }, roll = { normal = ['0 deg', '3 deg'], per = 'person' } }\n";

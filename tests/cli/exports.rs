@@ -72,7 +72,7 @@ test = "3..5"
 "#;
 
 #[test]
-fn several_templates_of_one_pass_are_those_of_their_own() {
+fn templates_of_one_pass_are_those_of_separate_passes() {
     let folder = folder();
     let at = folder.path();
     let sweep = "sweep two.egp --views side --cycles 2 --conditions casia-b";
@@ -342,7 +342,7 @@ fn trees_are_read_again_as_they_were_drawn() {
 }
 
 #[test]
-fn geis_of_ones_own_are_trained_with_and_scored() {
+fn the_users_own_geis_are_trained_with_and_scored() {
     let folder = folder();
     let at = folder.path();
     done(

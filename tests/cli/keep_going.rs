@@ -130,7 +130,7 @@ fn one_cycle_that_the_encoder_refuses_costs_that_cycle_only() {
 }
 
 #[test]
-fn a_field_of_the_bodies_that_cannot_be_costs_that_field_only() {
+fn an_impossible_field_of_the_bodies_costs_that_field_only() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     files(at);
@@ -173,7 +173,7 @@ fn a_field_of_the_bodies_that_cannot_be_costs_that_field_only() {
 }
 
 #[test]
-fn a_warning_of_several_files_is_said_once_with_their_number_and_kept_with_each() {
+fn a_warning_of_several_files_is_printed_once_with_their_number_and_kept_with_each() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     files(at);

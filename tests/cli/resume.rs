@@ -96,7 +96,7 @@ fn a_full_disk_loses_nothing_that_was_done() {
         2,
         &["settings.cycles is 120 there, 121 here"],
     );
-    // A run waits for, or reports, another one that holds the lock.
+    // A run reports another one that holds the lock.
     let lock = fs::File::open(at.join("full.unfinished/lock")).expect("a lock");
     lock.lock().expect("locked");
     for flags in ["", "--resume"] {

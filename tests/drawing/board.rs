@@ -42,7 +42,7 @@ fn the_packs_in_flash_are_those_of_the_command() {
 /// The scores with 8-bit weights differ from the model's by at most 0.18 over 2,184 GEIs (`edgegait
 /// quantize models/spread.onnx`), which is less than the margins here.
 #[test]
-fn the_board_takes_people_for_whom_the_onnx_model_does() {
+fn the_board_gives_the_answers_of_the_onnx_model() {
     let quantized = LinearRecognizer::parse(RECOGNIZER).expect("the recognizer");
     let model = model();
     let people = &model.contract().classes;

@@ -149,7 +149,7 @@ fn a_sweeps_geis_are_the_means_of_the_frames_that_are_rendered() {
 }
 
 #[test]
-fn what_a_sensor_cuts_off_is_what_rows_say() {
+fn columns_and_rows_clip_the_same_share_at_a_sensors_border() {
     let bytes = pack();
     let pack = Pack::parse(&bytes).expect("our own pack");
     let views = Views::grid("some", [0.0, 50.0], [0.0, 45.0, 90.0])

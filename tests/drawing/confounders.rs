@@ -345,7 +345,7 @@ fn the_index_names_the_alternative_that_each_person_drew() {
 }
 
 #[test]
-fn casia_b_looks_for_people_with_bags_and_in_coats() {
+fn casia_b_has_probes_with_bags_and_coats() {
     let folder = folder();
     let json = done(
         folder.path(),

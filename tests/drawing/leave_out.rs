@@ -3,7 +3,7 @@
 use crate::command::{done, refused};
 
 #[test]
-fn every_take_is_looked_for_among_all_others_at_its_viewpoint() {
+fn every_take_is_a_probe_against_all_others_at_its_viewpoint() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     done(at, &["cohort", "--people", "4", "--out", "four.egp"]);

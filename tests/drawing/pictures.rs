@@ -116,7 +116,7 @@ fn a_camera_sees_people_smaller_from_further_away_and_larger_through_a_narrow_le
 }
 
 #[test]
-fn a_camera_that_stands_still_is_where_it_is_told() {
+fn a_static_camera_is_where_its_flags_put_it() {
     let folder = folder();
     let at = folder.path();
     let still = |aim: &str| {
@@ -232,7 +232,7 @@ fn results_state_how_they_were_drawn() {
 }
 
 #[test]
-fn a_camera_in_the_way_is_refused_and_said_where() {
+fn a_camera_too_close_to_the_figure_is_refused_with_its_walk() {
     let folder = folder();
     let arguments = [
         "render",

@@ -92,7 +92,7 @@ fn holes(picture: &Parts) -> Vec<(usize, u8)> {
 /// A hole next to an arm is between arm and trunk. One that does not touch the trunk is between the
 /// legs, and so is a large one, up to the crotch. Others are seams.
 #[test]
-fn nothing_is_seen_through_a_walker_but_between_the_limbs() {
+fn the_background_shows_only_between_the_limbs() {
     let (mut images, mut seams) = (0, Vec::new());
     for (walker, (name, body, person)) in walkers().iter().enumerate() {
         for (speed_kmh, elevation_deg) in [(5.0, 0.0), (10.0, 0.0), (5.0, 20.0)] {

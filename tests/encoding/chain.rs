@@ -1,5 +1,5 @@
-//! From a made walker to Gait Energy Images: what the encoder states is true, what is
-//! made does not depend on threads, and people differ more than their cycles do.
+//! From a synthetic walker to Gait Energy Images: the encoder's stated errors are true, results do
+//! not depend on threads, and people differ more than their cycles do.
 
 use edgegait::encode::{encode_avatar, encode_subjects};
 use edgegait::people::cohort::{self, CohortOptions};
@@ -10,7 +10,8 @@ use edgegait_core::pack::{Gait, Pack};
 use edgegait_core::pose::ModelPose;
 use glam::{DQuat, DVec3};
 
-/// Greatest distance from a point of one set to the nearest of the other, both ways, mm.
+/// Returns the greatest distance from a point of one set to the nearest of the other, both ways,
+/// mm.
 fn distance_mm(some: &[DVec3], others: &[DVec3]) -> f64 {
     let mut greatest = 0.0f64;
     for (from, to) in [(some, others), (others, some)] {
@@ -47,7 +48,7 @@ fn a_body_returns_within_what_was_asked_for_and_the_stated_error_is_true() {
             let name = &subject.name;
             assert!((worst - encoded.max_error_mm).abs() < 1e-6, "{name}");
             assert!(worst <= asked_mm, "{name}: {worst}");
-            // In the file it is rounded up to hundredths.
+            // The file's error is rounded up to hundredths.
             let stated = f64::from(avatar.max_error_mm());
             assert!(
                 stated > worst - 1e-4 && stated < worst + 0.0101,
@@ -69,7 +70,7 @@ fn pack(seed: u64, people: usize, speeds_kmh: &[f64]) -> Vec<u8> {
     encoded(5.0, seed, people, speeds_kmh)
 }
 
-/// The first person within this error.
+/// Returns a pack with seed 1 and this error bound.
 fn pack_within(max_error_mm: f64, people: usize, speeds_kmh: &[f64]) -> Vec<u8> {
     encoded(max_error_mm, 1, people, speeds_kmh)
 }
@@ -93,7 +94,7 @@ fn seeded(seed: u64) -> Settings {
     }
 }
 
-/// Jobs and their GEIs, in the order in which they come.
+/// Returns jobs and their GEIs, in the order of their completion.
 fn swept(
     bytes: &[u8],
     cycles: u32,
@@ -136,7 +137,7 @@ fn a_cohort_is_the_same_on_1_and_4_threads_and_another_with_another_seed() {
         .take(2)
         .map(|w| (w.name, w.gait, w.speed_mm_per_s))
         .collect();
-    // 4 km/h are 1.111 m/s; 8 are 2.222.
+    // 4 km/h are 1.111 m/s, and 8 km/h are 2.222 m/s.
     assert_eq!(
         walks,
         [
@@ -162,8 +163,8 @@ fn a_person_does_not_depend_on_how_many_others_there_are() {
         };
         assert_eq!(body(&few), body(&many));
         assert_eq!(few.subject(index), many.subject(index));
-        // The steps of motion are those of all walks of a pack: the same walk is decoded
-        // within the error of either pack, 5 mm, not to the same bit.
+        // All walks of a pack share quantisation steps, so a walk in another pack is the same
+        // within the error of 5 mm, but not bit for bit.
         let model = |pack: &Pack<'_>| {
             let pose = pack.clip(index).expect("a clip").sample(0.25);
             let avatar = pack.avatar(index).expect("an avatar");
@@ -188,7 +189,7 @@ fn a_sweep_is_the_same_on_1_and_4_threads_and_its_seed_varies_all_cycles_but_the
     }
 }
 
-/// Root of the mean squared difference of the first views' pixels, grey levels.
+/// Returns the root mean square difference of the first views' pixels, grey levels.
 fn distance(a: &[Vec<u8>], b: &[Vec<u8>]) -> f64 {
     let pixels = a[0].iter().zip(&b[0]);
     let squares = pixels.map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
@@ -202,8 +203,8 @@ fn a_varied_cycle_depends_on_what_else_is_in_the_pack_by_no_more_than_a_stored_o
         pack_within(0.5, 1, &[5.0]),
         pack_within(0.5, 1, &[4.0, 5.0]),
     );
-    // One place for all frames: a frame whose centroid is between two columns would land on
-    // either.
+    // One framing for all frames, as a frame whose centroid is between two columns could be placed
+    // at either.
     let kept = |seed| Settings {
         framing: FramingMode::Cycle,
         ..seeded(seed)
@@ -211,8 +212,8 @@ fn a_varied_cycle_depends_on_what_else_is_in_the_pack_by_no_more_than_a_stored_o
     let many = swept(&many, 2, &side, kept(1));
     let other_seed = &swept(&few, 2, &side, kept(2))[1].1;
     let few = swept(&few, 2, &side, kept(1));
-    // walk-5kmh, stored and varied: the second walk of the second pack. It is the same but
-    // for its steps, which are those of both walks: twice 0.5 mm, where a pixel is 35.
+    // walk-5kmh, stored and varied, is the second walk of the second pack. It differs only by the
+    // quantisation steps, which both walks share: twice 0.5 mm, where a pixel is 35 mm.
     for cycle in 0..2 {
         let off = distance(&few[cycle].1, &many[2 + cycle].1);
         let varied = distance(&few[1].1, other_seed);
@@ -221,7 +222,7 @@ fn a_varied_cycle_depends_on_what_else_is_in_the_pack_by_no_more_than_a_stored_o
     }
 }
 
-/// The first person with one walk at 5 km/h, changed.
+/// Returns the first person with one changed walk at 5 km/h.
 fn changed(change: impl Fn(&mut Cycle)) -> Vec<Subject> {
     let options = CohortOptions {
         people: 1,

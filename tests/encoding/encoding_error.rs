@@ -1,5 +1,5 @@
-//! What an encoding error costs: GEIs and Rank-1 at 1, 5, 10 and 20 mm, against the finest
-//! encoding. The README's table:
+//! The effect of the encoding error: GEIs and rank-1 at 1, 5, 10 and 20 mm, compared with the
+//! finest encoding. Prints the table of the guide's page on encoding:
 //!
 //! `cargo test --release --test encoding encoding_error -- --ignored --nocapture`
 
@@ -17,7 +17,7 @@ fn done(folder: &Path, arguments: &[&str]) {
     assert!(output.status.success(), "{arguments:?}: {output:?}");
 }
 
-/// Makes the cohort at 5 km/h with this error, and everything from it.
+/// Encodes the cohort at 5 km/h with this error, and sweeps, inspects and scores it.
 fn study(folder: &Path, error: &str) -> (Dataset, Value, Value) {
     let [pack, data, inspected, scored] =
         ["pack.egp", "data", "pack.json", "score.json"].map(|name| format!("{error}-{name}"));
@@ -34,7 +34,7 @@ fn study(folder: &Path, error: &str) -> (Dataset, Value, Value) {
     (dataset, json(&inspected), json(&scored))
 }
 
-/// Root mean square difference of all pixels, of 255.
+/// Returns the root mean square difference of all pixels, of 255.
 fn rmse(a: &Dataset, b: &Dataset) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for (a, b) in a.templates().zip(b.templates()) {
@@ -79,7 +79,7 @@ fn an_error_of_5_mm_changes_geis_less_than_low_poly_hulls_may_and_rank_1_by_less
         assert!(off > before, "a coarser encoding changes GEIs more");
         before = off;
         if error == "5" {
-            // 7 is what DESIGN.md, section 9, allows low-poly hulls.
+            // 7 is the largest difference allowed for low-poly hulls.
             assert!(off < 7.0, "{off}");
             for (found, unchanged) in rank1.iter().zip(&unchanged) {
                 assert!((found - unchanged).abs() < 1.0, "{rank1:?}");

@@ -1,4 +1,4 @@
-//! `edgegait frontier`, and `--max-gei-rmse`, as a user runs them.
+//! Tests of `edgegait frontier` and `--max-gei-rmse`.
 
 use crate::command::{done, names, refused};
 use crate::two::folder;
@@ -20,7 +20,7 @@ fn number(point: &Value, key: &str) -> f64 {
     found.unwrap_or_else(|| panic!("{key}: expected a number in {point}"))
 }
 
-/// What all points of all scenes have to satisfy.
+/// Checks what all points of all scenes must satisfy.
 fn check(points: &[Value]) {
     for point in points {
         assert!(number(point, "ns_per_silhouette") > 100.0, "{point}");
@@ -43,7 +43,7 @@ fn check(points: &[Value]) {
     assert_eq!(points[0]["is_default"], true);
     assert_eq!(number(&points[0], "time_ratio"), 1.0);
     assert!(marked("pareto") > 0);
-    // Nothing is closer than the closest, so that it is in the set.
+    // The point with the least error is always in the Pareto set.
     let error = |point: &&Value| number(point, "gei_rmse");
     let closest = points.iter().min_by(|a, b| error(a).total_cmp(&error(b)));
     assert_eq!(closest.expect("a point")["pareto"], true);
@@ -61,7 +61,7 @@ fn a_frontier_has_at_least_12_points_and_comes_as_json_csv_and_a_chart() {
     check(all);
     let distinct: BTreeSet<&str> = all.iter().filter_map(|p| p["name"].as_str()).collect();
     assert_eq!(distinct.len(), all.len());
-    // One respect at a time: what is finer is larger and closer.
+    // In each single setting, a finer value is larger and has a smaller error.
     let of = |name: &str| {
         let found = all.iter().find(|point| point["name"] == name);
         found.unwrap_or_else(|| panic!("no point {name:?}"))
@@ -95,11 +95,12 @@ fn a_frontier_has_at_least_12_points_and_comes_as_json_csv_and_a_chart() {
     let svg = text("frontier.svg");
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
     assert!(distinct.iter().all(|name| svg.contains(name)));
-    // A dot for each, one in the list for those that no other beats, and the default's ring.
+    // A dot for each point, one in the list for each of the Pareto set, and the ring of the
+    // default.
     let front = all.iter().filter(|point| point["pareto"] == true).count();
     assert_eq!(svg.matches("<circle").count(), all.len() + front + 1);
 
-    // All but times, and what follows from them, are the same again.
+    // Except for times and values derived from them, results are reproducible.
     let again = json(&done(
         path,
         &["frontier", "--quick", "--json", "-", "--threads", "1"],
@@ -171,7 +172,7 @@ fn a_sweep_takes_the_cheapest_drawing_that_meets_an_error() {
     assert!(frames(&fine) > 8);
     assert!(why(&fine).starts_with(fine["raster"].as_str().expect("a rasteriser")));
 
-    // What is stated is what a user gets who asks for it.
+    // The chosen settings, given as flags, produce the same sweep.
     let text = frames(&fine).to_string();
     let flags = [
         "sweep",

@@ -1,8 +1,8 @@
-//! Packs of released versions decode to the same poses, bit for bit, for ever; and whatever
-//! is done to their bytes, they are refused or decode to something.
+//! Packs of released versions decode to the same poses, bit for bit, forever; with changed bytes,
+//! they are rejected or decode to some pose.
 //!
-//! `UPDATE_GOLDEN=1 cargo test --test encoding golden` makes the packs of the present version and
-//! their poses again: only until that version is released.
+//! `UPDATE_GOLDEN=1 cargo test --test encoding golden` regenerates the packs of the current version
+//! and their poses, which is allowed only until that version is released.
 
 use edgegait::encode::encode_subjects;
 use edgegait::people::cohort::{self, CohortOptions};
@@ -20,10 +20,10 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Five people with a walk and a run each, as closed cycles with templates; and one of them
-/// who sets off and turns, as a take.
+/// Five people with a walk and a run each, as closed cycles with mean walks; and one of them who
+/// starts to walk and turns, as an uncut motion.
 const PACKS: [&str; 2] = ["v1-loops", "v1-take"];
-/// Times at which poses are kept, as shares of a clip's duration.
+/// The times at which poses are stored, as shares of a clip's duration.
 const MOMENTS: [f64; 5] = [0.0, 0.125, 0.5, 0.71, 1.0];
 
 fn path(name: &str, extension: &str) -> PathBuf {
@@ -40,7 +40,7 @@ fn people() -> Vec<Subject> {
     cohort::subjects(&options).expect("five people")
 }
 
-/// Four seconds of a cycle that sets off from standing and turns by 200 degrees.
+/// Returns four seconds of a cycle that starts from standing and turns by 200 degrees.
 fn set_off(cycle: &Cycle) -> UncutMotion {
     const RATE_HZ: f64 = 60.0;
     let frames = cycle.root.len();
@@ -85,9 +85,9 @@ fn make(name: &str) -> Vec<u8> {
     encode_subjects(&people, 5.0, &|| ()).expect("a pack")
 }
 
-/// A line for each body: joint offsets and the corners of the box around its hulls at rest;
-/// then one for each clip and moment: root and rotations. In digits that give the same floats
-/// again.
+/// Formats a line for each body (joint offsets, and the corners of the box around its hulls at
+/// rest), then one for each clip and moment (root and rotations), with digits that reproduce the
+/// floats.
 fn poses(pack: &Pack<'_>) -> String {
     let mut text = String::from("body,19 offsets (x, y, z) and two corners\n");
     for index in 0..pack.avatar_count() {
@@ -148,7 +148,7 @@ fn golden_packs_decode_to_the_same_poses() {
     }
 }
 
-/// Length and checksum made true after a change.
+/// Corrects length and checksum after a change.
 fn fix(bytes: &mut [u8]) {
     if bytes.len() >= 16 {
         let length = (bytes.len() as u32).to_le_bytes();
@@ -158,7 +158,7 @@ fn fix(bytes: &mut [u8]) {
     }
 }
 
-/// Reads all that a pack holds; whether it is one.
+/// Reads everything in a pack, and returns whether it is valid.
 fn reads(bytes: &[u8]) -> bool {
     let Ok(pack) = Pack::parse(bytes) else {
         return false;
@@ -207,7 +207,7 @@ fn ten_thousand_flipped_bits_of_each_golden_pack_are_noticed_or_decode() {
             fix(&mut flipped);
             decoded += usize::from(reads(&flipped));
         }
-        // What is not structure is numbers, and most of those may be anything.
+        // Most of the bytes are numbers, which may have any value.
         println!("{name}: {decoded} of 10,000 decode");
         assert!((2_000..10_000).contains(&decoded), "{name}: {decoded}");
     }

@@ -1,4 +1,4 @@
-//! Walks and takes, from the scene into a pack and back.
+//! Encoding of gait cycles and uncut motions into packs, and decoding.
 
 #[path = "../helpers/command.rs"]
 mod command;

@@ -1,4 +1,4 @@
-//! Recorded walks, from files to tracks within their error.
+//! Encoding of recorded walks within their error.
 
 use super::truth::{assert_stated, encoded, errors_mm, motion, parsed};
 use crate::command::done;
@@ -10,8 +10,8 @@ use edgegait_core::skeleton::Joint;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-/// A BVH file of someone who walks and whose left arm's angles about y, x and z, degrees, follow
-/// from the frame.
+/// Writes a BVH file of a walking person whose left arm has the given angles about y, x and z,
+/// degrees, by frame.
 fn recording(
     folder: &Path,
     name: &str,
@@ -23,7 +23,7 @@ fn recording(
     })
 }
 
-/// The person of one file.
+/// Imports the person of one file.
 fn imported(path: &Path) -> Subject {
     let recording = Recording::read(path, &ReadOptions::default()).expect("a recording");
     let people = subjects(&[recording], &BodyOptions::default()).expect("a person");
@@ -33,13 +33,14 @@ fn imported(path: &Path) -> Subject {
 #[test]
 fn angles_that_pass_through_gimbal_lock_mean_the_smooth_rotation() {
     let folder = tempfile::tempdir().expect("a folder");
-    // The arm points ahead and swings 30 degrees up and down: -90 at frames 30, 90...
+    // The arm points ahead and swings 30 degrees up and down; it is at -90 degrees at frames 30,
+    // 90...
     let raised = |frame: usize| -90.0 - 30.0 * (TAU * frame as f64 / 120.0).cos();
     let smooth = recording(folder.path(), "smooth_1.bvh", 0.0, |f| {
         [0.0, raised(f), 0.0]
     });
-    // The same with the middle angle kept within 90 degrees: turning by b about x is turning
-    // by 180 about y and z and by 180 - b about x; at -90 the outer two are only a sum.
+    // The same motion with the middle angle within 90 degrees: a turn by b about x equals turns by
+    // 180 about y and z and by 180 - b about x. At -90 only the sum of the outer two matters.
     let locked = recording(folder.path(), "locked_1.bvh", 0.0, |frame| {
         let degrees = raised(frame);
         if (degrees + 90.0).abs() < 1e-9 {
@@ -60,7 +61,7 @@ fn angles_that_pass_through_gimbal_lock_mean_the_smooth_rotation() {
         let errors = errors_mm(cycle, &pack, index);
         println!("locked: {} mm", errors.max());
         assert!(errors.max() <= 5.0 + 1e-3, "{}", errors.max());
-        // It really swings: 60 degrees from end to end.
+        // The arm swings by 60 degrees from end to end.
         let first = cycle.rotations[0][upper_arm];
         let turned = cycle
             .rotations
@@ -77,7 +78,7 @@ fn how_far_a_loop_did_not_close_is_stated_apart_from_the_error_of_encoding() {
     let at = folder.path();
     let hanging = |_| [0.0; 3];
     recording(at, "level_1.bvh", 0.0, hanging);
-    // 4 cm a second and a second a cycle: 20 mm to either end.
+    // 4 cm a second and one second a cycle: 20 mm to either end.
     recording(at, "sinking_1.bvh", 4.0, hanging);
     for (name, closure_mm) in [("level", 0.0..2.0), ("sinking", 18.0..22.0)] {
         let file = format!("{name}_1.bvh");
@@ -96,7 +97,7 @@ fn how_far_a_loop_did_not_close_is_stated_apart_from_the_error_of_encoding() {
         );
         assert!(closure_mm.contains(&number("closure_mm")), "{json}");
         assert!(number("max_error_mm") <= 5.0);
-        // In a row of the table: file, format, Hz, frames, cycles, steps/min, m/s, stride, duty,
+        // The columns of the table: file, format, Hz, frames, cycles, steps/min, m/s, stride, duty,
         // lean, fit, loop.
         let row = table
             .lines()
@@ -109,12 +110,12 @@ fn how_far_a_loop_did_not_close_is_stated_apart_from_the_error_of_encoding() {
         let stored = (0..pack.clip_count()).filter_map(|index| pack.clip(index)?.as_loop());
         let most = stored.map(|clip| clip.closure_mm()).fold(0.0, f32::max);
         let off = f64::from(most) - number("closure_mm");
-        // Rounded up to tenths.
+        // The value is rounded up to tenths.
         assert!((-1e-3..0.101).contains(&off), "{off}");
     }
 }
 
-/// Encodes every AMC of these people of CMU.
+/// Encodes every AMC of these people of CMU and checks errors and bytes.
 fn check_cmu_walks(data: &Path, names: &[&str]) {
     let mut recordings = Vec::new();
     for name in names {

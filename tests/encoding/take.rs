@@ -1,4 +1,4 @@
-//! Whole takes: from motions that do not repeat to bytes and back.
+//! Encoding and decoding of uncut motions.
 
 use super::take_oracle::Oracle;
 use crate::data::{fixtures, given};
@@ -15,7 +15,7 @@ use glam::{DQuat, DVec3};
 use std::f64::consts::PI;
 use std::path::Path;
 
-/// A codebook without references, bases and groups; steps get coarser from the hips to the
+/// Returns a codebook without references, bases and groups; steps get coarser from the hips to the
 /// hands and feet.
 fn codebook() -> Vec<u8> {
     let mut bytes = vec![0; CODEBOOK_BYTES + 45];
@@ -40,7 +40,7 @@ fn walker() -> (Cycle, Skeleton) {
     (person.cycle(5.0), skeleton)
 }
 
-/// Seconds of walking whose heading (radians) and share of full stride are given over time.
+/// Returns a walk of some seconds whose heading (radians) and share of full stride depend on time.
 fn walk(
     cycle: &Cycle,
     seconds: f64,
@@ -78,7 +78,7 @@ fn walk(
     }
 }
 
-/// Encodes, and holds the stated error to the second decoder.
+/// Encodes a motion, and checks the stated error with the second decoder.
 fn encoded(span: &UncutMotion, skeleton: &Skeleton, asked_mm: f64) -> EncodedClip {
     let codebook = codebook();
     let parsed = Codebook::parse(&codebook).unwrap();
@@ -86,7 +86,7 @@ fn encoded(span: &UncutMotion, skeleton: &Skeleton, asked_mm: f64) -> EncodedCli
     assert!(encoded.max_error_mm <= asked_mm, "{}", encoded.max_error_mm);
     let oracle = Oracle::new(&encoded.bytes, &codebook);
     let found = oracle.max_error_mm(span, skeleton);
-    // The core decodes in f32: 0.01 mm within some hundred metres.
+    // The core decodes in f32, which is within 0.01 mm for some hundred metres.
     assert!((found - encoded.max_error_mm).abs() < 0.01, "{found}");
     let clip = Clip::parse(&encoded.bytes, &parsed).unwrap();
     assert!(f64::from(clip.max_error_mm()) >= encoded.max_error_mm - 1e-4);
@@ -103,7 +103,7 @@ fn a_walk_that_turns_by_400_degrees_keeps_every_error() {
     let turn = |time: f64| (400.0 / 180.0 * PI) * ((time - 1.0) / 3.0).clamp(0.0, 1.0);
     let span = walk(&cycle, 5.0, 100.0, turn, |_| 1.0);
     let bytes = [1.0, 5.0, 10.0].map(|asked| encoded(&span, &skeleton, asked).bytes.len());
-    // 600 bytes a second at 5 mm; a finer error takes more.
+    // At most 600 bytes a second at 5 mm; a smaller error takes more.
     assert!(bytes[0] > bytes[1] && bytes[1] > bytes[2], "{bytes:?}");
     assert!(bytes[1] < 5 * 600, "{bytes:?}");
 }
@@ -119,7 +119,7 @@ fn a_walk_begins() {
 }
 
 #[test]
-fn one_who_stands_takes_a_few_bytes_a_channel() {
+fn a_standing_person_takes_a_few_bytes_a_channel() {
     let (cycle, skeleton) = walker();
     let still = walk(&cycle, 60.0, 100.0, |_| 0.3, |_| 0.0);
     let bytes = encoded(&still, &skeleton, 1.0).bytes.len();
@@ -138,7 +138,8 @@ fn ten_minutes_of_circles_are_a_minute_ten_times() {
         encoded(&span, &skeleton, 5.0).bytes.len()
     };
     let (one, ten) = (minutes(1.0), minutes(10.0));
-    // A minute is searched whole, ten of them on their liveliest stretch: measured 17 % more.
+    // The search uses all of one minute, but only the liveliest part of ten: measured 17 % more
+    // bytes.
     assert!(ten < 12 * one, "{one} {ten}");
 }
 
@@ -174,7 +175,7 @@ fn quaternions_of_either_sign_are_the_same_motion() {
 }
 
 #[test]
-fn takes_that_cannot_be_are_refused_with_a_reason() {
+fn invalid_motions_are_refused_with_a_reason() {
     let (cycle, skeleton) = walker();
     let span = walk(&cycle, 0.1, 100.0, |_| 0.0, |_| 1.0);
     let codebook = codebook();
@@ -201,7 +202,7 @@ fn takes_that_cannot_be_are_refused_with_a_reason() {
     assert!(far.contains("further than the format holds"), "{far}");
 }
 
-/// Encodes the whole take of each of these clips.
+/// Encodes each of these clips uncut and checks its error.
 fn check_recorded_takes(data: &Path, files: &[&str]) {
     let folder = data.join("mocap/clips");
     let options = ReadOptions {

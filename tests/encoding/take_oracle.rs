@@ -1,15 +1,16 @@
-//! A second decoder of takes, in f64 and written from FORMAT.md: what the core's is held to.
+//! A second decoder of uncut motions, in f64, implemented from FORMAT.md, to check the core's
+//! decoder.
 
 use edgegait::people::UncutMotion;
 use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
 use glam::{DQuat, DVec3};
 
-/// All channels of a take, unpacked.
+/// The unpacked channels of an uncut motion.
 pub struct Oracle {
     duration_us: u64,
     interval_us: u64,
     channels: Vec<Channel>,
-    /// Reference times basis, and the basis's inverse, by joint.
+    /// The reference times the basis, and the inverse of the basis, by joint.
     frames: Vec<(DQuat, DQuat)>,
 }
 
@@ -47,7 +48,7 @@ fn word(bytes: &[u8], at: usize, len: usize) -> u64 {
 }
 
 impl Oracle {
-    /// Unpacks a take and its codebook.
+    /// Unpacks an uncut motion with its codebook.
     pub fn new(take: &[u8], codebook: &[u8]) -> Self {
         assert_eq!(take[0], 2);
         let (duration_us, interval_us) = (word(take, 2, 8), word(take, 10, 4));
@@ -143,7 +144,7 @@ impl Oracle {
         let mut points: Vec<f64> = (0..4).map(|i| channel.knots[first + i] as f64).collect();
         for level in 1..4usize {
             for i in (level..4).rev() {
-                // Knots of the recursion are at -2, -1, 0, 1, 2, 3 intervals.
+                // The knots of the recursion are at -2, -1, 0, 1, 2, 3 intervals.
                 let (low, high) = (i as f64 - 3.0, i as f64 - level as f64 + 1.0);
                 let share = (x - low) / (high - low);
                 points[i] = points[i - 1] * (1.0 - share) + points[i] * share;
@@ -152,7 +153,7 @@ impl Oracle {
         points[3] * channel.step
     }
 
-    /// The root and the rotations at a time.
+    /// Returns the root and the rotations at a time.
     pub fn sample(&self, seconds: f64) -> (DVec3, [DQuat; JOINTS]) {
         let vector = |first| DVec3::from_array([0, 1, 2].map(|i| self.value(first + i, seconds)));
         let mut rotations = [DQuat::IDENTITY; JOINTS];
@@ -163,7 +164,7 @@ impl Oracle {
         (vector(57), rotations)
     }
 
-    /// Greatest distance of the six points 3 cm off each joint from where they are in the
+    /// Returns the greatest distance of the six points 3 cm off each joint from their places in the
     /// frames of `span`, mm.
     pub fn max_error_mm(&self, span: &UncutMotion, skeleton: &Skeleton) -> f64 {
         let points = |(root, rotations): &(DVec3, [DQuat; JOINTS])| {
@@ -197,7 +198,7 @@ impl Oracle {
     }
 }
 
-/// 4 tan(angle / 4) about an axis.
+/// Converts a vector of length 4 tan(angle / 4) along an axis to a rotation.
 fn turn(vector: DVec3) -> DQuat {
     let length = vector.length();
     if length == 0.0 {

@@ -1,5 +1,5 @@
-//! The hard cases of joint tracks: what is stated of an encoded cycle is so, and what cannot
-//! be encoded is refused in a sentence.
+//! Hard cases of joint tracks: the statements about an encoded cycle are true, and motions that
+//! cannot be encoded are errors.
 
 use super::truth::{
     assert_stated, clip_bytes, encoded, error_of, errors_between, errors_mm, first_loop, made,
@@ -22,7 +22,7 @@ static PEOPLE: LazyLock<Vec<Subject>> = LazyLock::new(|| {
         .to_vec()
 });
 
-/// They at 1, 5 and 10 mm.
+/// The packs of these people at 1, 5 and 10 mm.
 static PACKS: LazyLock<Vec<(f64, Vec<u8>)>> = LazyLock::new(|| {
     let bounds = [1.0, 5.0, 10.0];
     bounds.map(|mm| (mm, encoded(&PEOPLE, mm))).to_vec()
@@ -71,7 +71,7 @@ fn an_error_of_zero_gives_the_finest_encoding_and_says_what_it_reached() {
     println!("finest: {} mm, {} bytes", errors.max(), finest.len());
     let clip = first_loop(&parsed(&finest));
     assert_stated(clip.max_error_mm(), errors.max(), "greatest");
-    // Harmonics 32 to 47 of 96 frames are left out. Measured: 0.14 mm.
+    // Harmonics 32 to 47 of the 96 frames are left out. Measured: 0.14 mm.
     assert!(errors.max() > 0.0 && errors.max() < 0.2);
     let (fine, _) = error_of(&walker, 1.0);
     assert!(fine.len() < finest.len());
@@ -92,7 +92,7 @@ fn the_signs_of_quaternions_change_nothing() {
     let mut turns = 0u32;
     for walk in &mut flipped[0].walks {
         for rotation in motion_mut(walk).rotations.iter_mut().flatten() {
-            // About half of them, without a pattern that joints or frames share.
+            // Negate about half of them, without a pattern across joints or frames.
             turns = turns.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             if turns >> 16 & 1 == 1 {
                 *rotation = -*rotation;
@@ -112,7 +112,7 @@ fn a_swing_over_more_than_200_degrees_is_met() {
 
 #[test]
 fn a_rotation_through_half_a_turn_about_the_reference_and_further_is_met() {
-    // Seldom far up: 270 degrees in the middle of the cycle, 53 on average.
+    // A brief large turn: 270 degrees in the middle of the cycle, 53 on average.
     let degrees = |phase: f64| 270.0 * (0.5 - 0.5 * (TAU * phase).cos()).powi(8);
     let turn = |phase| DQuat::from_rotation_z(degrees(phase).to_radians());
     let cycle = with_joint(made(0, 5.0), Joint::LeftUpperArm, turn);
@@ -133,7 +133,7 @@ fn a_joint_that_turns_full_circle_is_refused_by_its_name() {
         let expected = "F01 walk: joint RightForearm turns a full circle in a gait cycle: ";
         assert!(error.starts_with(expected), "{error}");
     }
-    // Twice round ends where it began, but is as far from any usual pose.
+    // Two full turns end where they began, but are equally far from any usual pose.
     let twice = |phase: f64| DQuat::from_rotation_x(2.0 * TAU * phase);
     let cycle = with_joint(made(0, 5.0), Joint::RightForearm, twice);
     let error = refusal(&[subject(0, vec![cycle])]);
@@ -149,7 +149,7 @@ fn a_joint_that_never_moves_has_no_numbers() {
         let clip = first_loop(&parsed(&bytes));
         let mut buffer = vec![0.0; clip.expanded_len()];
         clip.expand(&mut buffer).expect("a buffer");
-        // Rows of x, y and z of 20: the joints and the root.
+        // Rows of 20 values, for x, y and z: the joints and the root.
         let head = buffer
             .chunks(20)
             .filter(|row| row[Joint::Head.index()] != 0.0);
@@ -171,7 +171,7 @@ fn standing_takes_next_to_nothing() {
         assert!(errors.max() <= 5.0, "{}", errors.max());
         let clip = first_loop(&parsed(&bytes));
         println!("standing: {} bytes, {} mm", clip.len_bytes(), errors.max());
-        // A header of 19, and where the pelvis is.
+        // A header of 19 bytes, and the place of the pelvis.
         assert!(clip.len_bytes() <= 19 + 4);
         assert_eq!((clip.drift_m(), clip.period_s()), (0.0, 1.0));
     }
@@ -187,7 +187,7 @@ fn a_loop_of_fewer_than_8_frames_is_refused() {
 }
 
 #[test]
-fn times_and_places_that_a_clip_does_not_hold_are_refused_as_such() {
+fn times_and_places_beyond_the_range_of_a_clip_are_refused() {
     let changed = |change: &dyn Fn(&mut Cycle)| {
         let mut cycle = made(0, 5.0);
         change(&mut cycle);
@@ -214,7 +214,7 @@ fn the_tenth_hour_is_decoded_as_the_first_second() {
         for tenth in 0..10 {
             let start_us = hours * 3_600_000_000;
             let into_us = period_us * tenth / 10;
-            // The next time that is so far into a cycle, in whole microseconds.
+            // The next time at this point of a cycle, in whole microseconds.
             let at_us = start_us + (into_us + period_us - start_us % period_us) % period_us;
             let seconds = at_us as f64 * 1e-6;
             let exact = clip.pose((into_us as f64 / period_us as f64) as f32);
@@ -230,7 +230,7 @@ fn the_tenth_hour_is_decoded_as_the_first_second() {
         }
     }
     println!("with f32 seconds: {worst_f32}");
-    // Up to 4 ms late, as f32 counts the thirtieth hour: a degree at a knee.
+    // f32 is up to 4 ms late in the thirtieth hour: a degree at a knee.
     assert!((0.005..0.05).contains(&worst_f32), "{worst_f32}");
 }
 
@@ -256,7 +256,7 @@ fn of_500_harmonics_the_lowest_31_remain_and_the_error_is_stated() {
     let (bytes, errors) = error_of(&walker, 5.0);
     let pack = parsed(&bytes);
     assert_stated(first_loop(&pack).max_error_mm(), errors.max(), "greatest");
-    // What is lost is the tremor: 0.05 rad at the hand, half a metre off.
+    // The tremor is lost: 0.05 rad at the hand, half a metre away.
     let smooth = arm(&swing);
     let lost = errors_between(&shaking, &walker.body.offsets, |phase| {
         let frame = (phase * 1_100.0).round() as usize;
@@ -286,7 +286,7 @@ fn a_flip_is_refused_by_joint_and_frame() {
 }
 
 #[test]
-fn a_pack_of_26_like_walks_has_a_template_that_pays_and_one_walk_has_none() {
+fn a_pack_of_26_similar_walks_has_a_mean_walk_and_one_walk_has_none() {
     let all: Vec<Subject> = (0..26)
         .map(|p| subject(p, vec![made(0, 4.4 + 0.05 * p as f64)]))
         .collect();
@@ -313,7 +313,7 @@ fn a_pack_of_26_like_walks_has_a_template_that_pays_and_one_walk_has_none() {
 
 #[test]
 fn packs_are_the_same_on_1_and_4_threads_and_the_second_time() {
-    // As many as share a template.
+    // Enough walks to share a mean walk.
     let people: Vec<Subject> = (0..5)
         .map(|p| subject(p, vec![made(0, 4.8 + 0.1 * p as f64)]))
         .collect();
@@ -334,8 +334,8 @@ fn a_budget_is_met_with_the_smallest_error_that_fits() {
     println!("{} of {budget} bytes at {error_mm} mm", bytes.len());
     assert!(bytes.len() <= budget);
     assert!(f64::from(first_loop(&parsed(&bytes)).max_error_mm()) <= error_mm + 0.01);
-    // 5 mm fits by its definition; the steps are of 2.7 %, and the one above 5 mm may take a byte
-    // more.
+    // The budget is defined by 5 mm, which fits; the search steps by 2.7 %, and the step above 5 mm
+    // may take a byte more.
     assert!(error_mm <= 5.0 * 1.08, "{error_mm}");
     assert!(encoded(&walker, 0.9 * error_mm).len() > budget);
     let error = encode_within(&walker, 100, &|| ()).expect_err("too small");

@@ -1,4 +1,4 @@
-//! Where joints really are: forward kinematics by matrices, apart from encoder and decoder.
+//! The true places of joints: forward kinematics with matrices, independent of encoder and decoder.
 
 pub use edgegait::encode::encode_subjects;
 use edgegait::people::cohort::Person;
@@ -8,13 +8,13 @@ use edgegait_core::pack::{Gait, Pack};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
 
-/// Carriers of pelvis, spine, thorax, neck, head, left arm (4), right arm (4), left leg
-/// (3), right leg (3); the pelvis has none.
+/// The parents of pelvis, spine, thorax, neck, head, left arm (4), right arm (4), left leg (3),
+/// right leg (3); the pelvis has none.
 const PARENTS: [usize; JOINTS] = [
     0, 0, 1, 2, 3, 2, 5, 6, 7, 2, 9, 10, 11, 0, 13, 14, 0, 16, 17,
 ];
 
-/// A person of the cohort with these motions as walks.
+/// Returns a person of the cohort with these motions as walks.
 pub fn subject(person: usize, motions: Vec<Cycle>) -> Subject {
     let person = Person::of_cohort(1, person).expect("a person of the cohort");
     let walks = motions.into_iter().zip(0..).map(|(motion, cycle)| Walk {
@@ -36,7 +36,7 @@ pub fn subject(person: usize, motions: Vec<Cycle>) -> Subject {
     }
 }
 
-/// The motion of a walk.
+/// Returns the motion of a walk.
 pub fn motion(walk: &Walk) -> &Cycle {
     match &walk.motion {
         Track::Loop(cycle) => cycle,
@@ -44,7 +44,7 @@ pub fn motion(walk: &Walk) -> &Cycle {
     }
 }
 
-/// The same, to be changed.
+/// Returns the motion of a walk, mutable.
 pub fn motion_mut(walk: &mut Walk) -> &mut Cycle {
     match &mut walk.motion {
         Track::Loop(cycle) => cycle,
@@ -52,13 +52,13 @@ pub fn motion_mut(walk: &mut Walk) -> &mut Cycle {
     }
 }
 
-/// A person's cycle of the cohort.
+/// Returns a cycle of a person of the cohort.
 pub fn made(person: usize, speed_kmh: f64) -> Cycle {
     let person = Person::of_cohort(1, person).expect("a person of the cohort");
     person.cycle(speed_kmh)
 }
 
-/// A pose held for a second, as so many frames.
+/// Returns a pose held for a second, as this many frames.
 pub fn standing(frames: usize) -> Cycle {
     let pose = made(0, 5.0).rotations[0];
     Cycle {
@@ -70,7 +70,7 @@ pub fn standing(frames: usize) -> Cycle {
     }
 }
 
-/// A cycle with a joint's rotation by phase.
+/// Returns the cycle with a joint's rotation replaced, by phase.
 pub fn with_joint(mut cycle: Cycle, joint: Joint, turn: impl Fn(f64) -> DQuat) -> Cycle {
     let frames = cycle.rotations.len();
     for (frame, pose) in cycle.rotations.iter_mut().enumerate() {
@@ -79,18 +79,18 @@ pub fn with_joint(mut cycle: Cycle, joint: Joint, turn: impl Fn(f64) -> DQuat) -
     cycle
 }
 
-/// A pack of these people.
+/// Returns a pack of these people.
 pub fn encoded(subjects: &[Subject], max_error_mm: f64) -> Vec<u8> {
     encode_subjects(subjects, max_error_mm, &|| ()).expect("a pack")
 }
 
-/// Why these people are no pack.
+/// Returns the error of encoding these people.
 pub fn refusal(subjects: &[Subject]) -> String {
     let refused = encode_subjects(subjects, 5.0, &|| ());
     refused.expect_err("a motion to be refused").to_string()
 }
 
-/// Greatest and mean error of each joint, mm.
+/// The greatest and the mean error of each joint, mm.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Errors(pub [(f64, f64); JOINTS]);
 
@@ -104,7 +104,7 @@ impl Errors {
     }
 }
 
-/// The points 3 cm off each joint, in both directions of each axis of its frame, metres.
+/// Returns the points 3 cm off each joint, in both directions of each axis of its frame, metres.
 fn virtual_points(
     offsets: &[DVec3; JOINTS],
     root: DVec3,
@@ -130,7 +130,7 @@ fn virtual_points(
     frames.map(|frame| arms.map(|arm| frame.transform_point3(0.03 * arm)))
 }
 
-/// Distances between a cycle and another motion, by phase, of one body.
+/// Returns the distances between a cycle and another motion of the same body, by phase.
 pub fn errors_between(
     cycle: &Cycle,
     offsets: &[DVec3; JOINTS],
@@ -153,7 +153,7 @@ pub fn errors_between(
     errors
 }
 
-/// Distances between a cycle and what a pack's walk with this number decodes to.
+/// Returns the distances between a cycle and the decoded walk of a pack.
 pub fn errors_mm(cycle: &Cycle, pack: &Pack<'_>, walk: usize) -> Errors {
     let walk = pack.walk(walk).expect("a walk");
     let avatar = pack
@@ -169,25 +169,25 @@ pub fn errors_mm(cycle: &Cycle, pack: &Pack<'_>, walk: usize) -> Errors {
     })
 }
 
-/// The same for the only walk of these people, encoded.
+/// Encodes the only walk of a person, and returns the pack and the distances.
 pub fn error_of(subject: &Subject, max_error_mm: f64) -> (Vec<u8>, Errors) {
     let bytes = encoded(std::slice::from_ref(subject), max_error_mm);
     let errors = errors_mm(motion(&subject.walks[0]), &parsed(&bytes), 0);
     (bytes, errors)
 }
 
-/// The pack of these bytes.
+/// Parses a pack.
 pub fn parsed(bytes: &[u8]) -> Pack<'_> {
     Pack::parse(bytes).expect("a pack")
 }
 
-/// The first clip, which is a loop.
+/// Returns the first clip, which is a loop.
 pub fn first_loop<'a>(pack: &Pack<'a>) -> Loop<'a> {
     let clip = pack.clip(0).expect("a clip");
     clip.as_loop().expect("a loop")
 }
 
-/// Bytes of all clips of a pack, with the templates that they need.
+/// Returns the bytes of all clips of a pack, with the mean walks that they need.
 pub fn clip_bytes(pack: &Pack<'_>) -> usize {
     let clips: usize = (0..pack.clip_count())
         .filter_map(|index| pack.clip(index))
@@ -197,7 +197,7 @@ pub fn clip_bytes(pack: &Pack<'_>) -> usize {
     clips + templates
 }
 
-/// A number of a pack, which is rounded up to hundredths, is this one.
+/// Asserts that a number of a pack, rounded up to hundredths, states the truth.
 pub fn assert_stated(stated: f32, truth: f64, what: &str) {
     let stated = f64::from(stated);
     assert!(

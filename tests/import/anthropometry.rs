@@ -1,5 +1,4 @@
-//! Made bodies are measured with calipers, tape and ruler, as ANSUR II's people were, and
-//! have the dimensions that they were asked for.
+//! Synthetic bodies, measured as ANSUR II measured people, have the requested dimensions.
 
 #[path = "anthropometry/measured.rs"]
 mod measured;
@@ -14,10 +13,10 @@ use measured::{Measured, measure};
 use statue::Statue;
 
 const SEXES: [Sex; 2] = [Sex::Female, Sex::Male];
-/// No dimension may be wrong by more than this share.
+/// The largest relative error of a dimension.
 const TOLERANCE: f64 = 0.02;
 
-/// ANSUR II's means of women and of men, mm, as published: [`Measured`]'s names.
+/// ANSUR II's published means of women and men, mm, with the names of [`Measured`].
 const MEANS: [(&str, f64, f64); DIMENSIONS + 1] = [
     ("stature", 1628.5, 1756.2),
     ("biacromial_breadth", 365.3, 415.7),
@@ -57,7 +56,7 @@ const MEANS: [(&str, f64, f64); DIMENSIONS + 1] = [
     ("tragion_to_vertex", 126.5, 131.1),
 ];
 
-/// Slight and heavy, small and tall people of both sexes.
+/// Returns slight and heavy, small and tall people of both sexes.
 fn grid() -> Vec<(Dimensions, Sex)> {
     let mut people = Vec::new();
     for sex in SEXES {
@@ -73,7 +72,7 @@ fn grid() -> Vec<(Dimensions, Sex)> {
     people
 }
 
-/// The people of the built-in cohort, who are unlike the expected ones in every dimension.
+/// Returns the people of the built-in cohort, who differ from the expected dimensions everywhere.
 fn cohort() -> Vec<(Dimensions, Sex)> {
     let person = |index| Person::of_cohort(1, index).expect("a person");
     let people = (0..26).map(person);
@@ -82,7 +81,7 @@ fn cohort() -> Vec<(Dimensions, Sex)> {
         .collect()
 }
 
-/// Relative errors of each dimension over all people, as a printed table.
+/// Returns the relative errors of each dimension over all people, and prints them as a table.
 fn errors(title: &str, people: &[(Dimensions, Sex)]) -> Vec<(&'static str, f64)> {
     let bodies: Vec<Vec<Measured>> = people
         .iter()

@@ -1,4 +1,4 @@
-//! Measured people on the command line: `import --bodies`.
+//! Tests of `import --bodies`: measured people.
 
 use crate::command::*;
 use crate::figure::write_turning_figure;
@@ -9,10 +9,10 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// Points of a pack are at most this far from where they were meant: 2 mm on either side.
+/// The largest error of an extent in a pack: 2 mm on either side.
 const ROUNDING_M: f32 = 0.004;
 
-/// Imports `people.csv` with the take of anna, who stands and turns; the results.
+/// Imports `people.csv` with the take of anna, who stands and turns, and returns the results.
 fn import(at: &Path, people: &str, more: &str) -> Value {
     write_turning_figure(&at.join("anna_turn.bvh"), 20);
     fs::write(at.join("people.csv"), people).expect("a file");
@@ -24,7 +24,7 @@ fn import(at: &Path, people: &str, more: &str) -> Value {
     serde_json::from_slice(&results).expect("JSON")
 }
 
-/// How far the hulls of a joint reach along each axis, metres.
+/// Returns the extent of a joint's hulls along each axis, metres.
 fn extents(pack: &Pack<'_>, joint: Joint) -> Vec3 {
     let avatar = pack.avatar(0).expect("a body");
     let hulls = avatar.hulls().filter(|hull| hull.joint() == joint);
@@ -65,7 +65,7 @@ fn hulls_in_the_pack_are_as_broad_as_the_row_says_and_joints_stay_the_skeletons(
         pack.subjects().next().and_then(|anna| anna.sex),
         Some(Sex::Female)
     );
-    // The file's own thighs and upper arms: 45 and 28 cm.
+    // The thighs and upper arms of the file: 45 and 28 cm.
     near(offsets(&pack)[Joint::LeftShank.index()].y, -0.45);
     near(offsets(&pack)[Joint::LeftForearm.index()].y, -0.28);
 }
@@ -76,7 +76,7 @@ fn with_a_stature_joints_lie_where_the_measured_dimensions_put_them() {
     let at = folder.path();
     let people = "subject,stature_m,mass_kg,trochanterion_height_mm,knee_height_mm,radiale_stylion_length_mm\n\
                   anna,1.62,58,840,470,244\n";
-    // The row goes before the options.
+    // The row takes precedence over the options.
     import(at, people, " --stature-m 1.9 --mass-kg 90 --sex female");
     let bytes = fs::read(at.join("anna.egp")).expect("the pack");
     let pack = Pack::parse(&bytes).expect("a pack");

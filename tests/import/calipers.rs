@@ -1,4 +1,4 @@
-//! Calipers on walkers of measured bodies, as they are decoded, while they walk.
+//! Caliper measurements of decoded walkers with measured bodies.
 
 use crate::data::given;
 use crate::people::{Row, rows};
@@ -9,9 +9,10 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 use std::fs;
 
-/// Dimensions of `--bodies`, and how far the mean over all people and the worst of them may be off,
-/// per cent. Points of hulls are rounded by up to 2 mm at either end, which is 4 % of a foot's
-/// breadth; people walk with bent knees and lean, so that crowns are lower, and shrug or droop.
+/// Dimensions of `--bodies`, with the largest error of the mean over all people and of the worst
+/// person, percent. Points of hulls are rounded by up to 2 mm at either end, which is 4 % of a
+/// foot's breadth. People walk with bent knees and lean, so that crowns are lower, and shrug or
+/// droop.
 const BOUNDS: [(&str, f64, f64); 9] = [
     ("stature", 1.0, 2.0),
     ("trochanterion_height", 0.1, 0.5),
@@ -24,7 +25,7 @@ const BOUNDS: [(&str, f64, f64); 9] = [
     ("head_breadth", 0.5, 2.5),
 ];
 
-/// How far points reach along a direction.
+/// Returns the extent of points along a direction.
 fn reach(points: impl Iterator<Item = DVec3>, along: DVec3) -> f64 {
     let along = points.map(|point| point.dot(along));
     let (low, high) = along.fold((f64::MAX, f64::MIN), |(low, high), at| {
@@ -33,7 +34,7 @@ fn reach(points: impl Iterator<Item = DVec3>, along: DVec3) -> f64 {
     high - low
 }
 
-/// One dimension of a walker, mean over the moments, metres.
+/// Returns a dimension of a walker, the mean over the moments, metres.
 fn dimension(name: &str, moments: &[Moment]) -> f64 {
     use Joint::{
         Head, LeftFoot, LeftShank, LeftThigh, LeftUpperArm, Pelvis, RightThigh, RightUpperArm,
@@ -61,7 +62,7 @@ fn dimension(name: &str, moments: &[Moment]) -> f64 {
         "hip_breadth" => own(moment, Pelvis, DVec3::X),
         "bideltoid_breadth" => {
             let [left, right] = [LeftUpperArm, RightUpperArm].map(|arm| moment.of(arm));
-            // The deltoids, not the elbows.
+            // Measure the deltoids, not the elbows.
             let deltoids = [LeftUpperArm, RightUpperArm].into_iter().flat_map(|arm| {
                 let shoulder = moment.of(arm);
                 let points = moment.hull(arm);

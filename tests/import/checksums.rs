@@ -1,4 +1,4 @@
-//! The files of others are as they were given.
+//! Files from other sources are unchanged.
 
 use crate::data::fixtures;
 use sha2::{Digest, Sha256};
@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-/// All files under a folder.
+/// Collects all files under a folder.
 fn files(folder: &Path, found: &mut BTreeSet<String>) {
     for entry in fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();

@@ -1,4 +1,4 @@
-//! Recorded clips and what is known of them.
+//! The manifest of recorded clips.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 /// A row of a manifest: column name to value.
 pub type Row = HashMap<String, String>;
 
-/// The rows of `mocap/manifest.csv` whose file ends with one of these; at least one.
+/// Returns the rows of `mocap/manifest.csv` whose file has one of these endings; at least one.
 pub fn manifest(data: &Path, endings: &[&str]) -> Vec<Row> {
     let path = data.join("mocap/manifest.csv");
     let mut reader = csv::Reader::from_path(&path).expect("a manifest");
@@ -18,7 +18,7 @@ pub fn manifest(data: &Path, endings: &[&str]) -> Vec<Row> {
     rows
 }
 
-/// A number of a row.
+/// Returns a number of a row.
 pub fn number(row: &Row, column: &str) -> f64 {
     row[column].parse().expect("a number")
 }

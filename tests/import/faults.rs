@@ -1,5 +1,5 @@
-//! Files of every format with a fault made on purpose: each is refused in a line that names it, or
-//! accepted with what was repaired. (For BVH see [`super::hard`].)
+//! Files of every format with deliberate faults: each is an error of one line that names the fault,
+//! or is accepted with a warning about the repair. (For BVH see [`super::hard`].)
 
 use super::hard::{Said, import, read_markers, warnings};
 use crate::data::fixtures;
@@ -9,11 +9,11 @@ use std::path::Path;
 
 use Ending::{Refused, Warned};
 
-/// What becomes of a file.
+/// The outcome of importing a file.
 enum Ending {
-    /// An error that holds this.
+    /// An error that contains this text.
     Refused(&'static str),
-    /// A pack, and a warning that holds this.
+    /// A pack, and a warning that contains this text.
     Warned(&'static str),
 }
 
@@ -28,7 +28,7 @@ fn check(name: &str, said: &Said, ending: &Ending) {
     }
 }
 
-/// The same for a file that holds this.
+/// Imports a file with this content and checks the outcome.
 fn check_file(name: &str, file: &str, bytes: impl AsRef<[u8]>, ending: &Ending) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join(file);
@@ -40,14 +40,14 @@ fn fixture(name: &str) -> Vec<u8> {
     fs::read(fixtures().join("mocap/clips").join(name)).expect("a fixture")
 }
 
-/// The text of a fixture with `old` replaced by `new`, which must be there.
+/// Returns a fixture's text with `old`, which must occur, replaced by `new`.
 fn replaced(text: &str, old: &str, new: &str) -> String {
     assert!(text.contains(old), "{old}");
     text.replacen(old, new, 1)
 }
 
 #[test]
-fn faults_of_an_amc_or_its_asf_are_told() {
+fn faults_of_an_amc_or_its_asf_are_reported() {
     let text = |name| {
         let text = String::from_utf8(fixture(name)).expect("ASCII");
         text.replace("\r\n", "\n")
@@ -148,7 +148,7 @@ const TRC: &str = "opensim/rajagopal/walk.trc";
 /// The lines before the first frame.
 const HEAD: usize = 6;
 
-/// A TRC file's cells, line by line.
+/// The cells of a TRC file, line by line.
 struct Table(Vec<Vec<String>>);
 
 impl Table {
@@ -158,7 +158,7 @@ impl Table {
         Self(text.lines().map(row).collect())
     }
 
-    /// With other coordinates of a marker in these frames.
+    /// Returns the table with other coordinates of a marker in these frames.
     fn with(
         mut self,
         marker: &str,
@@ -185,13 +185,13 @@ impl Table {
         self.0.iter().map(|row| row.join("\t") + "\n").collect()
     }
 
-    /// With its text changed.
+    /// Returns the table's text with `old` replaced by `new`.
     fn replaced(&self, old: &str, new: &str) -> String {
         replaced(&self.text(), old, new)
     }
 }
 
-/// The left ankle is hidden for a tenth of a second.
+/// The frames in which the left ankle is hidden: a tenth of a second.
 const GAP: std::ops::Range<usize> = 100..110;
 
 fn markers_of(folder: &Path, text: &str) -> Markers {
@@ -223,7 +223,7 @@ fn blank_nan_zero_and_9999999_hide_a_marker() {
 }
 
 #[test]
-fn faults_of_a_trc_are_told() {
+fn faults_of_a_trc_are_reported() {
     let table = Table::read;
     let exchanged = || {
         let mut table = table();
@@ -300,7 +300,7 @@ fn faults_of_a_trc_are_told() {
 const C3D: &str = "auckland_c3dparser/Sydney_S4/AMGait03.c3d";
 
 #[test]
-fn faults_of_a_c3d_are_told() {
+fn faults_of_a_c3d_are_reported() {
     let whole = fixture(C3D);
     let edited = |at: usize, bytes: &[u8]| {
         let mut file = whole.clone();
@@ -320,7 +320,7 @@ fn faults_of_a_c3d_are_told() {
             Refused("the file ends after"),
         ),
         ("header", whole[..100].to_vec(), Refused("byte")),
-        // The data's length of a parameter, and its name.
+        // The length of a parameter's data, and its name.
         (
             "overflow",
             edited(units + 8, &[255, 255]),
@@ -341,7 +341,7 @@ fn faults_of_a_c3d_are_told() {
 }
 
 #[test]
-fn faults_of_a_glb_are_told() {
+fn faults_of_a_glb_are_reported() {
     let whole = fs::read(fixtures().join("truth/avatars/F_slim.glb")).expect("a fixture");
     let edited = |old: &str, new: &str| {
         assert_eq!(old.len(), new.len());

@@ -1,4 +1,4 @@
-//! Feet of recorded walkers on bodies of other dimensions.
+//! The feet of recorded walkers on bodies of other dimensions.
 
 use crate::command::done;
 use crate::data::fixtures;
@@ -7,7 +7,7 @@ use edgegait_core::skeleton::Joint;
 use serde_json::Value;
 use std::fs;
 
-/// Leg lengths and hip widths from a small woman's to a tall man's.
+/// Bodies of a small woman and a tall man, which differ in leg length and hip width.
 const BODIES: [[&str; 4]; 2] = [
     ["--stature-m", "1.52", "--sex", "female"],
     ["--stature-m", "1.92", "--sex", "male"],
@@ -57,7 +57,8 @@ fn feet_of_captured_walkers_are_turned_by_a_constant_to_stand_flat() {
             });
         let turns: Vec<f64> = turns.collect();
         println!("{foot:?}: {} degrees", turns[0]);
-        // Rolled inwards by 5 and 8 degrees and pitched by 1 and 4 in the file, by its own axes.
+        // In the file, the feet are rolled inwards by 5 and 8 degrees and pitched by 1 and 4, by
+        // its own axes.
         assert!((turns[0] - degrees).abs() < 1.0, "{foot:?}: {}", turns[0]);
         assert!(turns.iter().all(|turn| (turn - turns[0]).abs() < 1e-6));
     }

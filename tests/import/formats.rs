@@ -1,8 +1,8 @@
-//! One take in two files: joint angles of the sources and of ours, side by side.
+//! Comparing the joint angles of one take in two files, as in the sources and as imported.
 //!
-//! An angle is that between two segments, from the positions of joints, so that it means the same
-//! in any skeleton. Where two files of one take were made with different figures, they differ
-//! before we read them; what we add is how far our angles are from each file's own.
+//! An angle is between two segments, from the positions of joints, so that it means the same in any
+//! skeleton. Two files of one take that were made with different figures differ already. The import
+//! adds the difference between its angles and the file's.
 
 use crate::data::{fixtures, given};
 use std::path::Path;
@@ -15,11 +15,11 @@ use glam::DVec3;
 
 const NAMES: [&str; 5] = ["hip", "knee", "ankle", "shoulder", "elbow"];
 
-/// Points of one side that the angles are told from: hip, knee, ankle, toe, shoulder, elbow, wrist.
+/// The points of one side that define the angles: hip, knee, ankle, toe, shoulder, elbow, wrist.
 type Limbs = [DVec3; 7];
 
-/// The angles in degrees: thigh and trunk, thigh and shank, shank and foot, upper arm and trunk,
-/// upper arm and forearm; 0 is straight.
+/// Returns the angles in degrees between thigh and trunk, thigh and shank, shank and foot, upper
+/// arm and trunk, upper arm and forearm; 0 is straight.
 fn angles(sides: &[Limbs; 2], side: usize) -> [f64; 5] {
     let middle = |point: usize| sides[0][point].midpoint(sides[1][point]);
     let trunk = middle(0) - middle(4);
@@ -34,7 +34,7 @@ fn angles(sides: &[Limbs; 2], side: usize) -> [f64; 5] {
     .map(|(a, b)| a.angle_between(b).to_degrees())
 }
 
-/// By frame, the left side's angles and the right side's.
+/// The angles of the left and the right side, by frame.
 type Angles = Vec<[f64; 10]>;
 
 fn both(sides: &[Limbs; 2]) -> [f64; 10] {
@@ -42,7 +42,7 @@ fn both(sides: &[Limbs; 2]) -> [f64; 10] {
     std::array::from_fn(|i| if i < 5 { left[i] } else { right[i - 5] })
 }
 
-/// The angles of a file's own joints, called so on the left and so on the right.
+/// Returns the angles of a file's own joints, given the names of the left and the right side.
 fn of_source(motion: &Motion, names: &[[String; 7]; 2]) -> Angles {
     let at = names.each_ref().map(|side| {
         side.each_ref().map(|name| {
@@ -58,7 +58,7 @@ fn of_source(motion: &Motion, names: &[[String; 7]; 2]) -> Angles {
         .collect()
 }
 
-/// The angles of the same motion on the canonical skeleton, frame by frame of the file.
+/// Returns the angles of the motion on the canonical skeleton, for each frame of the file.
 fn of_ours(motion: &Motion) -> (Angles, usize) {
     let take = RetargetedMotion::from_motion(motion, None).unwrap();
     let first = (take.start_s * take.sample_rate_hz).round() as usize;
@@ -95,7 +95,8 @@ fn of_ours(motion: &Motion) -> (Angles, usize) {
     (angles.collect(), first)
 }
 
-/// Standard deviation and mean of the differences in pairs of frames, both sides.
+/// Returns the standard deviation and the mean of the differences in pairs of frames, over both
+/// sides.
 fn differences(a: &Angles, b: &Angles, pairs: &[(usize, usize)]) -> [(f64, f64); 5] {
     std::array::from_fn(|angle| {
         let off: Vec<f64> = pairs
@@ -117,7 +118,7 @@ fn named(pattern: [&str; 7]) -> [[String; 7]; 2] {
     })
 }
 
-/// Hip, knee, ankle, toe, shoulder, elbow and wrist of each family of skeletons.
+/// The names of hip, knee, ankle, toe, shoulder, elbow and wrist in each family of skeletons.
 const ASF: [&str; 7] = [
     "{s}femur",
     "{s}tibia",
@@ -146,8 +147,8 @@ const MAX_131: [&str; 7] = [
     "{Left}Wrist",
 ];
 
-/// The shift of the second file's frames at which the knees agree best, and that many pairs of
-/// frames: the first has `step` frames for one of the second.
+/// Returns the shift of the second file's frames at which the knees agree best, and the pairs of
+/// frames. The first file has `step` frames for one of the second.
 fn aligned(a: &Angles, b: &Angles, step: usize) -> (i64, Vec<(usize, usize)>) {
     let pairs = |shift: i64| -> Vec<(usize, usize)> {
         let at = |j: usize| usize::try_from((step * j) as i64 + shift).ok();
@@ -160,8 +161,8 @@ fn aligned(a: &Angles, b: &Angles, step: usize) -> (i64, Vec<(usize, usize)>) {
     (shift, pairs(shift))
 }
 
-/// Two files of one take, how each calls its joints, and how many frames of the first there are
-/// for one of the second.
+/// Two files of one take, with the names of their joints, and the number of frames in the first for
+/// one of the second.
 type Pair = (
     (&'static str, [&'static str; 7]),
     (&'static str, [&'static str; 7]),
@@ -228,7 +229,8 @@ fn check_pairs(data: &Path, pairs: &[Pair]) {
                 show(own[0][angle]),
                 show(own[1][angle])
             );
-            // What we add: a foot may turn about its length against the toe's line.
+            // The difference that the import adds: a foot may turn about its length relative to the
+            // toe's line.
             let allowed = if *name == "ankle" { 2.5 } else { 0.1 };
             for (spread, _) in own.iter().map(|own| own[angle]) {
                 assert!(spread < allowed, "{one} {name}: {spread}");

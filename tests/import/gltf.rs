@@ -1,4 +1,4 @@
-//! Skinned bodies of glTF files against what Blender makes of them.
+//! Skinned bodies of glTF files compared with Blender's results.
 
 use crate::data::{fixtures, given};
 use crate::npz::Npz;
@@ -23,13 +23,14 @@ fn body(data: &Path, name: &str) -> Motion {
     Motion::read_with(path, &options).unwrap()
 }
 
-/// A point of a `[frames, points, 3]` array, from Blender's axes (Z up, facing -Y) to ours.
+/// Returns a point of a `[frames, points, 3]` array, converted from Blender's axes (Z up, facing
+/// -Y) to ours.
 fn point(points: &ArrayD<f32>, frame: usize, at: usize) -> DVec3 {
     let [x, y, z] = [0, 1, 2].map(|axis| f64::from(points[[frame, at, axis]]));
     DVec3::new(x, z, -y)
 }
 
-/// A table of what Blender made of a body.
+/// Reads Blender's results for a body.
 fn table(data: &Path, kind: &str, name: &str) -> Npz {
     Npz::read(&data.join(format!("truth/{kind}_{name}_007_01.npz")))
 }
@@ -74,7 +75,7 @@ fn check_joints_and_skin(data: &Path, bodies: &[&str]) {
     }
 }
 
-/// The canonical joints and the bones of MakeHuman that begin where they do.
+/// The canonical joints and the bones of MakeHuman that begin at the same place.
 const BONES: [(Joint, &str); 16] = [
     (Joint::Spine, "spine05"),
     (Joint::Thorax, "spine03"),
@@ -122,7 +123,7 @@ fn check_kept_take(data: &Path, bodies: &[&str]) {
             let is_leg = joint >= Joint::LeftThigh;
             assert!(most < if is_leg { 0.1 } else { 10.0 }, "{name} {joint:?}");
         }
-        // From the right to the left hip, seen from above.
+        // The line from the right to the left hip, seen from above.
         let [left, right] = ["upperleg01.L", "upperleg01.R"]
             .map(|bone| bones.iter().position(|b| b == bone).unwrap());
         let sources = pose.array::<i64>("src_frames");
@@ -142,7 +143,7 @@ fn check_kept_take(data: &Path, bodies: &[&str]) {
     }
 }
 
-/// Where the bones of a body at rest begin, by its own skeleton.
+/// Returns where the bones of a body at rest begin, by its own skeleton.
 fn bones_at_rest(body: &Motion) -> HashMap<&str, DVec3> {
     let mut at: Vec<DVec3> = Vec::new();
     for joint in &body.joints {
@@ -157,8 +158,8 @@ fn bones_at_rest(body: &Motion) -> HashMap<&str, DVec3> {
     names.zip(at).collect()
 }
 
-/// Finds the joints of a mesh, without a skeleton and with that of its own body, and compares
-/// them with where the body's bones begin.
+/// Finds the joints of a mesh, without a skeleton and with the one of its own body, and compares
+/// them with the beginnings of the body's bones.
 fn check_found_joints(mesh: &Path, own: &Motion, bones: &HashMap<&str, DVec3>) {
     let figure = rigging::from_obj(mesh, None).unwrap();
     let skin = figure.skin.as_ref().unwrap();
@@ -169,7 +170,7 @@ fn check_found_joints(mesh: &Path, own: &Motion, bones: &HashMap<&str, DVec3>) {
     }
     let given = rigging::from_obj(mesh, Some(own)).unwrap();
     for (joint, bone) in BONES {
-        // At rest: L4/L5 and T12/L1, and not where MakeHuman's walks bend.
+        // At rest, these are at L4/L5 and T12/L1, not where MakeHuman's walks bend.
         let bone = match joint {
             Joint::Spine => "spine04",
             Joint::Thorax => "spine02",
@@ -186,7 +187,7 @@ fn check_found_joints(mesh: &Path, own: &Motion, bones: &HashMap<&str, DVec3>) {
     assert!(take.warnings.is_empty(), "{:?}", take.warnings);
 }
 
-/// The body at rest as a mesh without a skeleton.
+/// Writes the body at rest as a mesh without a skeleton.
 fn write_obj(path: &Path, body: &Motion, vertex: impl Fn(DVec3) -> DVec3) {
     let skin = body.skin.as_ref().unwrap();
     let mut text = String::new();
@@ -224,7 +225,7 @@ fn a_mesh_in_other_units_and_axes_is_the_same_figure() {
     let [plain, other] = ["plain.obj", "other.obj"].map(|name| folder.path().join(name));
     let body = body(&fixtures(), BODIES[0]);
     write_obj(&plain, &body, |v| v);
-    // Centimetres, Z up, facing +Y, sunk into the floor.
+    // In centimetres, Z up, facing +Y, below the floor.
     write_obj(&other, &body, |v| {
         DVec3::new(-100.0 * v.x, 100.0 * v.z, 100.0 * v.y - 30.0)
     });

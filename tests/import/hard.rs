@@ -1,6 +1,6 @@
-//! Files that break importers, one by one: refused in a line that names the cause, or accepted
-//! with what was repaired. The README of the folder `hard` states what is expected; where it
-//! leaves the choice, the table says what we chose. Files with the same faults are made here.
+//! Files that break importers: each is an error of one line that names the cause, or is accepted
+//! with a warning about the repair. The README of the folder `hard` states what is expected; where
+//! it leaves a choice, the table states ours. Files with the same faults are made here.
 
 use super::hard_files::{Case, End, MARKERS, NO_MARKERS, REFERENCE, SKELETONS, USUAL};
 use crate::command::{self, code, text};
@@ -17,12 +17,12 @@ use std::time::{Duration, Instant};
 
 use End::{Accepted, Refused, SameMotion, SameTake, Smooth, Warned};
 
-/// What `edgegait import` says of a file: standard output, or the error's only line.
+/// The output of `edgegait import` for a file: standard output, or the only line of the error.
 #[derive(Debug)]
 pub struct Said(pub Result<String, String>);
 
-/// Imports in a folder of its own, in less than ten seconds and 512 MB of addresses, which bound
-/// what is in memory.
+/// Imports a file in a new folder, within ten seconds and 512 MB of address space, which bounds the
+/// memory.
 pub fn import(file: &Path, asf: Option<&Path>) -> Said {
     let folder = tempfile::tempdir().expect("a folder");
     let mut command = if cfg!(target_os = "linux") {
@@ -58,7 +58,7 @@ pub fn import(file: &Path, asf: Option<&Path>) -> Said {
     Said(Err(error))
 }
 
-/// Checks what the command says against the ends of the table.
+/// Checks the command's output against the outcomes of the table.
 fn check_command(name: &str, said: &Said, ends: &[End]) {
     for end in ends {
         match (end, &said.0) {
@@ -93,7 +93,7 @@ fn motion(folder: &Path, name: &str, asf: Option<&str>) -> Motion {
     Motion::read_with(folder.join(name), &options).unwrap()
 }
 
-/// Checks the motion itself against the ends of the table.
+/// Checks the motion against the outcomes of the table.
 fn check_motion(folder: &Path, (name, asf, ends): Case) {
     for end in ends {
         match *end {
@@ -144,7 +144,7 @@ pub fn read_markers(path: &Path) -> Markers {
     }
 }
 
-/// Legs that walk at 1.3 m/s for two strides, 60 frames a second, in centimetres.
+/// Returns legs that walk at 1.3 m/s for two strides, at 60 frames a second, in centimetres.
 fn walking_legs() -> String {
     let leg = |side: &str, x: f64| {
         format!(

@@ -1,26 +1,27 @@
-//! What becomes of each file of the folder `hard`: the outcomes that its README asks for, and our
-//! choices where it leaves them.
+//! The outcome for each file of the folder `hard`: as its README requires, or our choice where it
+//! leaves one.
 
-/// What becomes of a file.
+/// The outcome of importing a file.
 #[derive(Clone, Copy, Debug)]
 pub enum End {
-    /// Exit code 1 and one line that holds this; nothing is written.
+    /// Exit code 1 and one line that contains this text; nothing is written.
     Refused(&'static str),
-    /// A pack, and a warning that holds this.
+    /// A pack, and a warning that contains this text.
     Warned(&'static str),
-    /// A pack, and no warning that a short clip without faults has not.
+    /// A pack, and no warnings other than those of a short clip without faults.
     Accepted,
-    /// Its joints are where those of 00_reference_ok.bvh are, within 1e-3 of the file's unit.
+    /// The joints have the places of 00_reference_ok.bvh, within 1e-3 of the file's unit.
     SameMotion,
-    /// On the canonical skeleton its angles are those of this file within 1e-3, its offsets in mm.
+    /// The angles on the canonical skeleton are those of this file within 1e-3, the offsets within
+    /// 1e-3 mm.
     SameTake(&'static str, Option<&'static str>),
-    /// No joint moves farther in a frame, metres.
+    /// The farthest move of a joint in a frame, metres.
     Smooth(f64),
 }
 
 use End::{Accepted, Refused, SameMotion, SameTake, Smooth, Warned};
 
-/// Warnings of a clip that is short, or of a format that states no rate.
+/// Warnings about a short clip, or a format that states no rate.
 pub const USUAL: [&str; 3] = [
     "of a stride is recorded: the rest is interpolated",
     "phase 0 moved to the left contact",
@@ -30,15 +31,15 @@ pub const USUAL: [&str; 3] = [
 pub const REFERENCE: &str = "00_reference_ok.bvh";
 const SAME_TAKE: End = SameTake(REFERENCE, None);
 
-/// File, skeleton of an AMC, ends.
+/// A file, the skeleton of an AMC, and the outcomes.
 pub type Case = (&'static str, Option<&'static str>, &'static [End]);
 
 #[rustfmt::skip]
 pub const SKELETONS: &[Case] = &[
     (REFERENCE, None, &[Accepted]),
-    // No lenient mode: a cut file is refused.
+    // There is no lenient mode: a truncated file is an error.
     ("01_truncated_motion.bvh", None, &[Refused(":172: frame 52: expected 60 values in the row, found 11")]),
-    // Chosen: fewer rows than stated is a cut file, more is a wrong count.
+    // Our choice: with fewer rows than stated the file is truncated, with more the count is wrong.
     ("02_frames_declared_too_many.bvh", None, &[Refused(":180: expected 500 frames, found 60")]),
     ("03_frames_declared_too_few.bvh", None, &[Warned("20 frames declared, 60 present: all are used"), SameMotion]),
     ("04_nan_inf_values.bvh", None, &[Refused(":130: frame 10, Yrotation of RightUpLeg")]),
@@ -55,12 +56,12 @@ pub const SKELETONS: &[Case] = &[
     ("15_frame_time_zero.bvh", None, &[Refused(":119: expected a frame time of 0.0001 to 1 seconds, found `0`")]),
     ("15b_frame_time_negative.bvh", None, &[Refused(":119: expected a frame time")]),
     ("15c_frame_time_nan.bvh", None, &[Refused(":119: expected a frame time")]),
-    // Read whole (up to 4,096 joints); the chain has no legs.
+    // It is read (up to 4,096 joints), but the chain has no legs.
     ("16_deep_hierarchy_500.bvh", None, &[Refused("no leg joints")]),
     ("17_duplicate_joint_names.bvh", None, &[Refused("no right thigh joint (several joints share a name (`LeftUpLeg`")]),
     ("18_empty.bvh", None, &[Refused("the file is empty")]),
     ("19_line_100MB.bvh.xz", None, &[Refused(":120: the line is longer than 1048576 bytes")]),
-    // Read, but thighs called Hüfte are not known.
+    // It is read, but the name Hüfte for thighs is unknown.
     ("20_non_utf8_names_latin1.bvh", None, &[Refused("no leg joints"), SameMotion]),
     ("20b_shift_jis_names.bvh", None, &[Refused("no leg joints"), SameMotion]),
     ("21_cr_only_line_endings.bvh", None, &[Accepted, SameMotion]),
@@ -80,13 +81,13 @@ pub const SKELETONS: &[Case] = &[
     ("35_channels_count_mismatch.bvh", None, &[Refused(":9: expected 3 channel names, found 2")]),
     ("36_decimal_comma.bvh", None, &[Refused("decimal commas are not numbers")]),
     ("37_metres.bvh", None, &[Accepted, SAME_TAKE]),
-    // Chosen: a row is a line.
+    // Our choice: a row is a line.
     ("38_frames_wrapped_over_lines.bvh", None, &[Refused(":120: frame 0: expected 60 values in the row, found 30")]),
     ("39_overflow_1e400.bvh", None, &[Refused(":127: frame 7, Xposition of Hips: expected a finite number")]),
     ("40_extra_column.bvh", None, &[Refused(":120: frame 0: expected 60 values in the row, found 61")]),
     ("41_short_row_in_middle.bvh", None, &[Refused(":150: frame 30: expected 60 values")]),
     ("42_non_numeric_token.bvh", None, &[Refused(":150: frame 30, Xposition of Hips: expected a number, found `abc`")]),
-    // Chosen: cut at the jump; what is left is half a stride.
+    // Our choice: cut at the jump, which leaves half a stride.
     ("43_root_teleport_frame.bvh", None, &[Refused("no gait cycle: no foot contacts are recorded; expected two steps or more of a walk or a run (the root jumps 3.00 m at frame 30")]),
     ("44_tpose_first_frame.bvh", None, &[Warned("frame 0 is a T-pose and was dropped"), SAME_TAKE]),
     ("45_standing_still_no_gait.bvh", None, &[Refused("no gait cycle: no foot contacts")]),
@@ -97,7 +98,7 @@ pub const SKELETONS: &[Case] = &[
     ("50_left_right_swapped_names.bvh", None, &[Warned("legs were named the wrong way round: exchanged"), SAME_TAKE]),
     ("51_no_legs.bvh", None, &[Refused("no leg joints")]),
     ("52_orientation_z_up.bvh", None, &[Accepted, SAME_TAKE]),
-    // Four bones: the rest of the figure is an average adult's.
+    // Four bones; the rest of the figure is an average adult's.
     ("60_ok.amc", Some("60_ok.asf"), &[Warned("the skeleton has no feet, arms, forearms, hands, head")]),
     ("60_ok.amc", Some("61_asf_no_units.asf"), &[Warned("the ASF states no unit of length"), SameTake("60_ok.amc", Some("60_ok.asf"))]),
     ("62_amc_radians.amc", Some("62_asf_radians.asf"), &[Warned("bones' axes are turned by up to 20: taken as degrees"), SameTake("60_ok.amc", Some("60_ok.asf"))]),
@@ -109,13 +110,14 @@ pub const SKELETONS: &[Case] = &[
     ("68_amc_truncated.amc", Some("60_ok.asf"), &[Refused(":718: frame 120 lacks the bone `rfemur`")]),
     ("60_ok.amc", Some("69_asf_direction_zero.asf"), &[Refused(":16: the bone's direction is zero")]),
     ("70_amc_duplicate_frame_number.amc", Some("60_ok.asf"), &[Refused(":238: expected frame 40, found 39")]),
-    // Two joints and one leg; that it is read is a test of its own.
+    // Two joints and one leg; another test checks that it is read.
     ("real/bvh_rotation_first_root.bvh", None, &[Refused("no leg joints")]),
     ("real/cmu_03_02_root_glitch.amc", Some("real/cmu_03_02_root_glitch.asf"), &[Warned("only frames 50 to 364 of 365 are used")]),
     ("real/cmu_09_10_root_teleport.amc", Some("real/cmu_09_10_root_teleport.asf"), &[Warned("the root jumps 1.92 m at frame 4")]),
 ];
 
-/// File, markers, frames, rate in Hz, missing positions, parts of the reader's warnings, end.
+/// A file, its markers, frames, rate in Hz and missing positions, parts of the reader's warnings,
+/// and the outcome.
 pub type Recorded = (
     &'static str,
     usize,
@@ -126,7 +128,7 @@ pub type Recorded = (
     End,
 );
 
-/// 0.25 s without an ankle: more than is filled, so the longer side of it is used, half a stride.
+/// 0.25 s without an ankle is too long to be filled, so the longer side is used, half a stride.
 const LONG_GAP: &str = "no gait cycle: no foot contacts are recorded; expected two steps or more of a walk or a run (markers are missing: only frames 55 to 119";
 
 #[rustfmt::skip]
@@ -136,13 +138,13 @@ pub const MARKERS: &[Recorded] = &[
     ("82_trc_nan_gap.trc", 7, 120, 100.0, 25, &[], Refused(LONG_GAP)),
     ("83_trc_zero_gap.trc", 7, 120, 100.0, 25, &[], Refused(LONG_GAP)),
     ("84_trc_9999999_gap.trc", 7, 120, 100.0, 25, &[], Refused(LONG_GAP)),
-    // Chosen: rows and names count, whatever the header says.
+    // Our choice: rows and names count, not the header.
     ("85_trc_numframes_wrong.trc", 7, 120, 100.0, 0, &["`900` frames stated, 120 present"], Warned("`900` frames stated")),
     ("86_trc_nummarkers_wrong.trc", 7, 120, 100.0, 0, &["`9` markers stated, 7 present"], Warned("`9` markers stated")),
-    // The unit is checked by the legs, after reading.
+    // The unit is checked with the legs, after reading.
     ("87_trc_units_m_values_mm.trc", 7, 120, 100.0, 0, &[], Warned("the stated unit makes the legs 818")),
     ("88_trc_rate_vs_time_conflict.trc", 7, 120, 100.0, 0, &["the time column is used"], Warned("the time column is used")),
-    // Chosen: accepted, as spaces leave no doubt where nothing is blank.
+    // Our choice: accepted, as spaces are unambiguous without blank values.
     ("89_trc_space_separated.trc", 7, 120, 100.0, 0, &[], Warned("no markers of the trunk and the head")),
     ("90_trc_left_right_swap_midway.trc", 7, 120, 100.0, 0, &[], Warned("change places at frame 60")),
     ("91_trc_jitter_spike.trc", 7, 120, 100.0, 0, &[], Warned("marker RANK jumps at frame 70")),
@@ -152,7 +154,7 @@ pub const MARKERS: &[Recorded] = &[
     ("real/trc_dataWithNaNsOfDifferentCases.trc", 14, 5, 250.0, 5, &[], Refused("no marker for the left")),
     ("real/trc_exampleFormat.trc", 3, 5, 100.0, 2, &[], Refused("no marker has a known name")),
     ("real/trc_header_900_frames_has_73.trc", 41, 73, 60.0, 0, &["`900` frames stated, 73 present"], Warned("`900` frames stated")),
-    // From 0 to 1.220 s in 183 steps: 150 Hz, in times rounded to a millisecond.
+    // From 0 to 1.220 s in 183 steps: 150 Hz, with times rounded to a millisecond.
     ("real/trc_rate150_time_142.86_half_missing.trc", 55, 184, 150.0, 4_968, &["`28` markers stated, 55 present", "1 markers share their name"], Warned("`28` markers stated")),
     ("real/c3d_enc_Eb015pi.c3d", 26, 450, 50.0, 226, &[], Refused("no marker for the left")),
     ("real/c3d_enc_Eb015pr.c3d", 26, 450, 50.0, 226, &[], Refused("no marker for the left")),

@@ -1,5 +1,5 @@
-//! Made bodies beside skinned ones: as broad and as deep at each height as other software's
-//! people, who have the same dimensions and walk by the same recordings.
+//! Synthetic bodies compared with skinned ones of other software with the same dimensions and
+//! recordings: breadth and depth at each height.
 
 use crate::command::done;
 use crate::data::given;
@@ -15,15 +15,15 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-/// The people for choices whose motion is CMU's.
+/// The people for choosing settings whose motion is CMU's.
 const PEOPLE: [&str; 9] = [
     "101", "102", "104", "105", "106", "107", "108", "109", "110",
 ];
 const VIEWS: [(&str, f64); 2] = [("000", 0.0), ("090", 90.0)];
-/// Heights at which widths are read, from the soles to the crown.
+/// The number of heights at which widths are measured, from the soles to the crown.
 const HEIGHTS: usize = 100;
-/// From and to which height, and how far the mean over people may be off from the front and
-/// from the side, cm: what was reached when this was written, and 4 mm.
+/// A region's range of heights, and the largest error of the mean over people from the front and
+/// from the side, cm: the measured error plus 4 mm.
 const REGIONS: [(&str, usize, usize, [f64; 2]); 8] = [
     ("calves", 14, 24, [1.2, 0.9]),
     ("thighs", 30, 42, [1.6, 0.7]),
@@ -45,7 +45,7 @@ fn rows(path: &Path) -> Vec<Row> {
         .collect()
 }
 
-/// Width at each height, in statures, of an image's set pixels.
+/// Returns the width at each height, in statures, of an image's set pixels.
 fn profile(set: &[bool], columns: usize) -> Vec<f64> {
     let widths: Vec<f64> = set
         .chunks_exact(columns)
@@ -70,7 +70,7 @@ fn mean(profiles: &[Vec<f64>]) -> Vec<f64> {
         .collect()
 }
 
-/// The dimensions of a dressed body. Its arms hang, where those of ANSUR II are flexed.
+/// Returns the dimensions of a dressed body. Its arms hang, while those of ANSUR II are flexed.
 fn dimensions(row: &Row) -> (Dimensions, f64) {
     let number = |name: &str| row.get(name).and_then(|text| text.parse::<f64>().ok());
     let stature_m = number("stature_m").expect("a stature");
@@ -80,7 +80,7 @@ fn dimensions(row: &Row) -> (Dimensions, f64) {
         match name {
             "biceps_circumference" => *value = value.map(|m| m / 0.92),
             "forearm_circumference" => *value = value.map(|m| m / 0.95),
-            // The navel is 1 cm below.
+            // The navel is 1 cm below the iliac crests.
             "iliocristale_height" => *value = number("waist_height_m").map(|m| m + 0.01),
             _ => {}
         }
@@ -95,7 +95,7 @@ fn dimensions(row: &Row) -> (Dimensions, f64) {
     (expected.expect("a person").with(&measured), stature_m)
 }
 
-/// Mean profile of the silhouettes of whole cycles.
+/// Returns the mean profile of the silhouettes of whole cycles.
 fn theirs(data: &Path, row: &Row) -> Vec<f64> {
     let cycles = &row["phase_cycles"];
     let ends: Vec<f64> = cycles
@@ -117,8 +117,8 @@ fn theirs(data: &Path, row: &Row) -> Vec<f64> {
     mean(&images)
 }
 
-/// Mean profile of the made body by the mean cycle of the recording, at 6 m, with hands as in
-/// the file's own mean cycle.
+/// Returns the mean profile of the synthetic body in the mean cycle of the recording, at 6 m, with
+/// hands as in the file's own mean cycle.
 fn ours(pack: &[u8], own: &Cycle, d: &Dimensions, azimuth_deg: f64) -> Vec<f64> {
     const SIZE: (usize, usize) = (500, 360);
     let pack = Pack::parse(pack).expect("a pack");
@@ -173,7 +173,7 @@ mod with_data {
                 _ => "people/mocap_extra/clips",
             };
             let source = data.join(root).join(&take["source"]);
-            // Other software's people hold their hands as the files have them.
+            // The people of the other software hold their hands as in the files.
             let options = ReadOptions {
                 keep: Keep::MeanCycle,
                 mend: false,

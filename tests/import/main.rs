@@ -1,4 +1,4 @@
-//! Recordings, skeletons and bodies, from files to canonical ones.
+//! Importing recordings, skeletons and bodies.
 
 #[path = "../helpers/command.rs"]
 mod command;

@@ -1,8 +1,9 @@
-//! Every clip of the manifest: cadence, speed and duty factor against numbers that others measured.
+//! Cadence, speed and duty factor of every clip of the manifest, compared with other measurements.
 //!
 //! The manifest's cadence is 60 over the median time between peaks of the ankles' distance, in
-//! whole frames; its speed is the median of the pelvis's over the frames in which it moves. Ours
-//! are of whole strides and whole cycles. Where these differ by more than 5 %, the test says why.
+//! whole frames. Its speed is the median speed of the pelvis over the frames in which it moves.
+//! Ours are of whole strides and whole cycles. For differences above 5 %, the test states the
+//! reason.
 
 use std::path::Path;
 
@@ -12,10 +13,10 @@ use edgegait::people::recorded::{Keep, ReadOptions, Recording};
 use edgegait::people::retarget::RetargetedMotion;
 use edgegait_core::skeleton::Joint;
 
-/// Clips without a cycle, and the reason that is given.
+/// Clips without a cycle, and the reason in the error.
 const WITHOUT: [(&str, &str); 1] = [("HC002D25", "every cycle turns")];
 
-/// Clips whose cadence is off by more than 5 %: ours in steps a minute, and why it is right.
+/// Clips whose cadence differs by more than 5 %: ours in steps a minute, and why it is right.
 const CADENCES: [(&str, f64, &str); 4] = [
     (
         "03_01",
@@ -43,10 +44,11 @@ fn read(path: &Path, fps: Option<f64>) -> edgegait::error::Result<Recording> {
     Recording::read(path, &options)
 }
 
-/// The manifest's speed: the median of the pelvis's over the frames in which it moves.
+/// Returns the speed as the manifest defines it: the median speed of the pelvis over the frames in
+/// which it moves.
 fn median_speed(take: &RetargetedMotion) -> f64 {
-    /// Over the speed that one frame in twenty exceeds: gives 0.98 and 0.88 m/s for the two clips
-    /// that stop (131_01, Xsens), as the manifest has it.
+    /// The least speed of a moving frame, relative to the speed that one frame in twenty exceeds.
+    /// It gives 0.98 and 0.88 m/s for the two clips that stop (131_01, Xsens), as in the manifest.
     const MOVES: f64 = 0.27;
     let pelvis = Joint::Pelvis.index();
     let steps = take.positions.windows(2).map(|pair| {
@@ -60,7 +62,7 @@ fn median_speed(take: &RetargetedMotion) -> f64 {
     speeds.get(speeds.len() / 2).copied().unwrap_or_default()
 }
 
-/// Distance over time of the very cycles, from the file's own pelvis, to a frame.
+/// Returns the distance over time of the same cycles, from the file's own pelvis, to a frame.
 fn speed_of_cycles(recording: &Recording) -> f64 {
     let take = &recording.take;
     let cut = recording.cut.as_ref().unwrap();
@@ -86,7 +88,7 @@ fn check_cadence_and_speed(data: &Path) {
             let stem = file.rsplit_once('.').unwrap().0;
             stem.ends_with(&format!("/{name}"))
         };
-        // An AMC does not say; CMU 141 was recorded at 60 Hz.
+        // An AMC does not state its rate; CMU 141 was recorded at 60 Hz.
         let fps = file.ends_with(".amc").then(|| number(&row, "fps"));
         let recording = match read(&folder.join(file), fps) {
             Ok(recording) => recording,
@@ -121,13 +123,13 @@ fn check_cadence_and_speed(data: &Path) {
             }
             continue;
         }
-        // The file is read right: by the manifest's own measure the speeds agree.
+        // By the manifest's own measure the speeds agree, so the file is read correctly.
         let median = off(median_speed(&recording.take), "speed_mps");
         if median.abs() > 0.05 {
             wrong.push(format!("{file}: median speed {:+.1} %", 100.0 * median));
         }
-        // The cycles' speed is their distance over their time; a median is less, where most
-        // frames of a step are slower than its mean, and more where others stand or turn.
+        // The cycles' speed is their distance over their time. A median is lower if most frames of
+        // a step are slower than its mean, and higher if others stand or turn.
         let own = cut.speed_mps / speed_of_cycles(&recording) - 1.0;
         if own.abs() > 0.03 {
             wrong.push(format!("{file}: cycles' speed {:+.1} %", 100.0 * own));
@@ -149,8 +151,8 @@ fn check_cadence_and_speed(data: &Path) {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Foot strikes and offs that laboratories put into their files (EVENT:TIMES), stance over stride
-/// of each foot, as a mean: HC002D06, e.g., left 1.35 to 1.87 of 2.27 s.
+/// Mean stance over stride of each foot, from the foot strikes and offs that laboratories put into
+/// their files (EVENT:TIMES): for example HC002D06, left, 1.35 to 1.87 of 2.27 s.
 const STANCES: [(&str, &[f64]); 3] = [
     (
         "auckland_c3dparser/Sydney_S4/AMGait03.c3d",
@@ -230,7 +232,7 @@ fn check_treadmill(data: &Path, files: &[&str]) {
 }
 
 #[test]
-fn cadence_and_speed_agree_with_the_manifest_or_it_is_said_why_not() {
+fn cadence_and_speed_agree_with_the_manifest_or_the_reason_is_stated() {
     check_cadence_and_speed(&fixtures());
 }
 
@@ -249,7 +251,7 @@ mod with_data {
 
     #[test]
     #[ignore = "needs EDGEGAIT_DATA"]
-    fn cadence_and_speed_agree_with_the_manifest_or_it_is_said_why_not() {
+    fn cadence_and_speed_agree_with_the_manifest_or_the_reason_is_stated() {
         check_cadence_and_speed(&given());
     }
 

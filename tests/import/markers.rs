@@ -1,4 +1,4 @@
-//! Real recordings of markers, from file to gait cycles.
+//! Gait cycles of real recordings of markers.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ fn markers_of(path: &Path) -> Markers {
     }
 }
 
-/// Why a clip's speed, or its cycles, may differ from the manifest.
+/// Reasons why the speed or the cycles of a clip differ from the manifest.
 const REASONS: [(&str, &str); 2] = [
     (
         "HC002D25",
@@ -35,7 +35,8 @@ fn check_cadence_and_speed(data: &Path) {
         let take = RetargetedMotion::from_markers(&markers_of(&path), Some(DEFAULT_CUT_OFF_HZ))
             .unwrap_or_else(|e| panic!("{}: {e}", row["file"]));
         let reason = REASONS.iter().find(|(part, _)| row["file"].contains(part));
-        // The manifest's speed is the whole clip's; that of its cycles differs where it speeds up.
+        // The manifest's speed is of the whole clip; the speed of cycles differs in clips that
+        // speed up.
         let along = UncutMotion::of(&take).speed_mps() / number(&row, "speed_mps") - 1.0;
         let cut = events::cut(&take);
         let (cadence, speed) = match &cut {
@@ -79,9 +80,9 @@ fn check_cadence_and_speed(data: &Path) {
     }
 }
 
-/// The joint centres that Plug-in Gait writes into a file beside its markers, and how far its
-/// conventions may lie from ours, mm: its hips are Davis's, ours Harrington's; its breadths
-/// are measured, ours estimated; its wands have offsets from a static trial.
+/// The joint centres that Plug-in Gait writes into a file, with the largest distance between its
+/// conventions and ours, mm. Its hips are by Davis, ours by Harrington; its breadths are measured,
+/// ours estimated; its wands have offsets from a static trial.
 const PLUG_IN_GAIT: [(&str, Joint, f64); 12] = [
     ("LFEP", Joint::LeftThigh, 35.0),
     ("RFEP", Joint::RightThigh, 35.0),
@@ -104,7 +105,7 @@ fn check_joints(data: &Path) {
         let markers = markers_of(&path);
         let take = RetargetedMotion::from_markers(&markers, None).unwrap();
         let start = (take.start_s * take.sample_rate_hz).round() as usize;
-        // All clips with these points have Z up; the floor is where we put it.
+        // All clips with these points have Z up; only the height of the floor is ours.
         let world = |p: DVec3| DVec3::new(p.x, p.z, -p.y) * take.unit_m;
         let there = PLUG_IN_GAIT.iter().filter_map(|&(name, joint, limit_mm)| {
             let column = markers.names.iter().position(|n| n == name)?;
@@ -166,7 +167,7 @@ mod with_data {
         check_joints(&given());
     }
 
-    /// What becomes of a hard file.
+    /// Imports a hard file.
     fn hard(name: &str) -> Result<RetargetedMotion, String> {
         let path = given().join("hard").join(name);
         RetargetedMotion::from_markers(&markers_of(&path), Some(DEFAULT_CUT_OFF_HZ))
@@ -202,7 +203,7 @@ mod with_data {
 
     #[test]
     #[ignore = "needs EDGEGAIT_DATA"]
-    fn wrong_units_exchanged_sides_and_spikes_are_told() {
+    fn wrong_units_exchanged_sides_and_spikes_are_reported() {
         for (name, part) in [
             ("80_trc_ok.trc", "no marker"),
             (

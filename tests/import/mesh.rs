@@ -1,8 +1,7 @@
-//! Hulls fitted to skinned meshes against what Blender renders of the same meshes.
+//! Hulls fitted to skinned meshes, compared with Blender's renderings of the same meshes.
 //!
-//! `truth` holds masks of 480x288 pixels; they are normalised as GEIs are, by exact
-//! areas. The hulls are fitted to the mesh at rest in random poses, and know neither the clip nor
-//! the cameras.
+//! `truth` contains masks of 480x288 pixels, which are normalised as for GEIs, by exact areas. The
+//! hulls are fitted to the mesh at rest and in random poses, without the clip or the cameras.
 
 use crate::command::{done, names};
 use crate::data::{fixtures, given};
@@ -18,7 +17,7 @@ const COLUMNS: usize = 30;
 const FRAMES: usize = 33;
 const CLIP: &str = "007_01";
 
-/// Flags of the truth's views, in its order.
+/// The flags of the truth's viewpoints, in its order.
 const VIEWS: [(&str, &str); 8] = [
     ("o000", "--azimuth-deg 0 --elevation-deg 0"),
     ("o045", "--azimuth-deg 45 --elevation-deg 0"),
@@ -36,7 +35,7 @@ const VIEWS: [(&str, &str); 8] = [
     ),
 ];
 
-/// A mask with sums over all pixels above and to the left.
+/// A mask as sums over all pixels above and to the left.
 struct Mask {
     sums: Array2<f64>,
     top: f64,
@@ -69,7 +68,7 @@ impl Mask {
         }
     }
 
-    /// Pixels on above and to the left of a point.
+    /// Returns the area of the pixels that are on, above and to the left of a point.
     fn sum(&self, y: f64, x: f64) -> f64 {
         let (rows, columns) = self.sums.dim();
         let (y, x) = (
@@ -83,7 +82,8 @@ impl Mask {
             + v * ((1.0 - u) * at(r + 1, c) + u * at(r + 1, c + 1))
     }
 
-    /// 50 rows high, its centroid `shift` columns right of the middle of 30.
+    /// Returns the mask at a height of 50 rows, with its centroid `shift` columns right of the
+    /// middle of 30.
     fn normalised(&self, shift: f64) -> Vec<bool> {
         let size = self.height / ROWS as f64;
         let left = self.centre - (COLUMNS as f64 / 2.0 + shift) * size;
@@ -107,7 +107,7 @@ fn jaccard(a: &[bool], b: &[bool]) -> f64 {
     both as f64 / either.max(1) as f64
 }
 
-/// Jaccard index of each frame, and the root mean square error of the GEI, of 255.
+/// Returns the Jaccard index of each frame, and the root mean square error of the GEI, of 255.
 fn compare(drawn: &[Vec<bool>], masks: &[Mask]) -> (Vec<f64>, f64) {
     let mut sums = vec![[0.0f64; 2]; ROWS * COLUMNS];
     let indices = drawn.iter().zip(masks).map(|(drawn, mask)| {
@@ -128,13 +128,13 @@ fn compare(drawn: &[Vec<bool>], masks: &[Mask]) -> (Vec<f64>, f64) {
     (indices, mean.sqrt())
 }
 
-/// What Blender drew.
+/// Blender's renderings.
 struct Truth {
-    /// By view and frame.
+    /// The masks by viewpoint and frame.
     masks: Vec<Vec<Mask>>,
-    /// Where the static camera aims.
+    /// The aim of the static camera.
     aim_m: String,
-    /// Of the first frame.
+    /// The time of the first frame.
     start_s: f64,
 }
 
@@ -152,7 +152,7 @@ impl Truth {
             ))
         };
         let masks = (0..*views).map(|view| (0..*frames).map(|frame| mask(view, frame)).collect());
-        // The camera's third axis points away from what it looks at, 8 m off.
+        // The camera's third axis points away from its aim, 8 m off.
         let cameras = npz.array::<f64>("world_to_camera");
         let at = |row: usize, column: usize| cameras[[7, 0, row, column]];
         let aim = [0, 1, 2].map(|axis| {
@@ -161,14 +161,15 @@ impl Truth {
         });
         Self {
             masks: masks.collect(),
-            // From Blender's axes, z up, to ours.
+            // Convert Blender's axes, Z up, to ours.
             aim_m: format!("{},{},{}", aim[0], aim[2], -aim[1]),
             start_s: npz.array::<i64>("src_frames")[[0]] as f64 / 60.0,
         }
     }
 }
 
-/// What both rasterisers draw of the truth's bodies: by view, Jaccard index and GEI error.
+/// The match of a rasteriser's images with the truth: Jaccard indices, and by viewpoint Jaccard
+/// index and GEI error.
 struct Match {
     indices: Vec<f64>,
     views: Vec<(String, f64, f64)>,
@@ -190,7 +191,7 @@ impl Match {
     }
 }
 
-/// Renders a pack from the truth's cameras, and adds how well it matches.
+/// Renders a pack from the truth's cameras, and adds its match.
 fn add(found: &mut Match, folder: &Path, raster: &str, truth: &Truth) {
     let start_s = truth.start_s.to_string();
     for ((name, flags), masks) in VIEWS.iter().zip(&truth.masks) {
@@ -229,8 +230,7 @@ fn add(found: &mut Match, folder: &Path, raster: &str, truth: &Truth) {
     }
 }
 
-/// Fits hulls to these bodies, and compares what they look like with the truth: the least mean
-/// Jaccard index, and how many frames of each view are compared.
+/// Fits hulls to these bodies and compares their renderings with the truth.
 fn check_fitted_hulls(data: &Path, bodies: &[&str]) {
     let rasters = ["rows-3x3", "skia"];
     let mut found = rasters.map(|_| Match {
@@ -252,7 +252,7 @@ fn check_fitted_hulls(data: &Path, bodies: &[&str]) {
             started.elapsed()
         };
         let fitted = import("m.egp");
-        // What was fitted once is known.
+        // An earlier fit is cached.
         let known = import("again.egp");
         println!("  fitted in {fitted:.1?}, known in {known:.1?}");
         assert!(known < fitted / 4, "{known:?} of {fitted:?}");

@@ -1,4 +1,4 @@
-//! Posture, arms and feet of imported walkers beside those of their recordings.
+//! Posture, arms and feet of imported walkers, compared with their recordings.
 
 use crate::command::done;
 use crate::data::given;
@@ -19,7 +19,7 @@ const ARMS: [[Joint; 3]; 2] = [
     [Joint::RightUpperArm, Joint::RightForearm, Joint::RightHand],
 ];
 
-/// What is measured of a gait cycle whose walker is along +Z.
+/// The measures of a gait cycle of a walker along +Z.
 const NAMES: [&str; 8] = [
     "feet apart, cm",
     "standing ankles, mm",
@@ -37,11 +37,12 @@ fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
     sum / count
 }
 
-/// The measures in the order of [`NAMES`]: peak to peak of the lower ankle to the side; how much
-/// higher the left ankle is than the right one where it is lowest; how far the thorax leans, how far
-/// the line from the middle of the hips to that of the shoulders does, and how far the head looks down; how far elbows bend ahead and hands are off their forearms; and the
-/// highest wrist above its shoulder over the arm's length. Means over the cycle but for the
-/// peak and the highest.
+/// Returns the measures in the order of [`NAMES`]: the lateral peak-to-peak movement of the lower
+/// ankle; the height of the left ankle above the right, each at its lowest; the lean of the thorax;
+/// the lean of the line from the middle of the hips to the middle of the shoulders; the head's
+/// pitch; the forward bend of elbows; the angle of hands to their forearms; and the greatest height
+/// of a wrist above its shoulder over the arm's length. They are means over the cycle, except for
+/// the peak-to-peak movement and the greatest height.
 fn measures(moments: &[Moment]) -> [f64; NAMES.len()] {
     let feet = [Joint::LeftFoot, Joint::RightFoot];
     let lower = moments.iter().map(|moment| {
@@ -100,15 +101,15 @@ fn measures(moments: &[Moment]) -> [f64; NAMES.len()] {
     ]
 }
 
-/// Hip to knee to ankle on the left, metres.
+/// Returns the length from hip to knee to ankle on the left, metres.
 fn leg_m(moment: &Moment) -> f64 {
     let joints = [Joint::LeftThigh, Joint::LeftShank, Joint::LeftFoot];
     let [hip, knee, ankle] = joints.map(|joint| moment.of(joint));
     hip.distance(knee) + knee.distance(ankle)
 }
 
-/// How far wrists are at most from where they would be in proportion to the arm's length, mm, since
-/// bones point where they pointed in the recording and the two parts of the arm differ.
+/// Returns the greatest distance of a wrist from its place in proportion to the arm's length, mm.
+/// It differs because bones keep their directions while the proportions of the arm differ.
 fn wrists_off_mm(source: &[Moment], drawn: &Moment) -> f64 {
     let bones = |moment: &Moment, arm: [Joint; 3]| {
         let [shoulder, elbow, wrist] = arm.map(|joint| moment.of(joint));
@@ -128,7 +129,7 @@ fn wrists_off_mm(source: &[Moment], drawn: &Moment) -> f64 {
     arms.fold(0.0, f64::max)
 }
 
-/// Measures of the first cycle of a recording as its file has it, and its moments.
+/// Returns the measures and the moments of the first cycle of a recording as in its file.
 fn source(path: &Path) -> Option<([f64; NAMES.len()], Vec<Moment>)> {
     let options = ReadOptions {
         mend: false,
@@ -143,7 +144,7 @@ fn source(path: &Path) -> Option<([f64; NAMES.len()], Vec<Moment>)> {
     Some((measures(&moments), moments))
 }
 
-/// Of one walk: measures of its recording and of the walker, and how far feet slide there, mm.
+/// The measures of a walk's recording and of its walker, and how far feet slide in each, mm.
 struct Pair {
     source: [f64; NAMES.len()],
     drawn: [f64; NAMES.len()],
@@ -151,7 +152,7 @@ struct Pair {
     wrists_off_mm: f64,
 }
 
-/// Measures walks of an imported pack by the files that they were imported from.
+/// Measures the walks of an imported pack and the files that they were imported from.
 fn pairs(pack: &Path, results: &Path) -> Vec<Pair> {
     let bytes = fs::read(pack).expect("a pack");
     let pack = Pack::parse(&bytes).expect("a pack");
@@ -170,7 +171,7 @@ fn pairs(pack: &Path, results: &Path) -> Vec<Pair> {
         let slide = |name: &str| clip[name].as_f64();
         let mut source = source(path)?;
         let moments = moments(&pack, walk.subject, walk.clip);
-        // In proportion, as steps are.
+        // Scale it with the legs, as steps are.
         source.0[0] *= leg_m(&moments[0]) / leg_m(&source.1[0]);
         Some(Pair {
             source: source.0,
@@ -182,7 +183,7 @@ fn pairs(pack: &Path, results: &Path) -> Vec<Pair> {
     pairs.collect()
 }
 
-/// Prints the mean and the spread of what is measured, in recordings and as drawn.
+/// Prints the mean and the spread of the measures, in recordings and in imported walkers.
 fn table(title: &str, pairs: &[Pair]) {
     let stated = |values: Vec<f64>| {
         let middle = mean(values.iter().copied());
@@ -209,8 +210,8 @@ mod slow {
     use super::*;
     use crate::walker::{import_person, people};
 
-    /// Where `EDGEGAIT_IMPORTED` names a folder, packs and results are read from there
-    /// (`clips.egp` and `clips.json`, and of each person): those of another version.
+    /// If `EDGEGAIT_IMPORTED` names a folder, packs and results of another version are read from
+    /// there (`clips.egp` and `clips.json`, and those of each person).
     #[test]
     #[ignore = "needs EDGEGAIT_DATA"]
     fn imported_walkers_keep_their_feet_their_trunks_and_their_arms() {
@@ -257,13 +258,13 @@ mod slow {
                 pairs.iter().map(both).collect::<Vec<(f64, f64)>>()
             };
             let apart = |name: &str| mean(of(name).iter().map(|(a, b)| (a - b).abs()));
-            // Putting ankles of uneven height level changes which foot is the lower one.
+            // Levelling ankles of uneven height changes which foot is lower.
             assert!(
                 apart("feet apart, cm") < 1.5,
                 "{title}: {}",
                 apart("feet apart, cm")
             );
-            // Bodies that were measured have their shoulders elsewhere at rest.
+            // Measured bodies have their shoulders elsewhere at rest.
             if *title == "clips" {
                 assert!(
                     apart("trunk lean, deg") < 0.6,
@@ -271,7 +272,7 @@ mod slow {
                     apart("trunk lean, deg")
                 );
             }
-            // Feet that are put level and collar bones that are held turn the line by up to 2 degrees.
+            // Levelled feet and limited collar bones turn the line by up to 2 degrees.
             for (source, drawn) in of("shoulders ahead, deg") {
                 assert!(drawn > source - 2.5, "{title}: {drawn} {source}");
             }
@@ -280,7 +281,7 @@ mod slow {
                 "{title}: {}",
                 apart("wrist height")
             );
-            // By 11 degrees over the take; one cycle may differ from that.
+            // The limit is 11 degrees over the take; one cycle may differ.
             for (_, down) in of("head down, deg") {
                 assert!(down.abs() < 22.0, "{title}: {down}");
             }

@@ -1,4 +1,4 @@
-//! Real recordings and broken ones, from file to gait cycles.
+//! Gait cycles of real recordings of skeletons.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -27,7 +27,7 @@ fn check_cycles(data: &Path) {
         let cut =
             events::cut(&take_of(data, row)).unwrap_or_else(|e| panic!("{}: {e}", row["file"]));
         for one in &cut.cycles {
-            // Walking and running people; the shuffle of CMU 131 is one real stride.
+            // The range of walking and running people; the shuffle of CMU 131 is one real stride.
             assert!(
                 (40.0..200.0).contains(&one.cadence_spm),
                 "{}: {}",
@@ -39,7 +39,7 @@ fn check_cycles(data: &Path) {
     eprintln!("{} clips", rows.len());
 }
 
-/// Mean distance over a take of the canonical joint from the source's, metres.
+/// Returns the mean distance over a take of each canonical joint from the source's, metres.
 fn misses(take: &RetargetedMotion) -> Vec<(Joint, f64)> {
     Joint::ALL
         .into_iter()
@@ -98,8 +98,8 @@ fn check_cadence_and_speed(data: &Path) {
     }
 }
 
-/// CMU 02's left leg by matrices, from the numbers of `02.asf` typed here: bone vector
-/// (direction, length) and the angle of its axes about z. `f` is one frame's text.
+/// Computes the left leg of CMU 02 with matrices, from numbers copied from `02.asf`: the bone
+/// vector (direction, length) and the angle of its axes about z. `f` is one frame's text.
 fn left_ankle_by_matrices(f: &HashMap<&str, Vec<f64>>) -> DVec3 {
     let turn = |x: f64, y: f64, z: f64| {
         DMat4::from_rotation_z(z.to_radians())
@@ -137,7 +137,7 @@ fn the_left_ankle_of_cmu_02_01_is_where_matrices_put_it() {
         let mut words = line.split_whitespace();
         let name = words.next().unwrap();
         frame.insert(name, words.map(|w| w.parse().unwrap()).collect());
-        // The last line of each frame.
+        // This is the last line of each frame.
         if name == "ltoes" {
             let ankle = motion.globals(checked).0[joint];
             assert!(ankle.distance(left_ankle_by_matrices(&frame)) < 1e-9);
@@ -181,7 +181,7 @@ fn subjects_and_takes_do_not_depend_on_the_order_of_the_files() {
     recordings.reverse();
     assert_eq!(names(&recordings), expected);
 
-    // The same take twice is two people who share a name, or a mistake.
+    // The same take twice is an error: two people who share a name, or a mistake.
     recordings.push(recordings[0].clone());
     let error = subjects(&recordings, &BodyOptions::default()).unwrap_err();
     assert!(

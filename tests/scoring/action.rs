@@ -1,4 +1,4 @@
-//! The reusable CI step of `.github/actions/edgegait-gate`, run as a runner runs it.
+//! Tests of the script of `.github/actions/edgegait-gate`, run as on a runner.
 
 use crate::command::{code, names, text};
 use std::fs;
@@ -94,12 +94,12 @@ fn a_build_passes_with_its_own_baseline_and_fails_where_a_limit_is_missed() {
         text(&second.stderr)
     );
 
-    // Before there is a baseline, what is beside one is left out.
+    // Without a baseline, limits relative to one are left out.
     let early = with(&[("SCORE_LIMITS", "paired.toml")]);
     assert_eq!(code(&early), 0, "{}", text(&early.stderr));
     assert!(text(&early.stdout).contains("1 limit relative to a baseline left out"));
 
-    // One model a line, of which there is one.
+    // Models one per line, here only one.
     let lines = with(&[
         ("SCORE_LIMITS", "score.toml"),
         ("MODELS", "\nside\n\n"),

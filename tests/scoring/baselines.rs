@@ -1,4 +1,4 @@
-//! The baselines beside a recognizer, against distances that are computed here.
+//! The baselines next to a recognizer, compared with distances that are computed here.
 
 use crate::command::done;
 use edgegait::evaluate::contest::Baselines;
@@ -13,13 +13,13 @@ use rand_distr::{Distribution, StandardNormal};
 use serde_json::Value;
 use std::path::Path;
 
-/// Seed of the random projection.
+/// The seed of the random projection.
 const SEED: u64 = 5;
-/// Numbers in the embedding of `side`: one less than it has people.
+/// The numbers in the embedding of `side`: one fewer than its people.
 const DIMS: usize = 25;
 
-/// The GEIs (pixels in 0..1) of the cohort's cycles of this variation, person by person, each from
-/// all views.
+/// Returns the GEIs (pixels in 0..1) of this variation of the cohort's cycles, by person and
+/// viewpoint.
 fn geis(pack: &Pack<'_>, variation: u32, views: &Views) -> Vec<Vec<Vec<f64>>> {
     let jobs: Vec<Job<'_>> = (0..26).map(|walk| Job::plain(walk, variation)).collect();
     let mut all = Vec::new();
@@ -39,7 +39,8 @@ fn geis(pack: &Pack<'_>, variation: u32, views: &Views) -> Vec<Vec<Vec<f64>>> {
     all
 }
 
-/// A random matrix as it is stated: normal numbers of variance one in [`DIMS`], row by row.
+/// Projects a GEI with the documented random matrix: normal numbers of variance 1 / [`DIMS`], row
+/// by row.
 fn projected(gei: &[f64]) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let mut row = || -> f64 {
@@ -52,7 +53,7 @@ fn projected(gei: &[f64]) -> Vec<f64> {
     (0..DIMS).map(|_| row()).collect()
 }
 
-/// Share of the probes, person by person, whose nearest is the same person's.
+/// Returns the share of the probes, given by person, whose nearest entry is of the same person.
 fn hits(known: &[Vec<f64>], probes: &[Vec<Vec<f64>>]) -> f64 {
     let apart =
         |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum() };
@@ -71,7 +72,7 @@ fn hits(known: &[Vec<f64>], probes: &[Vec<Vec<f64>>]) -> f64 {
 }
 
 #[test]
-fn baselines_know_people_by_what_a_recognizer_was_trained_on_or_by_its_gallery() {
+fn baselines_compare_with_the_training_or_the_gallery_of_a_recognizer() {
     let options = CohortOptions {
         speeds_kmh: vec![5.0],
         ..CohortOptions::default()
@@ -85,7 +86,8 @@ fn baselines_know_people_by_what_a_recognizer_was_trained_on_or_by_its_gallery()
     let side = Views::side().expect("angles");
     let walks: Vec<usize> = (0..26).collect();
 
-    // `side` has seen variations 0 to 7. Half of the 104 probes are 52 pictures, two of each person.
+    // `side` was trained on variations 0 to 7. Half of the 104 probes are 52 images, two of each
+    // person.
     let seen = [0, 1].map(|variation| geis(&pack, variation, &side));
     let mean = |person: usize| -> Vec<f64> {
         let pairs = seen[0][person][0].iter().zip(&seen[1][person][0]);
@@ -141,7 +143,7 @@ fn baselines_know_people_by_what_a_recognizer_was_trained_on_or_by_its_gallery()
             hits(&known, &probes)
         };
         assert_eq!(rates, [of(&<[f64]>::to_vec), of(&projected)], "{protocol}");
-        // Neither everything nor nothing, so that an error shows.
+        // The rates are neither 0 nor 1, so that an error is noticed.
         assert!(
             rates.iter().all(|rate| (0.2..0.95).contains(rate)),
             "{protocol}: {rates:?}"
@@ -182,11 +184,11 @@ fn baselines_are_in_results_unless_they_are_not_wanted_or_nobody_can_be_known() 
     assert_eq!(of(&[&side, "--no-baselines"]).0, ["side"]);
     assert_eq!(of(&["pixels"]).0, ["pixels"]);
     assert_eq!(of(&["pixels", &side]).0, ["pixels", "side", "random"]);
-    // It was trained on walks at 5 km/h.
+    // `side` was trained on walks at 5 km/h.
     let (names, warnings) = of(&[&side, "slow.egp"]);
     assert_eq!(names, ["side"]);
     assert!(warnings.contains("no baselines beside it"), "{warnings}");
-    // Those who are enrolled by their takes need not be known from training.
+    // People that are enrolled by their takes need not occur in training.
     let first = of(&[&side, "slow.egp", "--protocol", "first-take"]).0;
     assert_eq!(first, ["side", "pixels", "random"]);
 }

@@ -1,4 +1,4 @@
-//! `edgegait bench`, as a user has it, with windows so short that its figures mean nothing.
+//! Tests of `edgegait bench`, with windows that are too short for meaningful times.
 
 use crate::command::{done, edgegait, refused, text};
 use crate::two::folder;
@@ -20,7 +20,7 @@ const SHORT: [&str; 10] = [
     "side",
 ];
 
-/// The results of measuring with [`SHORT`] and these arguments.
+/// Returns the results of measuring with [`SHORT`] and these arguments.
 fn measured(folder: &Path, arguments: &[&str]) -> Value {
     let json = [["bench"].as_slice(), arguments, &SHORT, &["--json", "-"]].concat();
     serde_json::from_str(&done(folder, &json)).expect("one JSON document")
@@ -58,7 +58,7 @@ fn the_shipped_models_are_measured_each_in_a_process_of_its_own() {
         assert!((number(model, "throughput") - rate).abs() <= 1e-6 * rate);
         assert_eq!(model["window_mean_us"].as_array().map(Vec::len), Some(2));
         assert_eq!(model["offline"]["batch"], 4);
-        // Four in a batch, and a hundred inferences at least.
+        // Batches of four, with at least a hundred inferences.
         assert!(number(&model["offline"], "calls") >= 25.0);
         let parts = &model["parts"];
         let drawn = number(&parts["preprocessing"], "min_us");
@@ -70,7 +70,7 @@ fn the_shipped_models_are_measured_each_in_a_process_of_its_own() {
         }
         assert_eq!(number(&model["accuracy"], "probes"), 26.0);
     }
-    // The side view is what `side` was trained at: 100 % in the README.
+    // `side` was trained on the side view: 100 % in the README.
     assert_eq!(number(&models[0]["accuracy"], "rank1"), 1.0);
     let warnings = results["warnings"].to_string();
     assert_eq!(
@@ -182,9 +182,9 @@ mod with_ort {
         let results: Value = serde_json::from_slice(&output.stdout).expect("JSON");
         let bare = &results["models"][0]["bare"];
         assert!(number(bare, "p50_us") > 0.0);
-        // Ours cannot take less than half of a loop that reuses its tensors as ours does, nor ten
-        // times as much, however busy the machine. One that makes them anew takes twice as long on a
-        // model as small as this.
+        // Even on a busy machine, ours takes between half and ten times the time of a loop that
+        // also reuses its tensors. A loop that allocates them takes twice as long for a model of
+        // this size.
         assert!(
             (-0.5..10.0).contains(&number(bare, "overhead_reusing")),
             "{bare}"

@@ -1,4 +1,4 @@
-//! `edgegait bench --video`, as a user has it, for so short that its figures mean nothing.
+//! Tests of `edgegait bench --video`, for a time that is too short for meaningful times.
 
 use crate::command::{done, names, refused};
 use crate::two::folder;
@@ -46,7 +46,7 @@ fn the_path_of_a_made_video_is_measured_with_each_model() {
             number(video, "cycles") >= 2.0 && number(video, "frames") >= 50.0,
             "{video}"
         );
-        // 0.3 s, or until there is an answer.
+        // At least 0.3 s, and until there is an answer.
         assert!(number(path, "seconds") >= 0.3, "{path}");
         let frames = number(path, "frames");
         let rate = frames / number(path, "seconds");
@@ -111,7 +111,7 @@ fn the_path_of_a_made_video_is_measured_with_each_model() {
     assert!(!table.contains("multiply-accumulates"), "{table}");
 }
 
-/// A video of Y4M, grey, with a block that crosses it in so many frames, and its wall as a picture.
+/// Writes a grey Y4M video of this many frames in which a block crosses, and an image of its wall.
 fn block(at: &Path, frames: u32) {
     let frame = |column: Option<u32>| {
         RgbImage::from_fn(96, 64, |x, y| {
@@ -162,7 +162,7 @@ fn a_video_without_a_gait_cycle_is_refused_with_what_was_found() {
             "20 of 20 frames show a person, and at 30 frames a second two cycles are 33",
         ],
     );
-    // Its own rate is 30, unless another is given.
+    // The file's rate is 30, unless a flag gives another.
     refuse(
         "--video walk.y4m --background wall.png --fps 50",
         1,

@@ -1,4 +1,5 @@
-//! A picture of imported walkers beside silhouettes that other software made of skinned bodies.
+//! An image of imported walkers next to silhouettes that other software rendered from skinned
+//! bodies.
 
 use crate::data::given;
 use crate::npy::npy;
@@ -14,7 +15,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// People who may be shown, and how many of their takes are.
+/// The people that may be shown, and the number of their takes.
 const SHOWN: [(&str, usize); 9] = [
     ("101", 2),
     ("102", 1),
@@ -26,7 +27,7 @@ const SHOWN: [(&str, usize); 9] = [
     ("109", 1),
     ("110", 1),
 ];
-/// Views and phases of the columns: the left contact, and a third of a cycle after it.
+/// The viewpoints and phases of the columns: the left contact, and a third of a cycle later.
 const COLUMNS: [(&str, f64); 4] = [
     ("000", 0.0),
     ("000", 1.0 / 3.0),
@@ -35,7 +36,7 @@ const COLUMNS: [(&str, f64); 4] = [
 ];
 const SIZE: Size = Size::S64x44;
 const FRAMES: usize = 48;
-/// Pixels of the picture for each of a silhouette, and between columns and rows.
+/// The size of a silhouette's pixel in the image, and the gaps between columns and rows.
 const SCALE: usize = 2;
 const GAP: [usize; 2] = [12, 4];
 
@@ -53,7 +54,8 @@ fn run(command: &OsString, folder: &Path, arguments: &[&str]) {
     );
 }
 
-/// Frames of a cycle of a walk, as a build of this project draws the person of a table's row.
+/// Returns the frames of a cycle of a walk, as the given build of the command draws the person of a
+/// table's row.
 fn drawn(command: &OsString, data: &Path, person: &Row, (walk, view): (&str, &str)) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a folder");
     let id = &person["id"];

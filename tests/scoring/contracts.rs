@@ -1,4 +1,4 @@
-//! Models without a contract: what their shape tells, and `edgegait contract`.
+//! Models without a contract: guesses from their shape, and `edgegait contract`.
 
 use crate::command::{done, names, refused};
 use crate::network::write_network;
@@ -71,7 +71,7 @@ fn a_model_is_scored_by_its_shape_and_by_the_contract_that_is_written_alike() {
     assert_eq!(of(&stated), of(&guessed));
     assert_eq!(of(&stated).as_array().map(Vec::len), Some(3));
 
-    // It may have been edited since.
+    // The contract may have been edited since.
     refused(at, &["contract", "m.onnx"], 2, &["m.toml", "--overwrite"]);
     done(at, &["contract", "m.onnx", "--overwrite"]);
 }

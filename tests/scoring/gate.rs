@@ -1,4 +1,4 @@
-//! `edgegait gate`: a slowdown, a loss of accuracy and a busy machine, planted.
+//! Tests of `edgegait gate` with a planted slowdown, a loss of accuracy and a busy machine.
 
 use crate::command::{code, done, edgegait, refused, text};
 use crate::network::write_network;
@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-/// Measures `model` shortly, into `name`, and changes what was found.
+/// Measures `model` briefly, writes the results to `name`, and changes them.
 fn benched(at: &Path, (model, name): (&str, &str), change: impl FnOnce(&mut Value)) {
     let flags = [
         "--no-accuracy",
@@ -32,7 +32,7 @@ fn benched(at: &Path, (model, name): (&str, &str), change: impl FnOnce(&mut Valu
     fs::write(at.join(name), value.to_string()).expect("written");
 }
 
-/// As on a machine on which nothing else runs, which that of a test is not.
+/// Sets the load as on an idle machine, as the machine of a test is not idle.
 fn idle(value: &mut Value) {
     value["load_of_others"] = json!(0.0);
     value["models"][0]["others_busy"] = json!(0.0);
@@ -49,7 +49,7 @@ fn a_planted_slowdown_is_missed_and_a_busy_machine_cannot_tell() {
     let at = folder.path();
     write_network(at, "m", 0, None);
     benched(at, ("m.onnx", "main.json"), idle);
-    // The same network with work that changes nothing that it says.
+    // The same network with extra work that does not change its answers.
     write_network(at, "m", 40, None);
     benched(at, ("m.onnx", "slow.json"), idle);
     let starter = done(at, &["gate", "--init", "main.json"]);
@@ -114,7 +114,7 @@ fn a_planted_slowdown_is_missed_and_a_busy_machine_cannot_tell() {
         4
     );
 
-    // As slow, but others keep the machine busy while it is measured.
+    // As slow, but other processes keep the machine busy during the measurement.
     let is_over = AtomicBool::new(false);
     thread::scope(|scope| {
         let threads = thread::available_parallelism().map_or(2, usize::from);
@@ -136,8 +136,8 @@ fn a_planted_slowdown_is_missed_and_a_busy_machine_cannot_tell() {
     );
 }
 
-/// The file with noise on the numbers of its largest tensor: the longest run of bytes that are floats as
-/// weights have them.
+/// Returns the file with noise on the numbers of its largest tensor: the longest run of bytes that
+/// look like float weights.
 fn with_noise(file: &[u8]) -> Vec<u8> {
     let weight = |at: usize| f32::from_le_bytes(file[at..at + 4].try_into().expect("four"));
     let is_weight = |at: usize| (1e-9..4.0).contains(&weight(at).abs());
@@ -267,7 +267,7 @@ fn what_cannot_be_judged_is_refused() {
     write("again.json", &results(1).to_string());
     let runs = ["limits.toml", "one.json", "--run", "again.json"];
     assert_eq!(gated(at, &runs).0, 0);
-    // JSON that is no list of metrics is somebody's.
+    // JSON that is not a list of metrics belongs to another program.
     write("package.json", "{\n  \"name\": \"mine\"\n}\n");
     let over = [
         "gate",
@@ -277,7 +277,7 @@ fn what_cannot_be_judged_is_refused() {
         "package.json",
     ];
     refused(at, &over, 2, &["--bencher package.json", "--overwrite"]);
-    // Nothing that was judged is nothing that holds.
+    // If no limit is left to judge, the result is undecided.
     write(
         "beside.toml",
         "[[limit]]\nfigure = \"silhouettes_per_second\"\nratio_at_least = 0.8\n",
@@ -308,7 +308,7 @@ fn checks_say_what_is_wrong_with_a_model() {
         serde_json::from_str(&fs::read_to_string(at.join("c.json")).expect("results"))
             .expect("JSON");
     assert_eq!(found["problems"], json!([]));
-    // Taken for numbers beyond f32's, so that what it says is not finite.
+    // The inputs overflow f32, so that the outputs are not finite.
     let contract = fs::read_to_string(at.join("m.toml")).expect("a contract");
     fs::write(at.join("m.toml"), contract + "std = 1e-38\n").expect("written");
     let output = edgegait(at, &["check", "m.onnx"]);

@@ -1,4 +1,4 @@
-//! The gates between benchmarks: their arithmetic, and which results they refuse.
+//! Tests of the gates between benchmarks: their arithmetic, and the results that they reject.
 
 #[path = "../../benches/gates/check/mod.rs"]
 mod check;
@@ -44,7 +44,7 @@ impl Fixture {
         fixture
     }
 
-    /// Writes a file that was changed so many minutes ago.
+    /// Writes a file with a modification time this many minutes ago.
     fn write(&self, name: &str, text: &str, minutes_ago: u64) {
         let path = self.folder.path().join(name);
         fs::create_dir_all(path.parent().expect("a folder")).expect("a new folder");
@@ -54,7 +54,7 @@ impl Fixture {
         file.set_modified(changed).expect("its time is ours");
     }
 
-    /// What criterion 0.8.2 writes of one benchmark, as far as it is read.
+    /// Writes the parts of criterion 0.8.2's results of one benchmark that are read.
     fn measured(self, id: &str, median_ns: f64, throughput: &str, minutes_ago: u64) -> Self {
         let estimates = format!(
             r#"{{"mean":{{"point_estimate":1e9,"standard_error":1.5}},
@@ -68,13 +68,13 @@ impl Fixture {
         self
     }
 
-    /// A result of ten minutes ago that counts no elements.
+    /// Writes a result of ten minutes ago that counts no elements.
     fn median(self, id: &str, median_ns: f64) -> Self {
         self.measured(id, median_ns, "null", 10)
     }
 
-    /// Whether the gates hold on a machine that lacks nothing but AVX-512, and the table
-    /// without its first and last line.
+    /// Returns whether the gates hold on a machine that lacks only AVX-512, and the table without
+    /// its first and last line.
     fn check(&self, gates: &str) -> (bool, String) {
         let criterion = self.folder.path().join("criterion");
         let results = Results::new(self.folder.path(), criterion, self.now);
@@ -87,7 +87,7 @@ impl Fixture {
         (report.passes(), lines[1..].join("\n"))
     }
 
-    /// Why a gate's number cannot be told.
+    /// Returns the table with the reason why a gate's number is unknown.
     fn unknown(&self, gates: &str) -> String {
         let (passes, table) = self.check(gates);
         assert!(!passes && table.contains("UNKNOWN"), "{table}");
@@ -99,7 +99,7 @@ fn parse(gates: &str) -> edgegait::error::Result<Gates> {
     Gates::parse(Path::new("gates.toml"), gates)
 }
 
-/// A gate between the benchmarks `raster/old` and `raster/new`.
+/// Returns a gate between the benchmarks `raster/old` and `raster/new`.
 fn ratio(at_least: &str) -> String {
     format!(
         "[[ratio]]\nname = \"rows\"\nreason = \"rows are faster\"\nslow = \"raster/old\"\nfast = \"raster/new\"\nat_least = {at_least}\n"
@@ -137,7 +137,7 @@ fn a_number_at_its_limit_holds_and_one_beyond_it_is_missed_with_its_reason() {
 
 #[test]
 fn benchmarks_that_count_elements_are_compared_for_each_element() {
-    // 20 us for one, and 5 us for each of 64: four times.
+    // 20 us for one element, and 5 us for each of 64: four times.
     let fixture = Fixture::new()
         .measured("raster/old", 20_000.0, r#"{"Elements":1}"#, 10)
         .measured("raster/new", 320_000.0, r#"{"Elements":64}"#, 10);
@@ -201,7 +201,7 @@ fn bytes_are_made_from_the_library() {
 }
 
 #[test]
-fn nothing_where_nothing_may_be_holds_and_something_is_missed() {
+fn a_limit_of_0_bytes_holds_for_none_and_is_missed_by_any() {
     let gate = |figure: &str| {
         format!("[[bytes]]\nname = \"heap\"\nreason = \"none\"\nfigure = \"{figure}\"\nat_most = 0")
     };
@@ -268,7 +268,7 @@ fn results_of_different_runs_are_not_compared() {
 }
 
 #[test]
-fn a_list_with_a_mistake_is_refused_where_it_stands() {
+fn a_list_with_a_mistake_is_refused_with_its_line() {
     let good = ratio("8");
     for (gates, expected) in [
         (
@@ -310,7 +310,7 @@ fn a_list_with_a_mistake_is_refused_where_it_stands() {
     }
 }
 
-/// The benchmarks that a list names, found without its parser.
+/// Returns the benchmarks that a list names, found without its parser.
 fn benchmarks(gates: &str) -> BTreeSet<String> {
     let names = gates.lines().filter(|line| !line.starts_with('#'));
     let names = names.flat_map(|line| line.split('"').skip(1).step_by(2));

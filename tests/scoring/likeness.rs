@@ -1,9 +1,10 @@
-//! Made people beside recorded ones: how well they are told apart, and what distances between and
-//! within people are.
+//! Comparing synthetic with recorded people: how well a classifier distinguishes them, and the
+//! distances between and within people.
 //!
-//! Whatever a recognizer's score on made people says of recorded ones depends on it. Data sets
-//! have their own conventions (where a hip is, arms that were not recorded), so recorded people of
-//! one are told from those of the others as well: that is how alike people can be found.
+//! The meaning of a recognizer's score on synthetic people for recorded ones depends on this.
+//! Datasets have their own conventions (the place of a hip, arms that were not recorded), so the
+//! recorded people of one are also distinguished from those of the others. That is the floor that
+//! synthetic people can reach.
 
 mod angles;
 mod classifier;
@@ -18,25 +19,25 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use walkers::{MADE_PEOPLE, Sample, Split, VIEWS_DEG, is_patient, made, recorded, samples, set_of};
 
-/// Rows of a GEI.
+/// The rows of a GEI.
 const ROWS: usize = 50;
-/// Parts of a standing figure by the rows that they are in.
+/// The parts of a standing figure, by their rows.
 const PARTS: [(&str, std::ops::Range<usize>); 4] = [
     ("head and neck", 0..9),
     ("trunk and arms", 9..25),
     ("hips to knees", 25..37),
     ("shanks and feet", 37..50),
 ];
-/// Fewest people of a data set that is told from the others.
+/// The fewest people of a dataset that is compared with the others.
 const LEAST_PEOPLE: usize = 4;
 
-/// An area that is as low as asked for, whatever that of data sets against each other is.
+/// An area under the curve that is always low enough, even if that between datasets is lower.
 const LEAST_ASKED: f64 = 0.85;
-/// How far above those made people may be: 0.07 from the front when this was written, none from
-/// elsewhere.
+/// The largest excess of synthetic people's area over these: 0.07 was measured from the front, none
+/// from other viewpoints.
 const SLACK: f64 = 0.08;
 
-/// People and their cycles, as they are and with the camera rolled by 3 degrees.
+/// People and their cycles, with a level camera and with one rolled by 3 degrees.
 struct Walkers {
     people: Vec<Subject>,
     level: Vec<Sample>,
@@ -53,8 +54,8 @@ impl Walkers {
         }
     }
 
-    /// Cycles of healthy people as the file or the norms have them, with the number of each person
-    /// raised by `first`.
+    /// Returns the stored cycles of healthy people, with `first` added to the number of each
+    /// person.
     fn stored(&self, first: usize) -> Vec<Sample> {
         let is_stored = |sample: &&Sample| sample.cycle.1 == 0 && !self.is_patient(sample.person);
         let mut stored: Vec<Sample> = self.level.iter().filter(is_stored).cloned().collect();
@@ -69,14 +70,14 @@ impl Walkers {
     }
 }
 
-/// A number with its interval.
+/// Formats a number with its interval.
 fn with_interval(value: f64, (low, high): (f64, f64)) -> String {
     format!("{value:.2} ({low:.2} - {high:.2})")
 }
 
-/// Whether two groups of people are told apart, by view: also by parts of the image.
+/// The separation of groups of people by viewpoint, also by parts of the image.
 struct Apart<'a> {
-    /// Of everybody the group that they are of: a data set or `made`.
+    /// The group of each person: a dataset or `made`.
     groups: Vec<String>,
     samples: &'a [Sample],
     resamples: Vec<Vec<f64>>,
@@ -98,7 +99,7 @@ impl Apart<'_> {
             .collect()
     }
 
-    /// The area under the curve in each sample of people.
+    /// Returns the area under the curve in each resample of people.
     fn spread(&self, separation: &Separation) -> Vec<f64> {
         let auc = |times: &Vec<f64>| separation.auc(|person| times[person]);
         self.resamples.iter().map(auc).collect()
@@ -108,8 +109,8 @@ impl Apart<'_> {
         self.groups[person] == "made"
     }
 
-    /// Made against recorded people, each data set judged by what the others teach: conventions of
-    /// one data set are of no use there.
+    /// Separates synthetic from recorded people, with each dataset judged by a classifier trained
+    /// on the others, where the conventions of one dataset do not help.
     fn unseen(&self, view: usize, sets: &[(String, usize)]) -> Separation {
         let cases = self.cases(view, |person| Some(self.is_made(person)));
         let part = |person: usize| {
@@ -120,8 +121,8 @@ impl Apart<'_> {
         Separation::by(&cases, 0..ROWS, &parts)
     }
 
-    /// Prints the areas of one view; those of made against recorded people, and of data sets
-    /// against the others (mean).
+    /// Prints the areas of one viewpoint, and returns those of synthetic against recorded people,
+    /// and of datasets against the others (mean).
     fn print(&self, view: usize, sets: &[(String, usize)]) -> (f64, f64) {
         let cases = self.cases(view, |person| Some(self.is_made(person)));
         let whole = Separation::of(&cases, 0..ROWS);
@@ -157,7 +158,7 @@ impl Apart<'_> {
                 }),
                 0..ROWS,
             );
-            // As many made people as there are others recorded.
+            // As many synthetic people as there are recorded people in other datasets.
             let most = recorded - people;
             let made = Separation::of(
                 &self.cases(view, |person| match self.groups[person].as_str() {
@@ -194,7 +195,7 @@ impl Apart<'_> {
     }
 }
 
-/// The mean template of each person, and of all of them.
+/// Returns the mean template of each person, and of all people.
 fn means(samples: &[Sample], view: usize) -> (BTreeMap<usize, Vec<f64>>, Vec<f64>) {
     let mut sums: BTreeMap<usize, (Vec<f64>, f64)> = BTreeMap::new();
     for sample in samples {
@@ -217,7 +218,7 @@ fn means(samples: &[Sample], view: usize) -> (BTreeMap<usize, Vec<f64>>, Vec<f64
     (people, all)
 }
 
-/// Euclidean distance of templates with pixels in 0..1.
+/// Returns the Euclidean distance of templates with pixels in 0..1.
 fn distance<T: Copy + Into<f64>>(a: &[T], b: &[T]) -> f64 {
     let squares = a
         .iter()
@@ -231,7 +232,7 @@ fn median(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// The median distance of cycles of different people.
+/// Returns the median distance between cycles of different people.
 fn between(samples: &[Sample], view: usize) -> f64 {
     let pairs = samples.iter().enumerate().flat_map(|(at, a)| {
         let others = samples[at + 1..].iter().filter(|b| b.person != a.person);
@@ -240,8 +241,8 @@ fn between(samples: &[Sample], view: usize) -> f64 {
     median(pairs.collect())
 }
 
-/// For each person with such pairs of cycles: their mean distance over the median distance of the
-/// person's cycles to those of others.
+/// Returns, for each person with such pairs of cycles, the mean distance of the pairs over the
+/// median distance of the person's cycles to those of others.
 fn ratios(samples: &[Sample], view: usize, is_pair: impl Fn(&Sample, &Sample) -> bool) -> Vec<f64> {
     let mut people: Vec<usize> = samples.iter().map(|sample| sample.person).collect();
     people.sort_unstable();
@@ -264,7 +265,7 @@ fn ratios(samples: &[Sample], view: usize, is_pair: impl Fn(&Sample, &Sample) ->
     people.into_iter().filter_map(of_person).collect()
 }
 
-/// The mean of people's numbers, with its interval over people.
+/// Formats the mean of people's numbers, with its interval over people.
 fn mean_over_people(values: &[f64]) -> String {
     let groups = vec![0; values.len()];
     let mean = |times: &Vec<f64>| {
@@ -279,8 +280,8 @@ fn mean_over_people(values: &[f64]) -> String {
     with_interval(mean(&vec![1.0; values.len()]), interval(spread))
 }
 
-/// The share of people who are found by the nearest template: enrolled by one cycle of a take and
-/// probed by another of the same.
+/// Returns the share of people that the nearest template identifies, enrolled by the first cycle of
+/// a pair and probed by the second.
 fn found(gallery: &[Sample], probes: &[Sample], view: usize, pairs: &[(usize, usize)]) -> f64 {
     let nearest = |probe: &Sample| {
         let apart = |at: usize| distance(&gallery[at].geis[view], &probe.geis[view]);
@@ -294,7 +295,7 @@ fn found(gallery: &[Sample], probes: &[Sample], view: usize, pairs: &[(usize, us
     hits.count() as f64 / pairs.len() as f64
 }
 
-/// Of each person the first two cycles that go together so.
+/// Returns the first such pair of cycles of each person.
 fn pairs(samples: &[Sample], is_pair: impl Fn(&Sample, &Sample) -> bool) -> Vec<(usize, usize)> {
     let mut pairs: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
     for (first, a) in samples.iter().enumerate() {
@@ -307,7 +308,7 @@ fn pairs(samples: &[Sample], is_pair: impl Fn(&Sample, &Sample) -> bool) -> Vec<
     pairs.into_values().collect()
 }
 
-/// How many people each data set has.
+/// Returns the number of healthy people in each dataset.
 fn sets(people: &[Subject]) -> Vec<(String, usize)> {
     let mut sets: BTreeMap<&str, usize> = BTreeMap::new();
     for person in people.iter().filter(|person| !is_patient(person)) {
@@ -318,7 +319,7 @@ fn sets(people: &[Subject]) -> Vec<(String, usize)> {
         .collect()
 }
 
-/// Prints (a), (b) and (c), and writes the pictures.
+/// Prints (a), (b) and (c), and writes the images.
 fn told_apart(made: &Walkers, recorded: &Walkers) -> Vec<(f64, f64)> {
     let (of_made, of_recorded) = (made.stored(0), recorded.stored(made.people.len()));
     let people = || made.people.iter().chain(&recorded.people);
@@ -378,10 +379,11 @@ fn told_apart(made: &Walkers, recorded: &Walkers) -> Vec<(f64, f64)> {
     areas
 }
 
-/// Variations of made cycles: the mean, two cycles of the first take and one of the second.
+/// The variations of synthetic cycles: the mean, two cycles of the first take and one of the
+/// second.
 const MADE_VARIATIONS: [u32; 4] = [0, 1, 2, 9];
 
-/// Which take of a made walk a cycle is of: takes are eight cycles apart.
+/// Returns the number of the take of a synthetic cycle; takes have eight cycles.
 fn day(sample: &Sample) -> u32 {
     sample.cycle.1 / 8
 }
@@ -390,7 +392,7 @@ fn day(sample: &Sample) -> u32 {
 fn within_and_rolled(made: &Walkers, recorded: &Walkers) {
     let same_take = |a: &Sample, b: &Sample| a.take == b.take && day(a) == day(b);
     let other_take = |a: &Sample, b: &Sample| a.take != b.take;
-    // A made person's takes are at one speed; the mean cycle is none of a take.
+    // The takes of a synthetic person have one speed; the mean cycle belongs to no take.
     let made_cycles: Vec<Sample> = made
         .level
         .iter()
@@ -426,7 +428,7 @@ fn within_and_rolled(made: &Walkers, recorded: &Walkers) {
     let people = enrolled.len();
     let is_healthy = |sample: &&Sample| !recorded.is_patient(sample.person);
     let rolled: Vec<Sample> = recorded.rolled.iter().filter(is_healthy).cloned().collect();
-    // As many made people, at 5 km/h as most of the recorded walk.
+    // The same number of synthetic people, at 5 km/h, as most of the recorded people walk.
     let varied = pairs(&made.level, |a, b| {
         same_take(a, b) && a.take == "walk-5kmh" && a.cycle.1 > 0
     });
@@ -447,8 +449,8 @@ fn within_and_rolled(made: &Walkers, recorded: &Walkers) {
 mod slow {
     use super::*;
 
-    /// What it prints is what is measured. That made people are like recorded ones is a figure, and
-    /// bounded where a change of the made people could spoil it.
+    /// Prints the measurements, and bounds the separation of synthetic from recorded people, so
+    /// that a change of the synthetic people cannot increase it unnoticed.
     #[test]
     #[ignore = "slow without optimisation; needs EDGEGAIT_DATA"]
     fn made_people_are_measured_beside_recorded_ones() {
@@ -460,7 +462,7 @@ mod slow {
         within_and_rolled(&made, &recorded);
         angles::print(&made.people, &recorded.people);
         for (made_against_recorded, floor) in areas {
-            // An area of one in two is chance.
+            // An area of one half is chance.
             assert!((0.5..=1.0).contains(&floor), "{floor}");
             assert!(
                 made_against_recorded <= floor.max(LEAST_ASKED) + SLACK,

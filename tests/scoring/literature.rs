@@ -1,4 +1,4 @@
-//! Recognizers of the literature: trained, judged by class of confounder, and exported.
+//! Recognizers of the literature: training, evaluation by class of confounder, and export.
 
 use crate::command::{done, refused};
 use serde_json::Value;
@@ -47,7 +47,8 @@ fn the_table_is_what_score_finds_confounder_by_confounder() {
                 "segmentation"
             ]
         );
-        // Two cycles under each condition, a cycle at each speed, 13 viewpoints from 12 others.
+        // Two cycles under each condition, one cycle at each speed, and 13 viewpoints from 12
+        // others.
         let probes: Vec<u64> = cells
             .iter()
             .filter_map(|cell| cell["probes"].as_u64())
@@ -74,7 +75,7 @@ fn the_table_is_what_score_finds_confounder_by_confounder() {
     let garments = &table["garments"];
     assert_eq!(garments["names"].as_array().map(Vec::len), Some(7));
     assert_eq!(garments["correlations"][3][3], 1.0);
-    // The same people and cycles, as `score` looks for them.
+    // `score` with the same people and cycles.
     done(
         at,
         &words("cohort --people 0..4 --quick --speeds-kmh 5 --out four.egp"),
@@ -111,7 +112,7 @@ fn the_table_is_what_score_finds_confounder_by_confounder() {
     }
 }
 
-/// A small tree of three people, two walks each, from two viewpoints.
+/// Writes a small tree of three people, two walks each, from two viewpoints.
 fn tree(at: &std::path::Path) {
     done(
         at,
@@ -122,7 +123,7 @@ fn tree(at: &std::path::Path) {
 }
 
 #[test]
-fn recorded_people_are_looked_for_by_cycle() {
+fn cycles_of_recorded_people_are_the_probes() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     tree(at);
@@ -165,7 +166,7 @@ fn recorded_people_are_looked_for_by_cycle() {
     refused(at, &words("literature named"), 1, &["at least 2 people"]);
 }
 
-/// The pictures below a folder.
+/// Returns the images below a folder.
 fn pictures(folder: &std::path::Path) -> Vec<std::path::PathBuf> {
     let entries = std::fs::read_dir(folder).expect("a folder");
     let mut found = Vec::new();
@@ -181,7 +182,7 @@ fn pictures(folder: &std::path::Path) -> Vec<std::path::PathBuf> {
     found
 }
 
-/// Rank-1 of a model and of pixels, as `score` finds it.
+/// Returns the rank-1 of a model and of pixels by `score`.
 fn rank1(at: &std::path::Path, command: &str) -> [f64; 2] {
     let score: Value = serde_json::from_str(&done(at, &words(command))).expect("JSON");
     let found = score["recognizers"].as_array().expect("recognizers");
@@ -206,7 +207,8 @@ fn a_view_transformation_is_given_the_viewpoint_and_knows_its_own_alone() {
     for line in ["view_input = \"view\"", "distance = \"view\""] {
         assert!(contract.contains(line), "{contract}");
     }
-    // Known people are brought from one side to the other, where their pictures are nothing alike.
+    // People of the training are transformed from one viewpoint to another, where their images are
+    // very different.
     let score =
         format!("score vtm.onnx pixels {people} --protocol cross-view --no-baselines --json -");
     let [transformed, pixels] = rank1(at, &format!("{score} --azimuth-deg 0,90"));
@@ -217,7 +219,7 @@ fn a_view_transformation_is_given_the_viewpoint_and_knows_its_own_alone() {
         1,
         &["vtm has not been trained on viewpoint 45,0: expected one of 0,0 90,0"],
     );
-    // From a dataset of the same pictures comes the same model.
+    // A dataset of the same images gives the same model.
     done(
         at,
         &words(&format!(
@@ -232,7 +234,7 @@ fn a_view_transformation_is_given_the_viewpoint_and_knows_its_own_alone() {
     let [one, again] =
         ["vtm.onnx", "again/vtm.onnx"].map(|name| std::fs::read(at.join(name)).expect("a model"));
     assert!(one == again);
-    // Without the line that names the input the file is refused, with the way out.
+    // Without the line that names the input, the file is an error that states what to do.
     let without = contract.replace("view_input = \"view\"\ndistance = \"view\"\n", "");
     std::fs::write(at.join("vtm.toml"), without).expect("written");
     let named = "view_input = \"view\"";
@@ -272,7 +274,7 @@ fn random_subspaces_vote_in_one_model_file() {
     let score =
         format!("score votes.onnx pixels {people} --protocol first-take --no-baselines --json -");
     assert_eq!(rank1(at, &score), [1.0, 1.0]);
-    // The seed draws other subspaces.
+    // Another seed samples other subspaces.
     done(at, &words(&format!("{train} --seed 2 --out other.onnx")));
     let [one, other] =
         ["votes.onnx", "other.onnx"].map(|name| std::fs::read(at.join(name)).expect("a model"));
@@ -352,7 +354,7 @@ fn real_and_synthetic_templates_make_one_model_of_two_parts() {
         contract.contains("LDA of real and of synthetic templates"),
         "{contract}"
     );
-    // It makes crops by itself, of images alone.
+    // The method makes crops itself, and takes only images.
     for (command, word) in [
         (
             "train --method real-synthetic --augment crop --out x.onnx",

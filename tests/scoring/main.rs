@@ -1,4 +1,4 @@
-//! Recognizers: trained, scored, quantised, timed.
+//! Recognizers: training, scoring, quantisation, timing.
 
 #[path = "../helpers/command.rs"]
 mod command;

@@ -1,4 +1,4 @@
-//! Training on several sources at once, and on shares of them.
+//! Training on several sources together, and on shares of them.
 
 use crate::command::{done, edgegait, refused, text};
 use serde_json::Value;
@@ -9,7 +9,7 @@ fn words(command: &str) -> Vec<&str> {
     command.split_whitespace().collect()
 }
 
-/// The JSON results of a command that must succeed.
+/// Returns the JSON results of a command that must succeed.
 fn results(at: &Path, command: &str) -> Value {
     let command = format!("{command} --json -");
     serde_json::from_str(&done(at, &words(&command))).expect("one JSON document")
@@ -19,7 +19,7 @@ fn model(at: &Path, name: &str) -> Vec<u8> {
     fs::read(at.join(name)).expect("a model")
 }
 
-/// Two people's silhouettes, two recordings each, as a tree of one's own.
+/// Writes the silhouettes of two people, two recordings each, as a tree.
 fn tree(at: &Path) {
     let people = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/people/people");
     for person in ["101", "102"] {
@@ -35,7 +35,7 @@ fn tree(at: &Path) {
     }
 }
 
-/// A tree of 101 and 102, a pack of F01, M01 and F02, and GEIs of 102 and F01.
+/// Writes a tree of 101 and 102, a pack of F01, M01 and F02, and GEIs of 102 and F01.
 fn sources(at: &Path) {
     tree(at);
     done(
@@ -66,7 +66,7 @@ fn a_tree_a_pack_and_a_dataset_train_one_model_of_all_their_people() {
     assert_eq!(stated("path"), ["real", "made.egp", "own"]);
     assert_eq!(stated("share"), [0.5, 0.25, 1.0]);
     assert_eq!(stated("people"), [2, 3, 2]);
-    // Four recordings; two walks of three people, eight cycles each.
+    // Four recordings; then two walks of three people, with eight cycles each.
     assert_eq!(stated("samples_before"), [4, 48, 3]);
     assert_eq!(stated("samples_after"), [2, 12, 3]);
     assert_eq!(
@@ -105,7 +105,7 @@ fn a_tree_a_pack_and_a_dataset_train_one_model_of_all_their_people() {
         assert!(contract.contains(line), "{line}: {contract}");
     }
 
-    // Said to people too; the same on one thread, by another seed another model.
+    // The text output states it too. One thread gives the same model, another seed another one.
     let said = done(at, &words(&format!("{train} --threads 1")));
     let expected = "made (pack): 3 people, 12 of 48 samples\n";
     assert!(
@@ -118,7 +118,7 @@ fn a_tree_a_pack_and_a_dataset_train_one_model_of_all_their_people() {
     results(at, &format!("{train} --seed 2"));
     assert_ne!(model(at, "all.onnx"), first);
 
-    // What is scored says that it was shown to training, whichever source it is of.
+    // Scoring warns about probes that were in training, from any source.
     let scored = results(at, "score all.onnx made.egp --views side --no-baselines");
     assert!(
         scored["warnings"]
@@ -234,19 +234,19 @@ fn what_cannot_be_trained_on_together_is_refused() {
             &[problem],
         );
     }
-    // Two of one name are no problem where neither is named.
+    // Two sources of one name are fine unless a flag names one.
     done(
         at,
         &words("train made.egp other/made.egp --components 2 --out twice.onnx"),
     );
-    // Each flag is for those that can use it.
+    // Each flag applies to the sources that can use it.
     done(
         at,
         &words("train real made.egp --fps 30 --raster rows --cycles 1 --components 2 --out x.onnx"),
     );
 }
 
-/// Which of a person's recordings are left out changes nothing of the model, whatever is in them.
+/// The content of recordings that a share leaves out does not change the model.
 #[test]
 fn what_is_left_out_of_a_source_does_not_change_the_model() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -268,7 +268,7 @@ fn what_is_left_out_of_a_source_does_not_change_the_model() {
             let first = fs::read_dir(&frames).expect("frames").next();
             let first = first.expect("a frame").expect("readable").path();
             let bytes = fs::read(&first).expect("a picture");
-            // A bar where the figure was.
+            // A bar in place of the figure.
             let bar = image::GrayImage::from_fn(180, 240, |column, _| {
                 image::Luma([if column / 20 == 5 { 255 } else { 0 }])
             });
@@ -283,16 +283,16 @@ fn what_is_left_out_of_a_source_does_not_change_the_model() {
 }
 
 #[test]
-fn copies_that_a_dataset_has_of_its_images_are_on_their_side() {
+fn augmented_copies_stay_with_their_image() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     let sweep = "sweep --subjects F01,M01 --views side --cycles 3 --raster rows --augment flip,crop --crop-steps 1 --out set";
     done(at, &words(sweep));
-    // Of three cycles two, each with its three copies; of twelve images it would be six.
+    // Two of three cycles, each with its three copies; half of twelve images would be six.
     let found = results(at, "train set --mix set:0.5 --components 2 --out set.onnx");
     assert_eq!(found["sources"][0]["samples_before"], 24);
     assert_eq!(found["sources"][0]["samples_after"], 2 * 2 * 4);
-    // A share of one source is a share of it beside another.
+    // A share of a source is the same next to another source.
     done(at, &words("cohort --people 1 --speeds-kmh 5 --out one.egp"));
     let output = edgegait(
         at,

@@ -1,4 +1,4 @@
-//! Planted faults of models and runtimes, which the command has to find.
+//! Planted faults of models and runtimes that `edgegait parity` must find.
 
 use crate::command::{code, done, edgegait, refused, text};
 use crate::npy::npy;
@@ -10,7 +10,7 @@ fn in_repository(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
-/// A copy of a shipped model and its contract.
+/// Copies a shipped model and its contract.
 fn copy_of(name: &str, dir: &Path) {
     for kind in ["onnx", "toml"] {
         let from = in_repository("models").join(format!("{name}.{kind}"));
@@ -19,7 +19,7 @@ fn copy_of(name: &str, dir: &Path) {
     }
 }
 
-/// The networks of tests/python/parity.py.
+/// Copies the networks of tests/python/parity.py.
 fn networks(dir: &Path) {
     for name in ["float", "int8", "wrong_scale"] {
         let file = format!("{name}.onnx");
@@ -42,7 +42,7 @@ fn change(dir: &Path, (from, to): (&str, &str), number: usize, change: impl Fn(f
     fs::write(dir.join(to), bytes).expect("written");
 }
 
-/// The exit code and the JSON results.
+/// Returns the exit code and the JSON results.
 fn parity(dir: &Path, arguments: &str) -> (i32, Value) {
     let arguments: Vec<&str> = std::iter::once("parity")
         .chain(arguments.split(' '))
@@ -67,7 +67,7 @@ fn assert_near(found: &Value, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= most, "{found}, not {expected}");
 }
 
-/// GEIs of two people at two viewpoints.
+/// A sweep of two people at two viewpoints.
 const SWEEP: &str =
     "sweep --subjects F01,M01 --first-cycle 1000 --azimuth-deg 45,90 --raster rows --out geis";
 
@@ -82,7 +82,7 @@ fn one_weight_that_changed_is_found_with_the_differences_that_it_makes() {
         let each = geis.chunks_exact(1500);
         each.map(|gei| f64::from(gei[pixel]) / 255.0).collect()
     };
-    // The pixel of most light, which is the weight's row in the matrix.
+    // The brightest pixel, which selects the weight's row in the matrix.
     let light = |pixel: &usize| of_pixel(*pixel).iter().sum::<f64>();
     let brightest = (0..1500).max_by(|a, b| light(a).total_cmp(&light(b)));
     let pixel = brightest.expect("pixels");
@@ -100,7 +100,7 @@ fn one_weight_that_changed_is_found_with_the_differences_that_it_makes() {
     assert!(found["inputs"].is_array());
     let embedding = &found["comparisons"][0]["embedding"];
     assert_eq!(embedding["numbers"], dims);
-    // One number of 25 is off by twice the pixel.
+    // One of the 25 numbers is off by twice the pixel.
     let pixels = of_pixel(pixel);
     let greatest = pixels.iter().copied().fold(0.0, f64::max);
     let mean = pixels.iter().sum::<f64>() / 4.0;
@@ -119,11 +119,11 @@ fn one_weight_that_changed_is_found_with_the_differences_that_it_makes() {
         "{reasons}"
     );
 
-    // What is allowed is the same.
+    // Differences within the limits count as the same.
     let allowed = "spread.onnx other.onnx geis --max-relative-difference 9 \
                    --max-mean-relative-difference 9 --max-changed-hits 1";
     assert_eq!(parity(at, allowed).0, 0);
-    // A copy in other bytes, with the same weights, is the same to the last digit.
+    // A copy with other bytes and the same weights is identical.
     let mut bytes = fs::read(at.join("spread.onnx")).expect("a model");
     // ModelProto.doc_string = "x"
     bytes.extend(b"\x32\x01x");
@@ -144,27 +144,27 @@ fn a_weight_that_is_no_number_is_counted_and_never_the_same() {
     done(at, &SWEEP.split(' ').collect::<Vec<_>>());
     let (code, found) = parity(at, "spread.onnx nan.onnx geis");
     assert_eq!((code, found["verdict"].as_str()), (4, Some("differs")));
-    // One number of each embedding, and all 26 scores that are sums of it.
+    // One number of each embedding, and all 26 scores that depend on it.
     let sides = [&found["sides"][0], &found["sides"][1]];
     assert_eq!(
         sides.map(|side| side["non_finite"].as_u64()),
         [Some(0), Some(4 * 27)]
     );
     assert_eq!(found["comparisons"][0]["by_view"][0]["non_finite"], 2);
-    // Two sides that are broken alike are not the same either, in whatever order.
+    // Two sides with the same fault are not the same either, in any order.
     let mut bytes = fs::read(at.join("nan.onnx")).expect("a model");
     bytes.extend(b"\x32\x01x");
     fs::write(at.join("again.onnx"), bytes).expect("written");
     let wide = "--max-relative-difference 9 --max-mean-relative-difference 9 --max-changed-hits 1";
     for models in ["nan.onnx again.onnx", "nan.onnx spread.onnx"] {
-        // The .toml is that of spread.
+        // The contract is that of `spread`.
         fs::copy(at.join("spread.toml"), at.join("nan.toml")).expect("a contract");
         assert_eq!(parity(at, &format!("{models} geis {wide}")).0, 4);
     }
 }
 
-/// Two takes of six people, of which the first at the side is the gallery of a model without
-/// classes, and the second is looked for.
+/// A sweep of two takes of six people; the first, from the side, is the gallery of a model without
+/// classes, and the second is the probe.
 const TWO_TAKES: &str = "sweep --subjects F01,F02,F03,M01,M02,M03 --walks walk-4kmh,walk-6kmh --azimuth-deg 45,90 --raster rows --out geis";
 
 #[test]
@@ -187,13 +187,13 @@ fn rounding_to_8_bits_is_the_same_and_a_scale_that_is_half_as_large_again_differ
         [&rounded["verdict"], &wrong["verdict"]],
         ["same", "differs"]
     );
-    // By hand, with ONNX Runtime 1.31.1 and NumPy: see EXPECTED below.
+    // Expected values from ONNX Runtime 1.31.1 and NumPy: see EXPECTED below.
     for (comparison, [greatest, mean]) in [rounded, wrong].into_iter().zip(EXPECTED) {
-        // ONNX Runtime computes in 8 bits, and what falls between two steps there may not here.
+        // ONNX Runtime computes in 8 bits, so values between two steps may be rounded differently.
         assert_near(&comparison["embedding"]["greatest_relative"], greatest, 0.1);
         assert_near(&comparison["embedding"]["mean_relative"], mean, 0.1);
     }
-    // As limits of float sides have it, 8 bits are not the same.
+    // With the limits for float models, 8 bits are not the same.
     let strict = format!("{asked} --max-relative-difference 0.001");
     assert_eq!(
         parity(at, &strict).1["comparisons"][0]["verdict"],
@@ -203,8 +203,9 @@ fn rounding_to_8_bits_is_the_same_and_a_scale_that_is_half_as_large_again_differ
     assert!(notes.contains("all is computed in float"), "{notes}");
 }
 
-/// Greatest and mean relative difference of `int8` and `wrong_scale` to `float`, of the 18 GEIs
-/// that first-take shows: python3 with onnxruntime, `norm(a - b) / sqrt(mean(norm(a - mean(a))**2))`.
+/// The greatest and the mean relative difference of `int8` and `wrong_scale` to `float`, over the
+/// 18 GEIs of first-take, computed in Python with onnxruntime: `norm(a - b) / sqrt(mean(norm(a -
+/// mean(a))**2))`.
 const EXPECTED: [[f64; 2]; 2] = [[0.0363, 0.0252], [1.114, 0.822]];
 
 #[test]
@@ -337,7 +338,7 @@ mod with_ort {
 
     #[test]
     #[ignore = "needs EDGEGAIT_ORT_LIB"]
-    fn what_ran_in_8_bits_is_told() {
+    fn operators_that_ran_in_8_bits_are_listed() {
         let dir = tempfile::tempdir().expect("a folder");
         let at = dir.path();
         networks(at);

@@ -1,5 +1,5 @@
-//! What bare, dressed and randomised people are worth to recognizers of people whom other software
-//! made of skinned bodies in clothes.
+//! Training on bare, dressed and randomised people, tested on people that other software rendered
+//! from skinned bodies in clothes.
 
 use crate::command::done;
 use crate::data::given;
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// Viewpoints of the other set: name, azimuth and elevation, degrees.
+/// The viewpoints of the other set: name, azimuth and elevation, degrees.
 const VIEWS: [(&str, f64, f64); 5] = [
     ("000", 0.0, 0.0),
     ("045", 45.0, 0.0),
@@ -23,13 +23,13 @@ const VIEWS: [(&str, f64, f64); 5] = [
     ("090e15", 90.0, 15.0),
 ];
 
-/// A GEI, from 0 to 255, and what it shows.
+/// A GEI, from 0 to 255, with its person, take and viewpoint.
 struct Shown {
     person: String,
     take: String,
     view: usize,
     gei: Vec<f64>,
-    /// What a recognizer makes of it.
+    /// The embedding by a recognizer.
     embedding: Vec<f64>,
 }
 
@@ -41,7 +41,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
         .sqrt()
 }
 
-/// Root mean square of 255.
+/// Returns the root mean square difference, of 255.
 fn apart(a: &[f64], b: &[f64]) -> f64 {
     distance(a, b) / (a.len() as f64).sqrt()
 }
@@ -57,7 +57,7 @@ fn mean_of<'a>(geis: impl Iterator<Item = &'a [f64]> + Clone) -> Vec<f64> {
     sum.iter().map(|sum| sum / count).collect()
 }
 
-/// The mean of a view's GEIs of each person.
+/// Returns the mean GEI of each person at a viewpoint.
 fn people(shown: &[Shown], view: usize) -> BTreeMap<&str, Vec<f64>> {
     let mut of: BTreeMap<&str, Vec<&[f64]>> = BTreeMap::new();
     for one in shown.iter().filter(|one| one.view == view) {
@@ -68,8 +68,8 @@ fn people(shown: &[Shown], view: usize) -> BTreeMap<&str, Vec<f64>> {
         .collect()
 }
 
-/// A mean over probes and half of its 95 % interval over people, in percent or whatever they are
-/// in, as a ratio of sums (Cochran 1977, 6.3).
+/// Returns a mean over probes and half of its 95 % interval over people, in the unit of the values,
+/// as a ratio of sums (Cochran 1977, 6.3).
 fn over_people(probes: &[(&str, f64)]) -> (f64, f64) {
     let mut people: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     for (person, value) in probes {
@@ -88,8 +88,8 @@ fn over_people(probes: &[(&str, f64)]) -> (f64, f64) {
     )
 }
 
-/// The share of probes, in percent, whose nearest GEI among those that `is_gallery` takes for it is
-/// of the same person.
+/// Returns the share of probes, in percent, whose nearest GEI in the gallery that `is_gallery`
+/// selects is of the same person.
 fn rank1(
     shown: &[Shown],
     of: fn(&Shown) -> &[f64],
@@ -111,7 +111,7 @@ fn rank1(
     over_people(&probes)
 }
 
-/// The cycles of the people for choices.
+/// Returns the cycles of the people for choices.
 fn seen(data: &Path) -> Vec<Shown> {
     let takes = rows(&data.join("people/manifest.csv"));
     let tree = Tree::open(data.join("people/people"), &TreeLayout::default()).expect("a tree");
@@ -144,11 +144,11 @@ fn seen(data: &Path) -> Vec<Shown> {
     shown
 }
 
-/// A design's table of viewpoints.
+/// The viewpoints of a design.
 const FIXED: &str = "[views]\nazimuth_deg = [0, 45, 90, 135]\nelevation_deg = [0, 15]";
 const RANDOM: &str = "[views]\nazimuth_deg = { uniform = [0, 180] }\nelevation_deg = { uniform = [0, 20] }\ncount = 8";
 
-/// What is made of so many people: name, dressing, conditions, viewpoints.
+/// The populations: name, dressing, conditions, viewpoints.
 const POPULATIONS: [(&str, &str, &str, &str); 5] = [
     ("bare", "never", "", FIXED),
     ("dressed for good", "for-good", "", FIXED),
@@ -251,7 +251,8 @@ mod slow {
         }
     }
 
-    /// Another take; from another side: of all, and 045 among 090, 000 among 045 and 000 among 090.
+    /// Returns rank-1 for another take; for other viewpoints together; and for 045 against 090, 000
+    /// against 045 and 000 against 090.
     fn rates_of(shown: &[Shown], of: fn(&Shown) -> &[f64]) -> [(f64, f64); 5] {
         let has_more = |one: &Shown| {
             shown

@@ -1,4 +1,4 @@
-//! Protocols by the command: the same people come to the same numbers however they are given.
+//! Protocols in the command: the same people give the same results from any source.
 
 use crate::command::{done, refused};
 use crate::data::fixtures;
@@ -6,7 +6,7 @@ use crate::two::folder;
 use serde_json::Value;
 use std::path::Path;
 
-/// Columns of a row of `--probes-csv` that tests look at.
+/// The columns of `--probes-csv` that tests use.
 #[derive(serde::Deserialize)]
 struct Answer {
     probe_set: String,
@@ -23,13 +23,13 @@ struct Answer {
     right_score: Option<f64>,
 }
 
-/// What a command with `--json -` found.
+/// Returns the results of a command with `--json -`.
 fn found(at: &Path, arguments: &[&str]) -> Value {
     let text = done(at, &[arguments, &["--json", "-"]].concat());
     serde_json::from_str(&text).expect("JSON")
 }
 
-/// Four people with the takes that `walks` of them are called.
+/// Writes a pack of four people at three speeds, and a protocol for them.
 fn four_people(at: &Path) {
     let cohort = ["cohort", "--people", "4", "--speeds-kmh", "4,5,6"];
     done(at, &[&cohort[..], &["--out", "four.egp"]].concat());
@@ -74,7 +74,7 @@ fn a_pack_and_a_dataset_of_it_score_alike_under_a_protocol_of_ones_own() {
     let names: Vec<_> = sets.iter().map(|set| set["name"].clone()).collect();
     assert_eq!(names, ["5", "6"]);
     for set in sets {
-        // 4 people from 3 viewpoints, each among 2 others, 4 pictures at once.
+        // 4 people from 3 viewpoints, each against 2 other viewpoints with 4 images.
         assert_eq!(set["probes"], 4 * 3 * 2);
         assert_eq!(set["verification"]["genuine"], 4 * 3 * 2);
         assert_eq!(set["verification"]["impostors"], 4 * 3 * 2 * 3);
@@ -88,7 +88,7 @@ fn a_pack_and_a_dataset_of_it_score_alike_under_a_protocol_of_ones_own() {
             .sum::<f64>()
             / 3.0
     };
-    // Each answer by itself adds up to the rates.
+    // The answers add up to the rates.
     let common = ["score", "pixels", "four", "--protocol", "speeds.toml"];
     done(at, &[&common[..], &["--probes-csv", "probes.csv"]].concat());
     let mut rows = csv::Reader::from_path(at.join("probes.csv")).expect("a table");
@@ -104,7 +104,7 @@ fn a_pack_and_a_dataset_of_it_score_alike_under_a_protocol_of_ones_own() {
         assert_eq!(hits as f64 / 24.0, set["rank1"].as_f64().expect("a rate"));
         assert_eq!(hits, first);
     }
-    // From the same viewpoint people are known better than from others.
+    // Rank-1 is higher from the same viewpoint than from others.
     assert!(same_view(&sets[0]) > sets[0]["rank1"].as_f64().expect("a rate"));
 }
 
@@ -119,8 +119,8 @@ fn shipped_protocols_make_takes_of_one_walk_and_say_so() {
         found(at, &[&arguments[..], &more].concat())
     };
     for (protocol, probes) in [
-        // People, takes, viewpoints, other viewpoints.
-        // Of NM; BG and CL are sets of their own.
+        // The factors are people, takes, viewpoints and other viewpoints. The count is of NM; BG
+        // and CL are other probe sets.
         ("casia-b", 4 * 2 * 11 * 10),
         ("ou-mvlp", 4 * 14 * 13),
         ("cross-view", 4 * 13 * 12),
@@ -163,7 +163,7 @@ fn shipped_protocols_make_takes_of_one_walk_and_say_so() {
     );
 }
 
-/// Writes the silhouettes of a pack's walks as a tree of pictures, 64x64.
+/// Writes the silhouettes of a pack's walks as a tree of 64x64 images.
 fn write_tree(pack: &Path, root: &Path) {
     use edgegait::sweep::{Job, Moments, Settings, Shot, View, silhouettes};
     use edgegait_core::pack::Pack;
@@ -210,8 +210,8 @@ fn a_tree_of_pictures_scores_like_the_walks_that_they_show() {
     };
     let views = ["--azimuth-deg", "0,45,90", "--elevation-deg", "0"];
     let (drawn, read) = (score("four.egp", &views), score("tree", &[]));
-    // Framed once more, or, since they are framed already, as they are: the same to the last bit.
-    // People come in another order, by which intervals are drawn.
+    // Images that are framed already give the same bits when framed again or used as stored. People
+    // have another order, on which the resampled intervals depend.
     let stored = score("tree", &["--as-stored"]);
     for set in 0..2 {
         for key in ["cross_view", "cmc", "map", "minp"] {
@@ -230,7 +230,7 @@ fn a_tree_of_pictures_scores_like_the_walks_that_they_show() {
 }
 
 #[test]
-fn an_unreadable_picture_costs_its_sequence_if_that_was_asked_for() {
+fn an_unreadable_image_costs_its_sequence_with_keep_going() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     four_people(at);
@@ -305,7 +305,7 @@ fn an_unreadable_picture_costs_its_sequence_if_that_was_asked_for() {
     );
 }
 
-/// The files in a folder and those below.
+/// Returns the files in a folder and below it.
 fn walkdir(folder: &Path) -> Vec<std::path::PathBuf> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).expect("a folder") {
@@ -320,7 +320,7 @@ fn walkdir(folder: &Path) -> Vec<std::path::PathBuf> {
 }
 
 #[test]
-fn a_row_of_a_probe_says_what_it_was_made_of_and_calls_a_score_a_score() {
+fn a_row_of_a_probe_states_its_source_and_keeps_scores_apart_from_distances() {
     let folder = folder();
     let at = folder.path();
     let rows = |arguments: &[&str]| -> Vec<Answer> {
@@ -395,7 +395,7 @@ fn probes_that_training_was_shown_or_that_vary_what_it_was_shown_are_warned_of()
             "walk: {count} probes are seeded variations of cycles that it was trained on, not other walks: rank-1 shows only its robustness to noise and viewpoint"
         )
     };
-    // A pack: variation 1000 of what was trained on, and a run that was not.
+    // A pack: variation 1000 of the training's walk, and a run that was not in training.
     let walks = ["two.egp", "--views", "side", "--walks"];
     assert_eq!(
         warned(&[&walks[..], &["walk-4kmh"]].concat()),
@@ -406,14 +406,14 @@ fn probes_that_training_was_shown_or_that_vary_what_it_was_shown_are_warned_of()
         [varied("2 of 4")]
     );
     assert_eq!(warned(&[&walks[..], &["run-8kmh"]].concat()), [""; 0]);
-    // By embeddings, of one take each, and of two: the run is looked for.
+    // By embeddings, with one take each, and with two, of which the run is the probe.
     let first_take = ["--protocol", "first-take"];
     assert_eq!(
         warned(&[&walks[..], &["walk-4kmh"], &first_take].concat()),
         [varied("2 of 2")]
     );
     assert_eq!(warned(&[&walks[..3], &first_take].concat()), [""; 0]);
-    // Datasets of the very cycles, and of others.
+    // Datasets of the same cycles, and of others.
     for (first, expected) in [
         ("0", "walk: 4 of 8 probes show cycles that it was trained on, judging by the names of people and walks (use other walks as probes)".to_owned()),
         ("1000", varied("4 of 8")),
@@ -424,7 +424,7 @@ fn probes_that_training_was_shown_or_that_vary_what_it_was_shown_are_warned_of()
     }
 }
 
-/// Two people, two takes each: one of both is the gallery.
+/// Two people with two takes each; one take of each is the gallery.
 #[test]
 fn silhouettes_that_others_made_are_scored() {
     let tree = fixtures().join("people/people");

@@ -1,4 +1,4 @@
-//! Recognizers in 8-bit weights, from the command to the core's answers.
+//! Recognizers with 8-bit weights: the command, and the core's answers.
 
 use crate::command::{done, edgegait, names, refused, text};
 use crate::npy::npy;
@@ -9,7 +9,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The JSON results of a command that must succeed.
+/// Returns the JSON results of a command that must succeed.
 fn results(dir: &Path, arguments: &str) -> Value {
     let arguments: Vec<&str> = arguments.split(' ').chain(["--json", "-"]).collect();
     serde_json::from_str(&done(dir, &arguments)).expect("one JSON document")
@@ -21,7 +21,7 @@ fn shipped(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// The first of the highest.
+/// Returns the first index of the highest score.
 fn best(scores: &[f32]) -> usize {
     let highest = scores.iter().copied().fold(f32::NEG_INFINITY, f32::max);
     let found = scores.iter().position(|score| *score == highest);
@@ -48,7 +48,7 @@ fn shipped_models_in_8_bits_answer_as_their_onnx_runs_do() {
         );
         let stated = results(at, &asked);
 
-        // The same cycles as a dataset, shown to both here.
+        // Both run on the same cycles, as a dataset.
         let swept = format!("sweep --first-cycle 1000 --cycles 2 {views} --out {name}");
         results(at, &swept);
         let (_, pixels) = npy(at.join(name).join("geis.npy"));
@@ -104,7 +104,7 @@ fn shipped_models_in_8_bits_answer_as_their_onnx_runs_do() {
     }
 }
 
-/// A field of a protobuf message: a length below 2^14, and so many bytes.
+/// Encodes a field of a protobuf message: a length below 2^14, and the bytes.
 fn field(number: u8, content: &[u8]) -> Vec<u8> {
     let length = content.len();
     let mut bytes = vec![number << 3 | 2, length as u8 | 0x80, (length >> 7) as u8];
@@ -122,7 +122,7 @@ fn node(operator: &str, input: &str, output: &str, attributes: &[Vec<u8>]) -> Ve
     field(1, &node)
 }
 
-/// f32 of `[N, ...]`.
+/// Encodes an f32 input or output of shape `[N, ...]`.
 fn port(name: &str, sides: &[u8]) -> Vec<u8> {
     let mut shape = field(1, &field(2, b"N"));
     shape.extend(sides.iter().flat_map(|side| field(1, &[8, *side])));
@@ -131,7 +131,7 @@ fn port(name: &str, sides: &[u8]) -> Vec<u8> {
     [field(1, name.as_bytes()), kind].concat()
 }
 
-/// A model whose 50 class scores are the mean of each row, or the softmax of these.
+/// Returns a model whose 50 class scores are the mean of each row, or the softmax of these.
 fn row_means(is_softmax: bool) -> Vec<u8> {
     // AttributeProto: name, ints or i, type INTS or INT.
     let axes = [field(1, b"axes"), vec![0x40, 3, 0xA0, 1, 7]].concat();
@@ -159,7 +159,7 @@ fn means_of_rows_become_rows_of_127() {
     assert_eq!(stated["equal_answers"], stated["probes"]);
     assert!(stated["affine_deviation"].as_f64().expect("a share") < 1e-5);
     let bytes = fs::read(dir.path().join("rows.egr")).expect("the recognizer");
-    // As in FORMAT.md: 14 bytes, 50 scales and biases, the weights, 50 names.
+    // The layout of FORMAT.md: 14 bytes, 50 scales and biases, the weights, 50 names.
     let weights = &bytes[14 + 50 * 8..][..50 * 1500];
     for (class, weights) in weights.chunks_exact(1500).enumerate() {
         for (row, weights) in weights.chunks_exact(30).enumerate() {

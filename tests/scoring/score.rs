@@ -1,4 +1,4 @@
-//! From walks to a scored recognizer, through the command as a user has it.
+//! Tests of `edgegait score`, from walks to a scored recognizer.
 
 use serde_json::Value;
 use std::path::Path;
@@ -14,7 +14,7 @@ fn edgegait(dir: &Path, arguments: &[&str]) -> Output {
         .expect("the command starts")
 }
 
-/// The JSON results of a command that must succeed.
+/// Returns the JSON results of a command that must succeed.
 fn results(dir: &Path, arguments: &[&str]) -> Value {
     let output = edgegait(dir, &[arguments, &["--json", "-"]].concat());
     let errors = String::from_utf8_lossy(&output.stderr);
@@ -22,14 +22,14 @@ fn results(dir: &Path, arguments: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).expect("one JSON document")
 }
 
-/// The error of a command that must fail with `code`.
+/// Returns the error of a command that must fail with `code`.
 fn refusal(dir: &Path, arguments: &[&str], code: i32) -> String {
     let output = edgegait(dir, arguments);
     assert_eq!(output.status.code(), Some(code), "{arguments:?}");
     String::from_utf8(output.stderr).expect("UTF-8")
 }
 
-/// Results without what differs between two equal runs.
+/// Returns results without values that differ between two equal runs.
 fn without_timings(value: &Value) -> Value {
     let mut value = value.clone();
     value["seconds"].take();
@@ -47,7 +47,7 @@ fn rank1(results: &Value, recognizer: usize) -> f64 {
         .expect("a rate")
 }
 
-/// A folder with a pack of six people at one speed.
+/// Returns a folder with a pack of six people at one speed.
 fn six_people() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("a folder");
     let cohort = [
@@ -132,7 +132,7 @@ fn another_seed_probes_with_other_cycles() {
 #[test]
 fn a_dataset_is_scored_like_the_walks_that_it_was_made_of() {
     let dir = six_people();
-    // Unknown people with two walks each: the first enrols, the second probes.
+    // New people with two walks each: the first is enrolled, the second is the probe.
     let cohort = [
         "cohort",
         "--people",
@@ -323,7 +323,7 @@ fn results_that_could_not_be_written_are_refused_before_the_work() {
     assert!(!dir.path().join("m.onnx").exists());
 }
 
-/// Six people, and the runtimes that a recognizer of pixels and a trained model state.
+/// Returns the runtimes in the results of the pixel baseline and of a trained model.
 fn runtimes_of(dir: &Path, more: &[&str]) -> [Value; 2] {
     let train = [
         "train", "six.egp", "--views", "side", "--cycles", "2", "--out", "m.onnx",

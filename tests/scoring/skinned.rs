@@ -1,5 +1,5 @@
-//! Imported walkers beside silhouettes that other software made of skinned bodies of the same
-//! dimensions, who walk by the same recordings.
+//! Comparing imported walkers with silhouettes that other software rendered from skinned bodies of
+//! the same dimensions in the same recordings.
 
 use crate::command::done;
 use crate::data::given;
@@ -15,23 +15,23 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// People for choices; figures are stated on the others with `EDGEGAIT_PEOPLE=final`, and on both
-/// with `all`.
+/// The people for choices; `EDGEGAIT_PEOPLE=final` selects the others, for final results, and `all`
+/// selects both.
 pub const CHOICES: [&str; 19] = [
     "101", "102", "104", "105", "106", "107", "108", "109", "110", "111", "113", "114", "117",
     "118", "120", "121", "122", "123", "124",
 ];
 const VIEWS: [(&str, f64); 3] = [("000", 0.0), ("045", 45.0), ("090", 90.0)];
-/// Least mean Jaccard index and greatest distance of GEIs, of 255, of these views: what the people
-/// for choices had when this was written (0.791, 0.758, 0.709; 41.7, 31.2, 35.0), less 0.01 and
+/// The least mean Jaccard index and the greatest distance of GEIs, of 255, at each viewpoint: the
+/// values measured on the people for choices (0.791, 0.758, 0.709; 41.7, 31.2, 35.0), less 0.01 and
 /// plus 1.
 const BOUNDS: [(f64, f64); 3] = [(0.781, 42.7), (0.748, 32.2), (0.699, 36.0)];
-/// Frames of a take in the picture.
+/// The frames of a take in the image.
 const SHOWN: usize = 4;
-/// Frames of a drawn cycle.
+/// The frames of a drawn cycle.
 const FRAMES: usize = 64;
 
-/// Pairs of numbers, as in `13.5-46.25;46.25-77.75`.
+/// Parses pairs of numbers, such as `13.5-46.25;46.25-77.75`.
 pub fn spans(text: &str) -> Vec<(f64, f64)> {
     let number = |text: &str| text.parse::<f64>().expect("a frame");
     let spans = text.split(';').filter_map(|span| span.split_once('-'));
@@ -43,7 +43,7 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
     sum / count
 }
 
-/// Frames of one sequence of the other set.
+/// The frames of one sequence of the other set.
 pub struct Seen {
     pixels: Vec<u8>,
     size: usize,
@@ -73,7 +73,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     mean(a.iter().zip(b).map(|(a, b)| (a - b) * (a - b))).sqrt()
 }
 
-/// The middle of what a template has in each row, columns.
+/// Returns the centroid of a template in each row, in columns.
 fn middles(gei: &[f64]) -> Vec<f64> {
     let middle = |row: &[f64]| {
         let moment: f64 = (0..)
@@ -93,26 +93,26 @@ fn jaccard(a: &[u8], b: &[u8]) -> f64 {
     both as f64 / pairs().filter(|(a, b)| *a || *b).count() as f64
 }
 
-/// A row of numbers of each view.
+/// The measurements at one viewpoint.
 #[derive(Default)]
 struct Found {
     jaccards: Vec<f64>,
-    /// Distances of GEIs of one take.
+    /// The distances between the GEIs of one take.
     apart: Vec<f64>,
-    /// Templates of the drawn takes, and of the seen cycles, with who walks.
+    /// Templates of the drawn takes, with their person.
     drawn: Vec<(String, Vec<f64>)>,
-    /// Of all drawn cycles.
+    /// Templates of all drawn cycles, with their person.
     learnt: Vec<(String, Vec<f64>)>,
     seen: Vec<(String, Vec<f64>)>,
-    /// How much further left what is drawn is than what is seen, columns, by row.
+    /// How much further left drawn figures are than seen ones, columns, by row.
     left: Vec<Vec<f64>>,
-    /// Frames of some phases of each take, drawn and seen.
+    /// Frames at some phases of each take, drawn and seen.
     pairs: Vec<(Vec<u8>, Vec<u8>)>,
 }
 
 impl Found {
-    /// The mean of what holds of each seen cycle, and half of its 95 % interval: 1.96 standard
-    /// errors over people, whose cycles are alike, as a ratio of sums (Cochran 1977, 6.3).
+    /// Returns the mean of a value over seen cycles and half of its 95 % interval: 1.96 standard
+    /// errors over people, whose cycles are similar, as a ratio of sums (Cochran 1977, 6.3).
     fn over_people(&self, of: impl Fn(&str, &[f64]) -> f64) -> (f64, f64) {
         let mut people: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
         for (id, gei) in &self.seen {
@@ -128,7 +128,7 @@ impl Found {
         (middle, 1.96 * variance.sqrt() / self.seen.len() as f64)
     }
 
-    /// The share of seen cycles whose nearest drawn template is of the same person.
+    /// Returns the share of seen cycles whose nearest drawn template is of the same person.
     fn rank1(&self) -> (f64, f64) {
         self.over_people(|id, gei| {
             let nearest = self.drawn.iter().min_by(|a, b| {
@@ -139,7 +139,8 @@ impl Found {
         })
     }
 
-    /// The share of drawn people who are farther from a seen cycle than its own person, mean.
+    /// Returns the mean share of drawn people that are farther from a seen cycle than its own
+    /// person.
     fn order(&self) -> (f64, f64) {
         self.over_people(|id, gei| {
             let mut nearest: BTreeMap<&str, f64> = BTreeMap::new();
@@ -153,8 +154,8 @@ impl Found {
         })
     }
 
-    /// The same of support vector machines on 60 principal components, which have learnt all drawn
-    /// cycles.
+    /// Returns the share of seen cycles that support vector machines identify, trained on 60
+    /// principal components of all drawn cycles.
     fn rank1_learnt(&self) -> (f64, f64) {
         let mut names: Vec<&str> = self.learnt.iter().map(|(id, _)| id.as_str()).collect();
         names.sort_unstable();
@@ -178,8 +179,8 @@ impl Found {
     }
 }
 
-/// Writes frames of all takes over each other, what is drawn green and what is seen red: a row of
-/// views for each take.
+/// Writes an image of overlaid frames, drawn ones green and seen ones red, with a row of viewpoints
+/// for each take.
 fn picture(found: &BTreeMap<&str, Found>) {
     let (rows, columns) = (Size::S50x30.rows(), Size::S50x30.columns());
     let takes = found.values().map(|found| found.pairs.len() / SHOWN);
@@ -282,7 +283,7 @@ mod slow {
                 );
                 done(at, &render.split(' ').collect::<Vec<_>>());
                 let (_, frames) = npy(at.join("frames.npy"));
-                // Drawn cycles begin with the left contact.
+                // Drawn cycles begin at the left contact.
                 let left = row["lhs"].split(';').next();
                 let left: f64 = left.expect("a contact").parse().expect("a frame");
                 let (from, to) = spans(&row["cycles"])[0];

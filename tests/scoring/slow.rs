@@ -1,4 +1,4 @@
-//! Networks that take long: measured within a stated time, asked once, gone on with.
+//! Slow networks: measuring within a time limit, cached answers, resumed runs.
 #![cfg(target_os = "linux")]
 
 use crate::command::{code, done, edgegait, refused, text};
@@ -19,7 +19,7 @@ fn json(text: &str) -> Value {
     serde_json::from_str(text).expect("one JSON document")
 }
 
-/// A tenth of a second of one busy core or more: two thousand million multiply-accumulates.
+/// A tenth of a second or more of one core: two thousand million multiply-accumulates.
 const LAYERS: usize = 250;
 
 #[test]
@@ -35,8 +35,8 @@ fn what_measuring_in_the_time_that_there_is_leaves_out_is_stated() {
     let number = |of: &Value, key: &str| of[key].as_f64().unwrap_or_else(|| panic!("{key}: {of}"));
     assert_eq!(results["settings"]["max_seconds"], 3.0);
     assert_eq!(model["macs"], 32 * macs_of_a_frame(LAYERS));
-    // However busy the machine: 500 inferences, 55 batches of 1,024, and 1,408 pictures of two people
-    // would have taken far longer.
+    // On any machine, 500 inferences, 55 batches of 1,024, and 1,408 images of two people would
+    // have taken far longer.
     let full = number(&model["cut"], "full_seconds");
     assert!(number(model, "seconds") < full / 10.0, "{model}");
     let said = results["warnings"].to_string();
@@ -83,7 +83,7 @@ fn what_measuring_in_the_time_that_there_is_leaves_out_is_stated() {
         None => assert!(is_said("no rank-1"), "{what:?}"),
     }
 
-    // The table says it too, and so does a comparison with results of a version that knew no cap.
+    // The table states it too, also in a comparison with results of a version without a time limit.
     fs::write(at.join("new.json"), results.to_string()).expect("written");
     let mut old = results.clone();
     let before = |value: &mut Value, keys: &[&str]| {
@@ -142,7 +142,7 @@ fn inputs_of_several_lengths_are_measured_where_a_model_takes_any() {
         let over = length["peak_rss_over_baseline_bytes"]
             .as_u64()
             .expect("Linux tells");
-        // The file's 7 MB at least, and less than the whole process has.
+        // At least the 7 MB of the file, and less than the whole process.
         assert!(
             over > 7_000_000 && Some(over) < length["peak_rss_bytes"].as_u64(),
             "{length}"
@@ -176,7 +176,7 @@ fn inputs_of_several_lengths_are_measured_where_a_model_takes_any() {
     );
 }
 
-/// The command, with answers kept in the folder `cache`.
+/// Returns the command with answers cached in the folder `cache`.
 fn keeping(at: &Path, command: &str) -> Command {
     let mut process = heeding_signals();
     process
@@ -186,7 +186,7 @@ fn keeping(at: &Path, command: &str) -> Command {
     process
 }
 
-/// The file of answers.
+/// Returns the path of the file of answers.
 fn answers(at: &Path) -> Option<PathBuf> {
     let mut entries = fs::read_dir(at.join("cache/answers")).ok()?;
     let path = entries.next()?.expect("an entry").path();
@@ -198,7 +198,7 @@ fn kept(at: &Path) -> Vec<u8> {
     answers(at).map_or_else(Vec::new, |path| fs::read(path).expect("answers"))
 }
 
-/// Results without what differs between two equal runs.
+/// Returns results without values that differ between two equal runs.
 fn without_timings(output: &Output) -> String {
     assert_eq!(code(output), 0, "{}", text(&output.stderr));
     let mut results = json(&text(&output.stdout));
@@ -220,10 +220,10 @@ fn a_score_that_is_ended_in_the_middle_asks_a_network_for_the_rest_only() {
     let score = format!("score slow.onnx two.egp {views} --no-baselines --threads 1 --json -");
     let whole = without_timings(&edgegait(at, &words(&score)));
     let pictures = json(&whole)["geis"].as_u64().expect("a number") as usize;
-    // Two people's first takes from the side, their others from four viewpoints.
+    // The first takes of two people from the side, and their other takes from four viewpoints.
     assert_eq!(pictures, 2 + 2 * 4);
 
-    // An answer of 512 numbers: 28 bytes before them and 8 after.
+    // An answer has 28 bytes, 512 numbers, and 8 bytes.
     let answer = 28 + 4 * 512 + 8;
     let mut before = Vec::new();
     for signal in ["-KILL", "-INT", "-TERM"] {
@@ -244,7 +244,7 @@ fn a_score_that_is_ended_in_the_middle_asks_a_network_for_the_rest_only() {
         assert!(sent.expect("kill").success());
         assert!(!child.wait().expect("it ends").success());
         let after = kept(at);
-        // What was kept is not asked for again, or it would be there twice.
+        // Cached answers are not computed again, or they would occur twice.
         assert!(after.starts_with(&before), "{signal}");
         assert!(
             after.len() < pictures * answer,
@@ -262,7 +262,7 @@ fn a_score_that_is_ended_in_the_middle_asks_a_network_for_the_rest_only() {
         all.len()
     );
 
-    // Another protocol, whose first takes are seen from all viewpoints, asks for what is new.
+    // Another protocol, with first takes from all viewpoints, computes only the new answers.
     let other = score.replace("--json", "--protocol verification --json");
     let output = keeping(at, &other).output().expect("the command starts");
     let pictures = json(&without_timings(&output))["geis"]

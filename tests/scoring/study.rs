@@ -1,4 +1,4 @@
-//! `edgegait study` on real input: six takes of three people, and what it refuses.
+//! Tests of `edgegait study` on real input, six takes of three people, and its errors.
 
 use crate::command::{done, names, refused};
 use crate::data::fixtures;
@@ -13,10 +13,10 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// Rows and columns of a frame.
+/// The rows and columns of a frame.
 const FRAME: (u32, u32) = (240, 180);
 
-/// Lays the packed silhouettes out as a tree, `people`, with its tables beside it.
+/// Unpacks the silhouettes into a tree, `people`, with its tables next to it.
 fn unpacked(at: &Path) {
     let study = fixtures().join("study");
     for name in names(&study.join("silhouettes")) {
@@ -36,7 +36,7 @@ fn unpacked(at: &Path) {
     }
 }
 
-/// The flags, with the folders of recordings.
+/// Returns the command with these flags and the folders of recordings.
 fn command(flags: &str) -> Vec<String> {
     let recordings = [fixtures().join("mocap"), fixtures().join("study")];
     let mut all = vec!["study".to_owned(), "people".to_owned()];
@@ -61,7 +61,7 @@ fn json(path: &Path) -> Value {
     serde_json::from_str(&fs::read_to_string(path).expect("a file")).expect("JSON")
 }
 
-/// The accuracy of an experiment with the most components, and of the nearest pixels.
+/// Returns the accuracy of an experiment with the most components, and that of the nearest pixels.
 fn accuracy(study: &Value, masks: &str, experiment: &str, split: &Value) -> (f64, f64) {
     let all = study["recognition"].as_array().expect("experiments");
     let found = all.iter().find(|one| {
@@ -73,8 +73,8 @@ fn accuracy(study: &Value, masks: &str, experiment: &str, split: &Value) -> (f64
     (of(last.expect("a point")), of(&found["nearest"]))
 }
 
-/// The share of real cycles whose nearest GEI of a twin is of the same person: by the commands `import`
-/// and `sweep`, and by the frames that the manifest says.
+/// Returns the share of real cycles whose nearest GEI of a twin is of the same person, computed
+/// with `import` and `sweep` and the frames of the manifest.
 fn found_by_hand(at: &Path) -> f64 {
     let mut twins: Vec<(String, Vec<u8>)> = Vec::new();
     let takes = rows(&at.join("manifest.csv"));
@@ -153,7 +153,8 @@ fn real_silhouettes_are_compared_with_those_of_twins() {
     );
     assert!(counts["synthetic"].as_u64() >= Some(6));
 
-    // Two cycles of one walk are more alike than two walks, and those more than a walk and a twin's.
+    // Two cycles of one walk are more similar than two walks, and these more than a walk and its
+    // twin's.
     let likeness = &study["similarity"][0];
     let mean = |group: &str| {
         likeness[group]["by_phase"]["mean"]
@@ -165,7 +166,7 @@ fn real_silhouettes_are_compared_with_those_of_twins() {
         means[0] > means[1] && means[1] > means[2] && means[2] > 0.6,
         "{means:?}"
     );
-    // What frames lack by rows is what their index lacks of 1.
+    // The differences by row add up to 1 less the index.
     let rows = likeness["rows"].as_array().expect("rows").iter();
     let lost: f64 = rows
         .map(|row| row[0].as_f64().expect("a share") + row[1].as_f64().expect("a share"))
@@ -175,7 +176,7 @@ fn real_silhouettes_are_compared_with_those_of_twins() {
     let angles = study["subspaces"][0]["angles_deg"]
         .as_array()
         .expect("angles");
-    // As many as the fewer cycles less one, up to nine.
+    // One fewer than the smaller number of cycles, up to nine.
     let synthetic = counts["synthetic"].as_u64().expect("a count");
     assert_eq!(angles.len() as u64, (synthetic - 1).min(9));
     assert!(
@@ -184,17 +185,17 @@ fn real_silhouettes_are_compared_with_those_of_twins() {
             .all(|pair| pair[0].as_f64() <= pair[1].as_f64())
     );
     let (own, _) = accuracy(&study, "given", "R-R", &"cycle".into());
-    // Of three people whose cycles are of two walks each; guessing finds a third.
+    // Three people with cycles of two walks each; guessing gives a third.
     assert!(own > 0.6, "{own}");
     let (_, nearest) = accuracy(&study, "given", "S-R", &Value::Null);
     let expected = found_by_hand(at);
-    // Walks are encoded anew, without a search, so that a cycle may fall to another.
+    // Walks are encoded again, without a search, so the answer to one cycle may differ.
     assert!(
         (nearest - expected).abs() < 1.1 / 12.0,
         "{nearest} {expected}"
     );
     let orders = study["orders"].as_array().expect("orders");
-    // Given and segmented, by cycle and by take.
+    // Given and segmented masks, by cycle and by take.
     assert_eq!(orders.len(), 4);
     let prices = study["prices"].as_array().expect("prices");
     assert!(
@@ -215,7 +216,7 @@ fn real_silhouettes_are_compared_with_those_of_twins() {
         assert!(figures.iter().any(|name| name == figure), "{figures:?}");
     }
 
-    // Threads decide nothing, and an earlier study is replaced unasked.
+    // Results do not depend on threads, and an earlier study is replaced without a flag.
     run(at, "--views 090 --splits 2 --out study --threads 1");
     assert_eq!(json(&at.join("study/study.json")), study);
 }
@@ -229,7 +230,7 @@ fn without_real_silhouettes_the_synthetic_part_runs_and_says_what_is_lacking() {
     );
     assert!(said.contains("warning: no real silhouettes"), "{said}");
     let study = json(&folder.path().join("s.json"));
-    // A reader of JSON keeps one of two equal keys, and nobody says which.
+    // JSON readers keep an arbitrary one of two equal keys.
     let text = fs::read_to_string(folder.path().join("s.json")).expect("results");
     assert_eq!(text.matches("\n  \"warnings\":").count(), 1);
     let all = study["recognition"].as_array().expect("experiments");
@@ -318,7 +319,7 @@ fn what_does_not_fit_together_is_refused_before_the_work() {
     GrayImage::new(90, 120).save(&odd).expect("a file");
     refuses(at, "--out a", 1, &["004.png", "120x90"]);
     fs::remove_file(&odd).expect("removed");
-    // A folder of figures that are not a study's.
+    // A folder of figures that is not from a study.
     fs::create_dir_all(at.join("mine/figures")).expect("a folder");
     refuses(at, "--out mine", 2, &["--out mine: figures already exists"]);
     let error = ["study", "people", "--out", "a"];
@@ -331,7 +332,7 @@ fn takes_whose_cycles_are_not_known_are_cut_or_listed() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     unpacked(at);
-    // Without cycles they are found; a take of a few frames has none.
+    // Without stated cycles, they are detected; a take of a few frames has none.
     let manifest = fs::read_to_string(at.join("manifest.csv")).expect("a manifest");
     fs::write(
         at.join("manifest.csv"),

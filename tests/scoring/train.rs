@@ -1,16 +1,16 @@
-//! Training through the command: methods, numbers of components, precision.
+//! Tests of `edgegait train`: methods, numbers of components, precision.
 
 use crate::command::{done, refused};
 use serde_json::Value;
 use std::path::Path;
 
-/// The JSON results of a command that must succeed.
+/// Returns the JSON results of a command that must succeed.
 fn results(dir: &Path, arguments: &[&str]) -> Value {
     let text = done(dir, &[arguments, &["--json", "-"]].concat());
     serde_json::from_str(&text).expect("one JSON document")
 }
 
-/// The built-in cohort's first six people.
+/// The first six people of the built-in cohort.
 const PEOPLE: [&str; 2] = ["--subjects", "F01,M01,F02,M02,F03,M03"];
 
 #[test]

@@ -1,4 +1,4 @@
-//! Sweeps of trees of silhouettes: datasets of templates, one of each gait cycle.
+//! Sweeps of trees of silhouettes: datasets with a template for each gait cycle.
 
 use crate::command::{done, refused};
 use crate::trees::{DESIGN, geis, tree, words};
@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// Six people, three takes of two cycles, three views by their azimuths.
+/// Generates a tree of six people, three takes of two cycles, and three views named by azimuth.
 fn angled(at: &Path) {
     fs::write(at.join("d.toml"), DESIGN).expect("a design");
     done(at, &words("generate d.toml --format casia-b --out tree"));
@@ -40,7 +40,7 @@ fn a_dataset_of_a_tree_trains_and_scores_as_the_tree() {
         (60.0, 0.0, 0)
     );
 
-    // The same pictures under the same names: the same models, of all of them and of a share.
+    // The same images under the same names give the same models, with all of them and with a share.
     for (number, mix) in ["", " --mix NAME:0.5"].into_iter().enumerate() {
         let trained = |source: &str| {
             let mix = mix.replace("NAME", source);
@@ -91,7 +91,7 @@ fn a_dataset_of_whole_recordings_has_their_geis_by_the_definition() {
 }
 
 #[test]
-fn what_a_tree_has_no_place_for_is_refused() {
+fn flags_that_a_tree_does_not_support_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     angled(at);

@@ -12,14 +12,14 @@ use std::path::Path;
 pub const DESIGN: &str = "seed = 3\n[walks]\ntakes = 3\ncycles = 2\n[views]\nazimuth_deg = [0, 60, 90]\nelevation_deg = [0]\n\
      [images]\nraster = \"rows\"\n[splits]\ntrain = \"0..2\"\ntest = \"2..6\"\n";
 
-/// The views' new names, as Gait3D has them.
+/// The views' new names, as in Gait3D.
 const RECORDINGS: [(&str, &str); 3] = [("000", "seq0"), ("060", "seq1"), ("090", "seq2")];
 
 pub fn words(command: &str) -> Vec<&str> {
     command.split_whitespace().collect()
 }
 
-/// Six people, three takes, three views, which are named as recordings.
+/// Generates a tree of six people, three takes and three views, which are renamed to recordings.
 pub fn tree(at: &Path, format: &str) {
     fs::write(at.join("d.toml"), DESIGN).expect("a design");
     let generate = format!("generate d.toml --format {format} --out tree");
@@ -45,7 +45,7 @@ pub fn folders(path: &Path) -> Vec<String> {
     names
 }
 
-/// The name of each sequence and its GEI, by the definition: the mean of silhouettes.
+/// Returns the names of each sequence and its GEI by definition: the mean of silhouettes.
 pub fn geis(tree: &Path) -> Vec<(String, String, Vec<f64>)> {
     let tree = Tree::open(tree, &TreeLayout::default()).expect("a tree");
     let sequences = tree.sequences().iter().enumerate();
@@ -64,7 +64,7 @@ pub fn geis(tree: &Path) -> Vec<(String, String, Vec<f64>)> {
         .collect()
 }
 
-/// How many of the probes have a nearest neighbour in the gallery who is the right person.
+/// Returns the number of probes whose nearest neighbour in the gallery is the right person.
 fn hits(
     tree: &Path,
     is_probe: impl Fn(&str) -> bool,
@@ -91,7 +91,7 @@ fn score(at: &Path, flags: &str) -> Value {
 }
 
 #[test]
-fn a_partition_says_who_is_looked_for_among_whom() {
+fn a_partition_defines_gallery_and_probes() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
     tree(at, "opengait");
@@ -138,7 +138,7 @@ fn a_partition_says_who_is_looked_for_among_whom() {
     let page = fs::read_to_string(at.join("edgegait-report/index.html")).expect("a page");
     assert!(page.contains("seq1") && !page.contains("NaN"));
 
-    // Only a gallery: all others are looked for.
+    // With only a gallery, all other sequences are probes.
     let gallery: Vec<String> = test
         .iter()
         .map(|name| format!("{name}-walk-5kmh-01-seq2"))
@@ -158,7 +158,8 @@ fn a_partition_says_who_is_looked_for_among_whom() {
     let rate = expected.1 as f64 / expected.0 as f64;
     assert!((found["recognizers"][0]["rank1"].as_f64().expect("a rate") - rate).abs() < 1e-12);
 
-    // Without either, people are chosen and the protocol is as ever; each recording is its own view.
+    // Without gallery and probes, the partition selects people for the usual protocol; each
+    // recording is a view.
     write(
         "t.json",
         serde_json::json!({"TRAIN_SET": train, "TEST_SET": test}),
@@ -182,7 +183,7 @@ fn a_partition_says_who_is_looked_for_among_whom() {
     assert_eq!((field("azimuth_deg"), field("view")), ("", "seq0"));
     assert_eq!(field("gallery_view"), "seq1");
 
-    // People and sequences that are not there: a warning, or an error if none is.
+    // People and sequences that do not exist cause a warning, or an error if none exists.
     let mut more = partition;
     more["TEST_SET"]
         .as_array_mut()
@@ -224,7 +225,7 @@ fn a_partition_says_who_is_looked_for_among_whom() {
     }
 }
 
-/// A tree's GEIs, made here by the definition and given as arrays of one's own, train the same model.
+/// A tree's GEIs, computed here by definition and given as arrays, train the same model.
 #[test]
 fn a_tree_trains_what_its_geis_train() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -251,7 +252,7 @@ fn a_tree_trains_what_its_geis_train() {
         )),
     );
     let model = |name: &str| fs::read(at.join(name)).expect("a model");
-    // Names of the graph apart, which have one length.
+    // The models differ only by names in the graph, which have the same length.
     assert_eq!(model("mine.onnx").len(), model("tree.onnx").len());
     let differ = model("mine.onnx")
         .iter()
@@ -260,7 +261,7 @@ fn a_tree_trains_what_its_geis_train() {
         .count();
     assert!(differ <= 8, "{differ}");
 
-    // Cycles of what was made here are known: two of 32 frames in each recording.
+    // The cycles of synthetic recordings are known: two of 32 frames in each.
     let score = |flags: &str| {
         let command = format!("score pixels tree --json - {flags}");
         let found: Value = serde_json::from_str(&done(at, &words(&command))).expect("JSON");
@@ -273,7 +274,7 @@ fn a_tree_trains_what_its_geis_train() {
     );
     assert_eq!(score("--protocol leave-one-take-out"), 2 * recordings);
 
-    // Those of a partition, known again on those who are tested.
+    // Training on a partition's training set, and testing on its test set.
     let command = "train tree --partition tree/partition.json --fps 25 --out part.onnx --components 4 --json -";
     let found: Value = serde_json::from_str(&done(at, &words(command))).expect("JSON");
     assert_eq!(found["classes"], 2);

@@ -1,7 +1,7 @@
-//! Synthetic twins: what scores of drawn walks say about those of other software's silhouettes.
+//! Synthetic twins: comparing scores of drawn walks with those of silhouettes from other software.
 //!
-//! The other set is of skinned bodies that walk by motion capture. EdgeGait draws the same captures, and
-//! the same recognizers are asked about both: from which viewpoints to which are people known?
+//! The other set shows skinned bodies in motion capture. EdgeGait draws the same captures, and the
+//! same recognizers are scored on both, for each pair of viewpoints.
 
 use crate::command::done;
 use crate::data::given;
@@ -9,7 +9,7 @@ use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// The clips by which the people of the other set walk.
+/// Returns the clips of the people of the other set.
 fn sources(data: &Path) -> BTreeSet<String> {
     let mut reader =
         csv::Reader::from_path(data.join("reallike/manifest.csv")).expect("a manifest");
@@ -29,7 +29,7 @@ fn sources(data: &Path) -> BTreeSet<String> {
         .collect()
 }
 
-/// Rank-1 of each pair of different viewpoints by which both sets were seen.
+/// Returns the rank-1 of both sets for each pair of different viewpoints that both have.
 fn pairs(real: &Value, twin: &Value) -> Vec<(f64, f64)> {
     let (real, twin) = (&real["cross_view"], &twin["cross_view"]);
     let views = |set: &Value| set["views"].as_array().expect("a list").clone();
@@ -53,7 +53,7 @@ fn pairs(real: &Value, twin: &Value) -> Vec<(f64, f64)> {
     found
 }
 
-/// Pearson's coefficient.
+/// Returns Pearson's correlation coefficient.
 fn correlation(pairs: &[(f64, f64)]) -> f64 {
     let count = pairs.len() as f64;
     let mean = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / count;
@@ -67,8 +67,8 @@ fn correlation(pairs: &[(f64, f64)]) -> f64 {
 mod slow {
     use super::*;
 
-    /// Which pairs of viewpoints are hard carries over (correlations 0.88, 0.72, 0.72 when this was
-    /// written), how hard they are does not (11 to 21 points apart).
+    /// The order of difficulty of pairs of viewpoints carries over (measured correlations 0.88,
+    /// 0.72, 0.72); the level does not (11 to 21 points apart).
     #[test]
     #[ignore = "slow without optimisation; needs EDGEGAIT_DATA"]
     fn what_is_hard_for_the_twins_is_hard_for_the_others() {

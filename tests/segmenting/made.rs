@@ -1,4 +1,4 @@
-//! The command on a made video: a block that crosses a wall.
+//! Tests of `edgegait segment` on a synthetic video: a block that crosses a wall.
 
 use crate::command::*;
 use image::{Rgb, RgbImage};
@@ -8,7 +8,7 @@ use std::path::Path;
 const SIZE: (u32, u32) = (96, 64);
 const FRAMES: u32 = 20;
 
-/// The wall, and the block of 12 by 32 pixels at a column.
+/// Returns a frame of the wall, with the block of 12 by 32 pixels at a column.
 fn frame(at: Option<u32>) -> RgbImage {
     RgbImage::from_fn(SIZE.0, SIZE.1, |x, y| {
         let is_on = at.is_some_and(|at| (at..at + 12).contains(&x) && (16..48).contains(&y));
@@ -24,7 +24,7 @@ fn place(number: u32) -> u32 {
     4 * number
 }
 
-/// A folder of frames, `f1.png` to `f20.png`, and a picture of the wall.
+/// Returns a folder with frames, `f1.png` to `f20.png`, and an image of the wall.
 fn video() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let frames = folder.path().join("frames");
@@ -39,7 +39,7 @@ fn video() -> tempfile::TempDir {
     folder
 }
 
-/// The same as Y4M in full range, grey.
+/// Returns the video as grey Y4M in full range.
 fn y4m(frames: u32) -> Vec<u8> {
     let mut bytes = format!(
         "YUV4MPEG2 W{} H{} F30:1 Ip Cmono XCOLORRANGE=FULL\n",
@@ -54,7 +54,7 @@ fn y4m(frames: u32) -> Vec<u8> {
     bytes
 }
 
-/// The silhouettes of a folder are the blocks.
+/// Asserts that the silhouettes of a folder are the blocks.
 fn assert_blocks(folder: &Path, start: &str, frames: u32) {
     let expected: Vec<String> = (1..=frames)
         .map(|at| format!("{start}{at:03}.png"))
@@ -115,7 +115,7 @@ fn a_folder_of_frames_becomes_a_sequence_of_a_tree_on_any_number_of_threads() {
 }
 
 #[test]
-fn the_median_is_the_background_of_who_crosses_and_not_of_who_stays() {
+fn the_median_is_the_background_of_those_who_cross_and_not_of_those_who_stay() {
     let folder = video();
     let at = folder.path();
     done(
@@ -279,7 +279,7 @@ fn a_stream_is_segmented_with_a_background_that_is_given() {
             .spawn()
             .expect("the command starts");
         let mut input = command.stdin.take().expect("its input");
-        // It may be refused before all is read.
+        // The command may fail before it reads everything.
         let _ = input.write_all(bytes);
         drop(input);
         command.wait_with_output().expect("its end")
@@ -323,7 +323,7 @@ fn a_y4m_file_has_a_median_and_the_silhouettes_of_its_frames() {
     assert_blocks(&at.join("tree/001/nm-01/090"), "001-nm-01-090-", FRAMES);
 }
 
-/// A program of that name that writes a file, or fails as the real one does.
+/// A stand-in for ffmpeg that writes a file, or fails as the real one does.
 #[cfg(unix)]
 #[test]
 fn any_video_goes_through_ffmpeg_and_what_it_says_is_passed_on() {
@@ -378,7 +378,7 @@ fn any_video_goes_through_ffmpeg_and_what_it_says_is_passed_on() {
         text(&fails.stderr)
     );
     assert!(!at.join("tree").exists());
-    // It is given the file by its protocol's name, and that video's first track.
+    // The arguments name the file with its protocol, and select the first video track.
     let works = run(Some(
         "case \"$*\" in *'-i file:walk.mp4 -map 0:v:0'*) cat decoded;; *) exit 9;; esac",
     ));

@@ -1,4 +1,4 @@
-//! Video to silhouettes: the command on made videos, and Jaccard on rendered ones.
+//! Segmenting videos: the command on synthetic videos, and Jaccard indices on rendered ones.
 
 #[path = "../helpers/command.rs"]
 mod command;

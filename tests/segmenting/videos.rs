@@ -1,6 +1,7 @@
-//! Jaccard to the true masks of rendered videos, with the scene given and with the median.
+//! Jaccard indices against the true masks of rendered videos, with the given scene and with the
+//! median.
 
-/// Videos of people by whom choices were made, and of others.
+/// The videos of people for choosing settings, and of others.
 const CHOICES: [&str; 6] = [
     "people/video/105_nm-01_045",
     "people/video/106_nm-01_045",
@@ -24,7 +25,7 @@ mod with_data {
     use std::fs;
     use std::path::{Path, PathBuf};
 
-    /// The folder of the videos.
+    /// Returns the folder of the videos.
     fn given() -> PathBuf {
         let folder = std::env::var_os("EDGEGAIT_DATA");
         folder
@@ -39,7 +40,7 @@ mod with_data {
         files
     }
 
-    /// Jaccard of each frame, in rising order.
+    /// Returns the Jaccard index of each frame, in ascending order.
     fn jaccards(folder: &Path, background: Option<&Path>) -> Result<Vec<f64>> {
         let frames = folder.join("frames");
         let mut video = Video::open(&frames)?;
@@ -102,8 +103,8 @@ mod with_data {
             let given = given.expect("a scene");
             assert!(mean(&given) >= 0.9, "{video}");
             assert!(mean(&empty.expect("a scene")) >= 0.9, "{video}");
-            // Who walks towards the camera is refused. What is not is right, but for feet that stand
-            // for half of a short video (0.894).
+            // People who walk towards the camera are an error. Others are right, except for feet
+            // that stand for half of a short video (0.894).
             let least = if video.contains("people") { 0.9 } else { 0.89 };
             match median {
                 Ok(median) => assert!(mean(&median) >= least && !video.ends_with("000"), "{video}"),

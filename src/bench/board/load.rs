@@ -90,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_this_process_takes_is_not_that_of_others() {
+    fn the_load_of_others_leaves_out_this_process() {
         let folder = tempfile::tempdir().expect("a folder");
         let root = folder.path();
         let write = |stat: &str, own: &str| {

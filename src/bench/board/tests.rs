@@ -108,7 +108,7 @@ fn a_raspberry_pi_4_is_described() {
 }
 
 #[test]
-fn little_and_big_processors_are_told_apart() {
+fn little_and_big_processors_are_separate_groups() {
     // An RK3588: four Cortex-A55, two clusters of two Cortex-A76.
     let parts = [
         "0xd05", "0xd05", "0xd05", "0xd05", "0xd0b", "0xd0b", "0xd0b", "0xd0b",

@@ -79,7 +79,7 @@ fn ratios_are_against_the_first_board_with_the_model() {
 }
 
 #[test]
-fn what_is_not_alike_does_not_stand_in_one_row() {
+fn results_that_are_not_comparable_are_refused() {
     type Change = fn(&mut Value);
     let cases: [(Change, &str); 7] = [
         (
@@ -151,7 +151,7 @@ fn the_chart_has_a_point_for_each_model_and_board() {
 }
 
 #[test]
-fn each_size_of_batch_has_a_row_of_the_table_for_programs() {
+fn each_batch_size_has_a_row_in_the_csv_file() {
     let one = results(100.0, |value| {
         let mut more = value["models"][0]["offline"].clone();
         more["batch"] = json!(8);

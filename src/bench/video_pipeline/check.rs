@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_lacks_is_said_in_frames() {
+    fn the_error_without_a_cycle_states_frames() {
         // 4 x 60 / 220 x 25 = 27.3 and 4 x 60 / 70 x 25 = 85.7.
         let error = none(
             Path::new("walk"),

@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn of_few_times_percentiles_are_absent_and_of_none_all_is() {
+    fn percentiles_of_few_times_are_absent_and_no_times_have_no_distribution() {
         let mut histogram = Histogram::new();
         assert_eq!(histogram.times(), None);
         histogram.add(7_000);

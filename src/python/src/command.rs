@@ -210,7 +210,8 @@ fn contract_of(json: &str) -> PyResult<Contract> {
 fn call(
     py: Python<'_>,
     (function, expected): &(Py<PyAny>, Option<usize>),
-    input: Vec<f32>, shape: Vec<usize>,
+    input: Vec<f32>,
+    shape: Vec<usize>,
     views: Vec<f32>,
 ) -> PyResult<Outputs> {
     let batch = shape.first().copied().unwrap_or(0);
@@ -265,7 +266,8 @@ fn call(
 fn numbers(
     py: Python<'_>,
     array: &Py<PyAny>,
-    what: &str, batch: usize,
+    what: &str,
+    batch: usize,
 ) -> PyResult<(Vec<usize>, Vec<f32>)> {
     let array = array.bind(py).cast::<PyArrayDyn<f32>>()?;
     let shape = array.shape();

@@ -3,8 +3,8 @@
 use crate::errors::exception;
 use edgegait::dataset::InputFile;
 use edgegait::dataset::{PackBytes, kmh};
-use edgegait::files::{sha256_of_bytes, write_bytes};
 use edgegait::error::ChoiceError;
+use edgegait::files::{sha256_of_bytes, write_bytes};
 use edgegait::sequences::PackSource;
 use edgegait_core::pack::Sex;
 use pyo3::prelude::*;
@@ -105,7 +105,10 @@ impl PyPack {
                 "duration_s",
                 clip.as_ref().map(edgegait_core::clip::Clip::duration_s),
             )?;
-            dict.set_item("is_take", clip.is_some_and(|clip| clip.as_uncut().is_some()))?;
+            dict.set_item(
+                "is_take",
+                clip.is_some_and(|clip| clip.as_uncut().is_some()),
+            )?;
             Ok(dict)
         };
         pack.walks().map(one).collect()

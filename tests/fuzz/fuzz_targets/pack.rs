@@ -1,6 +1,6 @@
-//! Any bytes: an error, or a pack whose every pose is one.
+//! Fuzzing packs: any bytes are an error, or a pack whose poses are all valid.
 //!
-//! Length and checksum are made true first, or hardly any input would get past them.
+//! Length and checksum are corrected first, as hardly any input would pass them otherwise.
 
 #![no_main]
 

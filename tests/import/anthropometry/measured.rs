@@ -1,5 +1,5 @@
-//! The dimensions of a statue, each taken where and how ANSUR II took it (Hotzman et al.
-//! 2011, "Measurer's Handbook", NATICK/TR-11/017).
+//! Measuring the dimensions of a statue as ANSUR II defines them (Hotzman et al. 2011, "Measurer's
+//! Handbook", NATICK/TR-11/017).
 
 use super::statue::{Statue, extent, levels};
 use edgegait::people::cohort::anthropometry::Dimensions;
@@ -11,13 +11,13 @@ pub struct Measured {
     pub name: &'static str,
     pub asked_m: f64,
     pub found_m: f64,
-    /// What part of the dimension a walking body is meant to have: 1 but for flexed muscles
-    /// and stretched hands.
+    /// The share of the dimension that a walking body should have: 1, except for flexed muscles and
+    /// stretched hands.
     pub share: f64,
 }
 
 impl Measured {
-    /// Relative.
+    /// Returns the relative error.
     pub fn error(&self) -> f64 {
         self.found_m / (self.share * self.asked_m) - 1.0
     }
@@ -26,7 +26,7 @@ impl Measured {
 const X: usize = 0;
 const Y: usize = 1;
 const Z: usize = 2;
-/// What calipers on the trunk touch: arms are held away.
+/// The parts that calipers on the trunk touch, with the arms held away.
 const TRUNK: [Joint; 5] = [Pelvis, Spine, Thorax, LeftThigh, RightThigh];
 const SHOULDERS: [Joint; 5] = [
     Thorax,
@@ -36,7 +36,7 @@ const SHOULDERS: [Joint; 5] = [
     RightUpperArm,
 ];
 
-/// All dimensions, in the order of [`Dimensions`]' fields.
+/// Measures all dimensions, in the order of [`Dimensions`]' fields.
 pub fn measure(statue: &Statue, d: &Dimensions, sex: Sex) -> Vec<Measured> {
     let mut all = Vec::new();
     let mut add = |name, asked_m, share, found_m| {
@@ -58,8 +58,8 @@ pub fn measure(statue: &Statue, d: &Dimensions, sex: Sex) -> Vec<Measured> {
     let vertex = statue.extent(&[Head], Y).1;
     add("stature", d.stature, 1.0, vertex);
 
-    // The acromion is where the outline of the shoulder is half the breadth out. A tenth of a
-    // millimetre keeps the cut off the edge of the hull, here and at the wrist.
+    // The acromion is where the outline of the shoulder is half the breadth from the middle. A
+    // tenth of a millimetre keeps the cut away from the edge of the hull, here and at the wrist.
     let across = statue.breadth(&SHOULDERS, d.acromial_height - 1e-4);
     add("biacromial_breadth", d.biacromial_breadth, 1.0, across);
     let deltoids = most(height(LeftUpperArm) - 0.1, d.acromial_height, &|y| {
@@ -67,14 +67,14 @@ pub fn measure(statue: &Statue, d: &Dimensions, sex: Sex) -> Vec<Measured> {
     });
     add("bideltoid_breadth", d.bideltoid_breadth, 1.0, deltoids);
 
-    // Level with the point of the buttocks that is farthest back.
+    // At the level of the rearmost point of the buttocks.
     let back = |y: &f64| extent(statue.cut(&[Pelvis], Y, *y).iter().map(|p| p.z)).0;
     let buttock = levels(d.trochanterion_height - 0.04, d.trochanterion_height + 0.05)
         .min_by(|a, b| back(a).total_cmp(&back(b)))
         .expect("levels");
     let hips = statue.breadth(&TRUNK, buttock);
     add("hip_breadth", d.hip_breadth, 1.0, hips);
-    // Between bones, deep under the skin of the waist: it decides where the hip joints are
+    // A breadth between bones, deep under the skin of the waist, which determines the hip joints
     // (Harrington 2007, z of a pelvis 0.85 times as wide).
     let pelvis = (statue.joint(LeftThigh).x - 0.0073) / (0.33 * 0.85);
     add("bicristal_breadth", d.bicristal_breadth, 1.0, pelvis);
@@ -84,7 +84,7 @@ pub fn measure(statue: &Statue, d: &Dimensions, sex: Sex) -> Vec<Measured> {
     let depth = statue.depth(&TRUNK, d.chest_height);
     add("chest_depth", d.chest_depth, 1.0, depth);
 
-    // At the navel, whose mean height is this much below the iliac crests.
+    // At the navel, which is on average this far below the iliac crests.
     let navel = d.iliocristale_height
         - match sex {
             Sex::Male => 1.0616 - 1.0565,
@@ -97,8 +97,8 @@ pub fn measure(statue: &Statue, d: &Dimensions, sex: Sex) -> Vec<Measured> {
     let depth = statue.depth(&TRUNK, buttock);
     add("buttock_depth", d.buttock_depth, 1.0, depth);
 
-    // Under the buttock; above the patella, whose middle is level with the epicondyle and
-    // which is 4 to 5 cm long; where the calf is thickest and the ankle thinnest.
+    // Below the buttock; above the patella, which is 4 to 5 cm long with its middle at the level of
+    // the epicondyle; at the thickest part of the calf and the thinnest of the ankle.
     let around = |y| statue.tape(&[LeftThigh], y);
     let thigh = most(d.crotch_height - 0.06, d.crotch_height, &around);
     add("thigh_circumference", d.thigh_circumference, 1.0, thigh);
@@ -117,8 +117,9 @@ pub fn measure(statue: &Statue, d: &Dimensions, sex: Sex) -> Vec<Measured> {
     let thinnest = least(along(0.92), along(0.7), &around);
     add("ankle_circumference", d.ankle_circumference, 1.0, thinnest);
 
-    // Flexed muscles are thicker than those that hang: 0.92 and 0.95 of them are asked for.
-    // The biceps is thickest at about 0.6 of the way from the acromion to the elbow.
+    // Flexed muscles are thicker than those of hanging arms, for which 0.92 and 0.95 of the
+    // dimension are expected. The biceps is thickest at about 0.6 of the way from the acromion to
+    // the elbow.
     let peak = d.acromial_height - 0.6 * d.acromion_radiale_length;
     let biceps = statue.tape(&[LeftUpperArm], peak);
     add("biceps_circumference", d.biceps_circumference, 0.92, biceps);
@@ -133,7 +134,7 @@ pub fn measure(statue: &Statue, d: &Dimensions, sex: Sex) -> Vec<Measured> {
     );
     let thin = statue.tape(&[LeftForearm, LeftHand], wrist + 1e-4);
     add("wrist_circumference", d.wrist_circumference, 1.0, thin);
-    // Under the thyroid cartilage, between the breastbone and the seventh vertebra.
+    // Below the thyroid cartilage, between the breastbone and the seventh vertebra.
     let throat = statue.tape(&[Neck], 0.5 * (height(Neck) + height(LeftClavicle)));
     add("neck_circumference", d.neck_circumference, 1.0, throat);
 
@@ -143,7 +144,7 @@ pub fn measure(statue: &Statue, d: &Dimensions, sex: Sex) -> Vec<Measured> {
     let beside = statue.cut(&SHOULDERS, X, 0.5 * d.biacromial_breadth);
     let acromion = extent(beside.iter().map(|point| point.y)).1;
     add("acromial_height", d.acromial_height, 1.0, acromion);
-    // Landmarks of bone that the skin follows: where the joints are.
+    // Landmarks of bone close to the skin, at the joints.
     for (name, asked_m, joint) in [
         ("cervicale_height", d.cervicale_height, Neck),
         ("suprasternale_height", d.suprasternale_height, LeftClavicle),
@@ -159,7 +160,7 @@ pub fn measure(statue: &Statue, d: &Dimensions, sex: Sex) -> Vec<Measured> {
     add("malleolus_height", d.malleolus_height, 1.0, ankle);
     let crest = height(Spine);
     add("iliocristale_height", d.iliocristale_height, 1.0, crest);
-    // The point of the rib cage that is farthest ahead.
+    // The foremost point of the rib cage.
     let ribs = statue.points(&[Thorax]);
     let ahead = ribs.iter().max_by(|a, b| a.z.total_cmp(&b.z));
     let nipples = ahead.expect("a rib cage").y;
@@ -178,7 +179,7 @@ pub fn measure(statue: &Statue, d: &Dimensions, sex: Sex) -> Vec<Measured> {
         1.0,
         elbow - wrist,
     );
-    // Half-closed.
+    // The hand is half closed.
     let hand = wrist - statue.extent(&[LeftHand], Y).0;
     add("hand_length", d.hand_length, 0.85, hand);
     add("hand_breadth", d.hand_breadth, 1.0, size(&[LeftHand], Z));

@@ -1,11 +1,10 @@
-//! A body that stands still in the rest pose with its soles on the floor, to be cut level or
-//! upright.
+//! A body that stands in the rest pose with its soles on the floor, for cuts along planes.
 
 use edgegait::people::{Body, forward_kinematics};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec2, DVec3};
 
-/// Levels at which a range of heights is looked through.
+/// The number of levels at which a range of heights is searched.
 const LEVELS: usize = 400;
 
 /// Hull points and joints of a standing body, metres; the floor is at y = 0.
@@ -40,20 +39,20 @@ impl Statue {
         self.joints[joint.index()]
     }
 
-    /// Points of the hulls of these joints.
+    /// Returns the points of the hulls of these joints.
     pub fn points(&self, of: &[Joint]) -> Vec<DVec3> {
         let hulls = self.hulls.iter().filter(|(joint, _)| of.contains(joint));
         hulls.flat_map(|(_, points)| points.clone()).collect()
     }
 
-    /// How far the hulls of these joints reach along an axis: from and to.
+    /// Returns the range of the hulls of these joints along an axis.
     pub fn extent(&self, of: &[Joint], axis: usize) -> (f64, f64) {
         extent(self.points(of).iter().map(|point| point[axis]))
     }
 
-    /// Where the plane on which `axis` is `at` cuts the surface of the hulls of these joints.
-    /// A hull is convex: the lines between its points on both sides of the plane cut it in
-    /// points whose hull is the section.
+    /// Returns points where the plane `axis` = `at` cuts the hulls of these joints. Lines between
+    /// the points of a hull on both sides of the plane cut it in points whose convex hull is the
+    /// section.
     pub fn cut(&self, of: &[Joint], axis: usize, at: f64) -> Vec<DVec3> {
         let mut cut = Vec::new();
         for (_, points) in self.hulls.iter().filter(|(joint, _)| of.contains(joint)) {
@@ -72,19 +71,19 @@ impl Statue {
         cut
     }
 
-    /// From left to right at a height.
+    /// Returns the breadth from left to right at a height.
     pub fn breadth(&self, of: &[Joint], height: f64) -> f64 {
         let (from, to) = extent(self.cut(of, 1, height).iter().map(|point| point.x));
         to - from
     }
 
-    /// From back to front at a height.
+    /// Returns the depth from back to front at a height.
     pub fn depth(&self, of: &[Joint], height: f64) -> f64 {
         let (from, to) = extent(self.cut(of, 1, height).iter().map(|point| point.z));
         to - from
     }
 
-    /// Length of a tape around the hulls of these joints at a height.
+    /// Returns the length of a tape around the hulls of these joints at a height.
     pub fn tape(&self, of: &[Joint], height: f64) -> f64 {
         let cut = self.cut(of, 1, height);
         perimeter(
@@ -95,19 +94,19 @@ impl Statue {
     }
 }
 
-/// Heights between two, both included.
+/// Returns evenly spaced heights between two, both included.
 pub fn levels(from: f64, to: f64) -> impl Iterator<Item = f64> {
     (0..=LEVELS).map(move |level| from + (to - from) * level as f64 / LEVELS as f64)
 }
 
-/// The least and the greatest of some numbers.
+/// Returns the least and the greatest number.
 pub fn extent(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
     numbers.fold((f64::MAX, f64::MIN), |(least, most), number| {
         (least.min(number), most.max(number))
     })
 }
 
-/// Perimeter of the convex hull of points (monotone chain, Andrew 1979).
+/// Returns the perimeter of the convex hull of points (monotone chain, Andrew 1979).
 fn perimeter(mut points: Vec<DVec2>) -> f64 {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let half = |points: &mut dyn Iterator<Item = DVec2>| {

@@ -1,4 +1,4 @@
-//! Joint angles of made and recorded people, measured alike on the bodies that are drawn.
+//! Joint angles of synthetic and recorded people, measured in the same way on the drawn bodies.
 
 use super::walkers::{is_patient, set_of};
 use edgegait::people::{Subject, Track, forward_kinematics};
@@ -6,7 +6,7 @@ use edgegait_core::skeleton::Joint;
 use glam::{DQuat, DVec3};
 use std::collections::BTreeMap;
 
-/// What is measured of a cycle.
+/// The measures of a cycle.
 const NAMES: [&str; 26] = [
     "speed m/s",
     "stride m",
@@ -36,16 +36,16 @@ const NAMES: [&str; 26] = [
     "hips/leg",
 ];
 
-/// A number of one side of a pose: of the joints' places and rotations, with the upper arm, elbow,
-/// wrist, hip and knee of that side, and 1 on the left, -1 on the right.
+/// A function for a number of one side of a pose. It takes the joints' places and rotations; the
+/// upper arm, elbow, wrist, hip and knee of that side; and 1 on the left, -1 on the right.
 type OfSide<'a> = &'a dyn Fn(&[DVec3], &[DQuat], [Joint; 5], f64) -> f64;
 
-/// Degrees by which a direction leans to the front of another, seen from the side.
+/// Returns the degrees by which a direction leans to the front, seen from the side.
 fn ahead(of: DVec3) -> f64 {
     of.z.atan2(of.y).to_degrees()
 }
 
-/// The measures of one walk.
+/// Returns the measures of one walk.
 fn measures(person: &Subject, walk: &edgegait::people::Walk) -> Vec<f64> {
     let Track::Loop(cycle) = &walk.motion else {
         panic!("{}: expected a cycle", walk.name);
@@ -69,7 +69,7 @@ fn measures(person: &Subject, walk: &edgegait::people::Walk) -> Vec<f64> {
     let range = |values: &[f64]| most(values) - least(values);
     let at = |points: &[DVec3], joint: Joint| points[joint.index()];
     let along = |points: &[DVec3], from: Joint, to: Joint| at(points, to) - at(points, from);
-    // Both sides, mean.
+    // The mean over both sides.
     let sides = |of: OfSide<'_>, what: &dyn Fn(&[f64]) -> f64| {
         let left = [
             Joint::LeftUpperArm,
@@ -89,7 +89,7 @@ fn measures(person: &Subject, walk: &edgegait::people::Walk) -> Vec<f64> {
         }
     };
     let bent = |a: DVec3, b: DVec3| a.angle_between(b).to_degrees();
-    // The ankles are furthest apart along the way in double support, about when a heel lands.
+    // The ankles are farthest apart along the way in double support, about when a heel lands.
     let reach = series(&|p, _| along(p, Joint::RightFoot, Joint::LeftFoot).z);
     let widths = series(&|p, _| along(p, Joint::RightFoot, Joint::LeftFoot).x);
     let extreme = |sign: f64| {
@@ -177,7 +177,7 @@ fn measures(person: &Subject, walk: &edgegait::people::Walk) -> Vec<f64> {
     ]
 }
 
-/// Prints the mean over people of each measure and its standard deviation, by data set.
+/// Prints the mean of each measure over people and its standard deviation, by dataset.
 pub fn print(made: &[Subject], recorded: &[Subject]) {
     let mut sets: BTreeMap<&str, Vec<Vec<f64>>> = BTreeMap::new();
     for person in made

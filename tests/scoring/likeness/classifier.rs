@@ -1,4 +1,5 @@
-//! How well a linear classifier tells two groups of people apart whom it has not seen.
+//! A linear classifier that distinguishes two groups of people, judged on people that it was not
+//! trained on.
 
 use edgegait::Template;
 use edgegait::train::{Analysed, Components, TrainMethod, TrainOptions};
@@ -10,42 +11,43 @@ use rand_chacha::ChaCha8Rng;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// Principal components that the classifier sees, each with variance 1 over what it learns from.
+/// The principal components that the classifier takes, each with variance 1 over the training
+/// samples.
 const COMPONENTS: usize = 30;
-/// What a squared weight costs, where each person's evidence counts once. Ours, not tuned.
+/// The penalty of a squared weight, relative to the evidence of one person. Our choice, not tuned.
 const RIDGE: f64 = 1.0;
-/// Parts that the people are cut into; each is judged by what the others teach.
+/// The number of folds of people; each is judged by a classifier trained on the others.
 const FOLDS: usize = 10;
-/// Samples of people, for intervals.
+/// The number of resamples of people, for intervals.
 const RESAMPLES: usize = 1_000;
 
-/// A template of somebody of one of two groups.
+/// A template of a person of one of two groups.
 #[derive(Clone, Copy, Debug)]
 pub struct Case<'a> {
-    /// Who; nobody is in both groups.
+    /// The person; nobody is in both groups.
     pub person: usize,
-    /// In which group.
+    /// Whether the person is in the first group.
     pub is_first: bool,
-    /// Pixels in 0..1.
+    /// The pixels, 0..1.
     pub gei: &'a [f32],
 }
 
-/// How often the classifier puts a cycle of somebody of the first group above one of the second.
+/// How often the classifier ranks a cycle of the first group above one of the second.
 #[derive(Clone, Debug)]
 pub struct Separation {
     first: Vec<usize>,
     second: Vec<usize>,
-    /// Share of the pairs of cycles, by person of the first group and of the second.
+    /// The share of the pairs of cycles, by person of the first group and of the second.
     won: Array2<f64>,
 }
 
 impl Separation {
-    /// Judges each person by a classifier that has seen only others, by these rows of the image.
+    /// Judges each person with a classifier trained on other people, on these rows of the image.
     pub fn of(cases: &[Case<'_>], rows: Range<usize>) -> Self {
         Self::by(cases, rows, &folds(cases))
     }
 
-    /// Judges each person by a classifier that has seen none of the same part.
+    /// Judges each person with a classifier trained on the other folds.
     pub fn by(cases: &[Case<'_>], rows: Range<usize>, parts: &BTreeMap<usize, usize>) -> Self {
         let pixels = masked(cases, rows);
         let mut scores: BTreeMap<(bool, usize), Vec<f64>> = BTreeMap::new();
@@ -83,7 +85,7 @@ impl Separation {
         Self { first, second, won }
     }
 
-    /// The area under the ROC curve, where each person counts as often as `times` says.
+    /// Returns the area under the ROC curve, in which each person counts `times` times.
     pub fn auc(&self, times: impl Fn(usize) -> f64) -> f64 {
         let (mut won, mut all) = (0.0, 0.0);
         for (row, &first) in self.first.iter().enumerate() {
@@ -97,8 +99,8 @@ impl Separation {
     }
 }
 
-/// How often each person is in each of many samples of them, as many as they are and drawn within
-/// their groups.
+/// Returns how often each person occurs in each of many resamples, which have the same size and are
+/// drawn within the groups.
 pub fn resamples(groups: &[usize]) -> Vec<Vec<f64>> {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let members = |group| {
@@ -117,7 +119,7 @@ pub fn resamples(groups: &[usize]) -> Vec<Vec<f64>> {
     (0..RESAMPLES).map(draw).collect()
 }
 
-/// 95 % of these lie between them.
+/// Returns the interval that contains 95 % of these values.
 pub fn interval(mut values: Vec<f64>) -> (f64, f64) {
     values.retain(|value| value.is_finite());
     values.sort_by(f64::total_cmp);
@@ -125,7 +127,7 @@ pub fn interval(mut values: Vec<f64>) -> (f64, f64) {
     (at(0.025), at(0.975))
 }
 
-/// The part that each person is in: as many of both groups in each as there can be.
+/// Returns the fold of each person, with both groups spread evenly over the folds.
 fn folds(cases: &[Case<'_>]) -> BTreeMap<usize, usize> {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut folds = BTreeMap::new();
@@ -145,7 +147,7 @@ fn folds(cases: &[Case<'_>]) -> BTreeMap<usize, usize> {
     folds
 }
 
-/// The templates, one a row, black outside of these rows of each.
+/// Returns the templates, one per row, black outside these rows of the image.
 fn masked(cases: &[Case<'_>], rows: Range<usize>) -> Array2<f32> {
     let columns = Size::S50x30.columns();
     let mut pixels = Array2::zeros((cases.len(), Size::S50x30.pixels()));
@@ -157,17 +159,17 @@ fn masked(cases: &[Case<'_>], rows: Range<usize>) -> Array2<f32> {
     pixels
 }
 
-/// A score of templates, above 0 for those like the first group's.
+/// A score of templates, above 0 for those similar to the first group's.
 struct Classifier {
-    /// Pixels to principal components.
+    /// The map from pixels to principal components.
     components: edgegait::score::Affine,
-    /// A weight of each, and one of 1.
+    /// A weight for each component, and the constant term.
     weights: Vec<f64>,
     deviations: Vec<f64>,
 }
 
 impl Classifier {
-    /// Learns from some of the cases. A person counts once, and so does each group.
+    /// Trains on some of the cases. Each person counts once, and so does each group.
     fn learn(cases: &[Case<'_>], pixels: &Array2<f32>, learnt: &[usize]) -> Self {
         let samples = pixels.select(ndarray::Axis(0), learnt);
         let labels: Vec<usize> = learnt
@@ -178,7 +180,7 @@ impl Classifier {
             .expect("two groups");
         let options = TrainOptions {
             components: Components::Count(COMPONENTS),
-            // Its embedding is the principal components themselves.
+            // The embedding of this method is the principal components.
             method: TrainMethod::Svm { c: 1.0 },
         };
         let components = analysed.fit(options).expect("components").embedding;
@@ -233,13 +235,14 @@ impl Classifier {
     }
 }
 
-/// The weights of a logistic regression with a ridge on all but the last: Newton's method
-/// (iteratively reweighted least squares; Hastie, Tibshirani & Friedman 2009, section 4.4.1).
+/// Returns the weights of a logistic regression with a ridge on all except the last, by Newton's
+/// method (iteratively reweighted least squares; Hastie, Tibshirani & Friedman 2009, section
+/// 4.4.1).
 fn logistic(points: &[Vec<f64>], labels: &[usize], evidence: &[f64]) -> Vec<f64> {
     let dims = points[0].len();
     let mut weights = vec![0.0; dims];
     for _ in 0..50 {
-        // The negative gradient stands right of the information matrix.
+        // The last column, right of the information matrix, is the negative gradient.
         let mut system = Array2::<f64>::zeros((dims, dims + 1));
         for at in 0..dims - 1 {
             system[[at, at]] = RIDGE;
@@ -271,7 +274,7 @@ fn logistic(points: &[Vec<f64>], labels: &[usize], evidence: &[f64]) -> Vec<f64>
     panic!("logistic regression: no convergence in 50 steps");
 }
 
-/// The solution of a positive definite system whose last column is its right side.
+/// Solves a positive definite system whose last column is its right side.
 fn solved(mut system: Array2<f64>) -> Vec<f64> {
     let dims = system.nrows();
     for pivot in 0..dims {
@@ -292,9 +295,9 @@ mod tests {
 
     #[test]
     fn a_logistic_regression_of_one_bit_has_the_log_odds_that_its_ridge_leaves() {
-        // One number of -1 or 1, each 8 times, of which the label is 1 in a quarter and three
-        // quarters. By symmetry the last weight is 0, and where the first is best
-        // 16 (0.75 - 1 / (1 + exp(-w))) = w.
+        // The numbers -1 and 1 occur 8 times each, with label 1 in a quarter and in three quarters
+        // of the cases. By symmetry the last weight is 0, and the optimum of the first satisfies 16
+        // (0.75 - 1 / (1 + exp(-w))) = w.
         let points: Vec<Vec<f64>> = (0..16)
             .map(|at| vec![if at < 8 { -1.0 } else { 1.0 }, 1.0])
             .collect();
@@ -311,7 +314,7 @@ mod tests {
 
     #[test]
     fn people_count_once_however_many_cycles_they_have() {
-        // Of the first group one wins always and one never.
+        // One person of the first group always wins, the other never.
         let separation = Separation {
             first: vec![0, 1],
             second: vec![2],

@@ -1,15 +1,16 @@
-//! Pictures of mean templates and of where they differ.
+//! Images of mean templates and their differences.
 
 use edgegait_core::silhouette::Size;
 use image::{GrayImage, Luma};
 use std::path::Path;
 
-/// Screen pixels of a pixel.
+/// The size of a template's pixel in the image.
 const ZOOM: u32 = 8;
-/// How much a difference is enlarged.
+/// The factor by which differences are enlarged.
 const GAIN: f64 = 2.0;
 
-/// The difference of two templates as one: middle grey is none, white more in the first.
+/// Returns the difference of two templates as an image: middle grey for none, white where the first
+/// has more.
 pub fn difference(first: &[f64], second: &[f64]) -> Vec<f64> {
     let pairs = first.iter().zip(second);
     pairs
@@ -17,7 +18,7 @@ pub fn difference(first: &[f64], second: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Writes templates with pixels in 0..1 side by side, one list a row.
+/// Writes templates with pixels in 0..1 side by side, one list per row.
 pub fn write(path: &Path, rows: &[Vec<Vec<f64>>]) {
     let (height, width) = (
         Size::S50x30.rows() as u32 + 1,

@@ -1,4 +1,4 @@
-//! Who is compared: recorded people on bodies of their own dimensions, and made ones.
+//! The compared people: recorded people on bodies of their own dimensions, and synthetic people.
 
 use edgegait::people::recorded::{BodyOptions, ReadOptions, Recording, SubjectName, subjects};
 use edgegait::people::{Subject, cohort};
@@ -8,16 +8,16 @@ use edgegait::{
 use edgegait_core::raster::Rasterizer;
 use std::path::Path;
 
-/// Seed of the made people: not that of those whom the shipped models know.
+/// The seed of the synthetic people, which differs from that of the shipped models' people.
 const MADE_SEED: u64 = 20;
-/// How many people are made.
+/// The number of synthetic people.
 pub const MADE_PEOPLE: usize = 60;
-/// The speeds of made people, km/h.
+/// The speeds of synthetic people, km/h.
 pub const MADE_SPEEDS_KMH: [f64; 3] = [3.0, 4.0, 5.0];
-/// The speeds of recorded cycles, m/s: 2.7 to 5.8 km/h, about those of the made people.
+/// The speeds of recorded cycles, m/s: 2.7 to 5.8 km/h, similar to the synthetic people's.
 const RECORDED_MPS: std::ops::RangeInclusive<f64> = 0.75..=1.6;
 
-/// (Azimuth, elevation), degrees, of which everything is measured.
+/// The viewpoints of all measurements: azimuth and elevation, degrees.
 pub const VIEWS_DEG: [(f32, f32); 5] = [
     (0.0, 0.0),
     (45.0, 0.0),
@@ -26,8 +26,8 @@ pub const VIEWS_DEG: [(f32, f32); 5] = [
     (90.0, 15.0),
 ];
 
-/// Recorded people on whom final figures are stated, by data set and subject: of the CMU's and the
-/// TNSRE's those whom the as-if-real people of the same data leave for them, of others every second.
+/// Recorded people for final results, by dataset and subject: from CMU and TNSRE those that the
+/// realistic people made from the same data do not use, from others every second person.
 const FINAL: [&str; 20] = [
     "CMU/s39",
     "TNSRE/D7",
@@ -50,25 +50,25 @@ const FINAL: [&str; 20] = [
     "bmclab/BMC",
     "bmclab/rajagopal_run",
 ];
-/// Patients with several takes: they count only where a person is compared with themselves.
+/// Patients with several takes, who count only in comparisons within a person.
 const PATIENTS: [&str; 9] = [
     "TNSRE/A1", "TNSRE/A2", "TNSRE/A4", "TNSRE/B1", "TNSRE/B3", "TNSRE/B4", "TNSRE/C1", "TNSRE/C2",
     "TNSRE/C3",
 ];
-/// Takes and people that other evaluations keep for themselves.
+/// Takes and people that are reserved for other evaluations.
 const ELSEWHERE: [&str; 3] = ["07_09", "08_09", "35_01"];
 
-/// Which of the recorded people are looked at.
+/// The part of the recorded people that is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
-    /// Those by whom anything may be chosen.
+    /// The people for choosing settings.
     Choices,
-    /// Those on whom a figure is stated once.
+    /// The people for final results.
     Final,
 }
 
 impl Split {
-    /// By `EDGEGAIT_LIKENESS`: `final`, or else those for choices.
+    /// Returns the split that `EDGEGAIT_LIKENESS` names: `final`, or else the people for choices.
     pub fn asked() -> Self {
         match std::env::var("EDGEGAIT_LIKENESS").as_deref() {
             Ok("final") => Self::Final,
@@ -82,8 +82,8 @@ impl Split {
     }
 }
 
-/// The healthy people of this split, and the patients of whom there are several takes. Each take is
-/// one file, imported as the command does it.
+/// Returns the healthy people of this split, and the patients with several takes. Each take is one
+/// file, imported as by the command.
 pub fn recorded(data: &Path, split: Split) -> Vec<Subject> {
     let mut recordings = Vec::new();
     for root in ["mocap", "people/mocap_extra"] {
@@ -112,8 +112,8 @@ pub fn recorded(data: &Path, split: Split) -> Vec<Subject> {
             if !is_used {
                 continue;
             }
-            // As files have them: the made people were fitted to these, and conventions of
-            // laboratories are part of how their recordings differ.
+            // Keep the motion of the files, to which the synthetic people were fitted; the
+            // conventions of laboratories are part of the differences.
             let options = ReadOptions {
                 subject: SubjectName::Given(name),
                 mend: false,
@@ -129,7 +129,7 @@ pub fn recorded(data: &Path, split: Split) -> Vec<Subject> {
     subjects(&recordings, &BodyOptions::default()).expect("plausible bodies")
 }
 
-/// The made people.
+/// Returns the synthetic people.
 pub fn made(people: usize) -> Vec<Subject> {
     let options = CohortOptions {
         seed: MADE_SEED,
@@ -140,31 +140,32 @@ pub fn made(people: usize) -> Vec<Subject> {
     cohort::subjects(&options).expect("speeds of the norms")
 }
 
-/// The data set that a person is of.
+/// Returns the dataset of a person.
 pub fn set_of(person: &Subject) -> &str {
     person.name.split_once('/').map_or("made", |(set, _)| set)
 }
 
-/// Whether a person is a patient.
+/// Returns whether a person is a patient.
 pub fn is_patient(person: &Subject) -> bool {
     PATIENTS.contains(&person.name.as_str())
 }
 
-/// One cycle, seen from all views.
+/// One cycle, seen from all viewpoints.
 #[derive(Clone, Debug)]
 pub struct Sample {
-    /// Who walks: a number among those given.
+    /// The index of the person.
     pub person: usize,
-    /// Name of the take.
+    /// The name of the take.
     pub take: String,
-    /// Which cycle of it: stored, and varied.
+    /// The number of the stored cycle, and of its variation.
     pub cycle: (u16, u32),
     /// Mean speed, m/s.
     /// For each of [`VIEWS_DEG`] a GEI with pixels in 0..1.
     pub geis: Vec<Vec<f32>>,
 }
 
-/// The GEIs of these people's cycles: these variations of each, on which this acts.
+/// Returns the GEIs of these people's cycles, with these variations of each and under this
+/// condition.
 pub fn samples(
     people: &[Subject],
     variations: &[u32],

@@ -89,7 +89,7 @@ fn answers_and_energy_are_shared_out() {
 }
 
 #[test]
-fn results_from_before_there_was_a_path_are_read() {
+fn results_of_versions_without_videos_are_read() {
     let old = r#"{"schema":1,"command":"bench","version":"0.1.0","seed":1,"inputs":[],"settings":{},
         "warnings":[],"date":"2026-11-21T20:38:00Z","board":{"architecture":"aarch64","cpus":[],
         "features":[]},"models":[]}"#;

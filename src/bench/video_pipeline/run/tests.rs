@@ -153,7 +153,7 @@ fn one_time_through_the_video_answers_each_of_its_cycles_and_counts_the_frames_w
 }
 
 #[test]
-fn it_goes_on_until_there_is_an_answer() {
+fn measuring_continues_until_there_is_an_answer() {
     let plan = PathPlan {
         windows: 2,
         window: Duration::from_millis(1),
@@ -175,7 +175,7 @@ fn a_minute_is_six_windows_and_a_second_two() {
 }
 
 #[test]
-fn a_video_without_a_walker_ends_with_words() {
+fn a_video_without_a_walker_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let empty = walker(0, STEP);
     let wall = *empty.get_pixel(0, 0);

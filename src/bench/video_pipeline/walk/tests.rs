@@ -154,7 +154,7 @@ fn answers_of_the_path_are_those_of_a_tree_of_the_segmented_video() {
 }
 
 #[test]
-fn so_are_those_to_every_template_size_framing_and_number_of_frames() {
+fn answers_agree_for_every_template_size_framing_and_number_of_frames() {
     let folder = tempfile::tempdir().expect("a folder");
     let (video, tree) = (folder.path().join("video"), folder.path().join("tree"));
     // The person appears after some frames, is lost for two frames, and leaves.

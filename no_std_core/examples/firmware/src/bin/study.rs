@@ -52,8 +52,10 @@ const RAM_LIMIT: usize = match (cfg!(feature = "skia"), cfg!(target_abi = "eabih
 #[cfg(feature = "skia")]
 const ARENA_BYTES: usize = 8_704;
 /// Room for every body of the study; tiny-skia needs no facets.
-type Room =
-    LeanBody<{ if IS_DRESSED { 548 } else { 488 } }, { if cfg!(feature = "skia") { 0 } else { 896 } }>;
+type Room = LeanBody<
+    { if IS_DRESSED { 548 } else { 488 } },
+    { if cfg!(feature = "skia") { 0 } else { 896 } },
+>;
 /// A person of 19 hulls of 8 points or 7.
 const EIGHT: &[u8] = include_bytes!("../../../../tests/golden/eight.egp");
 /// Most instructions of one of that person's silhouettes: a requirement for rows with hardware
