@@ -13,8 +13,8 @@ use super::files::hex;
 use crate::error::{Error, Result};
 use sha2::{Digest as _, Sha256};
 
-/// Most bytes of all files. Our choice: a hundred thousand embeddings of GaitSet's 16,000 numbers
-/// would take six times as much, and ten thousand fitted bodies a tenth.
+/// The maximum number of bytes in all files. Our choice: a hundred thousand embeddings of GaitSet's
+/// 16,000 numbers would take six times as much, and ten thousand fitted bodies a tenth.
 const MOST_BYTES: u64 = 1 << 30;
 
 /// The environment variable that names the folder.

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Most bytes of a file.
+/// The maximum number of bytes in a file.
 const MAX_BYTES: u64 = 1 << 20;
 
 /// Returns the TOML that is built in under `name`, or reads it from a `.toml` file. Messages use

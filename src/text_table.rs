@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// The alignment of a column, and its least width in letters.
+/// The alignment of a column, and its minimum width in characters.
 #[derive(Clone, Copy)]
 pub(crate) enum Column {
     Left(usize),

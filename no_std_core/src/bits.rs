@@ -2,7 +2,7 @@
 
 use crate::format::{ESCAPE_BITS, FormatError, MAX_RICE, RICE_ESCAPE};
 
-/// The least number of unread bits in one word: at most 7 of its first byte have been read.
+/// The minimum number of unread bits in one word: at most 7 of its first byte have been read.
 const AHEAD: u32 = u32::BITS - 7;
 
 /// The greatest total length of two Rice codes at which neither can be an escape, whatever their

@@ -9,43 +9,45 @@ pub const ROWS: usize = 50;
 pub const COLUMNS: usize = 30;
 /// Pixels of a silhouette or template of the default size.
 pub const PIXELS: usize = ROWS * COLUMNS;
-/// Most rows of any [`crate::silhouette::Size`].
+/// The maximum number of rows in any [`crate::silhouette::Size`].
 pub const MAX_ROWS: usize = 64;
-/// Most columns of any [`crate::silhouette::Size`]: the bits of a row.
+/// The maximum number of columns in any [`crate::silhouette::Size`]: the bits of a row.
 pub const MAX_COLUMNS: usize = 64;
-/// Most pixels of any [`crate::silhouette::Size`].
+/// The maximum number of pixels in any [`crate::silhouette::Size`].
 pub const MAX_PIXELS: usize = MAX_ROWS * MAX_COLUMNS;
 
 /// Frequencies of a cycle in the frequency-domain template, from 0: Makihara et al. (ECCV 2006).
 pub const FREQUENCIES: usize = 3;
-/// Most bytes of any template: an image for each frequency.
+/// The maximum number of bytes in any template: an image for each frequency.
 pub const MAX_TEMPLATE_BYTES: usize = FREQUENCIES * MAX_PIXELS;
 
-/// Most hulls of one avatar. Ours: 24 for a fitted body and 8 for what it wears or carries.
+/// The maximum number of hulls in one avatar. Our choice: 24 for a fitted body and 8 for what it
+/// wears or carries.
 pub const MAX_HULLS: usize = 32;
-/// Most draped hulls of one body, whose points are attached to several joints. Ours: hair, a skirt
-/// or a coat that a person wears, and another skirt and coat that a condition adds; each takes 3 kB
-/// of a figure.
+/// The maximum number of draped hulls in one body, whose points are attached to several joints. Our
+/// choice: hair, a skirt or a coat that a person wears, and another skirt and coat that a condition
+/// adds; each takes 3 kB of a figure.
 pub const MAX_DRAPED_HULLS: usize = 4;
-/// Most points of one hull. Keeps tiny-skia's edge list within 64 entries.
+/// The maximum number of points in one hull. Keeps tiny-skia's edge list within 64 entries.
 pub const MAX_HULL_POINTS: usize = 32;
-/// Most points of one avatar: 24 hulls of 32 points.
+/// The maximum number of points in one avatar: 24 hulls of 32 points.
 pub const MAX_POINTS: usize = 768;
-/// Most triangles on the surface of one hull: 2 n - 4 for n points (Euler).
+/// The maximum number of triangles on the surface of one hull: 2 n - 4 for n points (Euler).
 pub const MAX_HULL_FACETS: usize = 2 * MAX_HULL_POINTS - 4;
-/// Most edges of one hull: 3 n - 6 for n points (Euler).
+/// The maximum number of edges in one hull: 3 n - 6 for n points (Euler).
 pub const MAX_HULL_EDGES: usize = 3 * MAX_HULL_POINTS - 6;
 /// Numbers that are processed together: one register of AVX-512, four of NEON or SSE2.
 pub const LANES: usize = 16;
-/// Most facets of one avatar, with those of each hull padded to a multiple of [`LANES`].
+/// The maximum number of facets in one avatar, with those of each hull padded to a multiple of
+/// [`LANES`].
 pub const MAX_FACETS: usize = 2 * MAX_POINTS + MAX_HULLS * LANES;
-/// Most corners of a hull's outline after clipping to the window, which adds at most one corner for
-/// each of the four sides.
+/// The maximum number of corners in a hull's outline after clipping to the window, which adds at
+/// most one corner for each of the four sides.
 pub const MAX_OUTLINE: usize = MAX_HULL_POINTS + 4;
 
-/// Most Fourier coefficients of one channel: a constant and 31 harmonics.
+/// The maximum number of Fourier coefficients of one channel: a constant and 31 harmonics.
 pub const MAX_COEFFICIENTS: usize = 63;
-/// Most harmonics of one channel.
+/// The maximum number of harmonics of one channel.
 pub const MAX_HARMONICS: usize = (MAX_COEFFICIENTS - 1) / 2;
 
 /// Columns of the window in which a figure is measured before it is cut to the columns of its
@@ -56,28 +58,29 @@ pub const WINDOW_COLUMNS: usize = 128;
 /// Columns of tiny-skia's window, which takes a byte for each pixel: half as many, so that a board
 /// has room for it. Wider figures are drawn in several windows.
 pub const SKIA_WINDOW_COLUMNS: usize = MAX_COLUMNS;
-/// Most columns that a figure may take, in as many windows side by side as it needs; wider figures
-/// are rejected.
+/// The maximum number of columns that a figure may take, in as many windows side by side as it
+/// needs; wider figures are rejected.
 pub const MAX_FIGURE_COLUMNS: usize = 2_048;
-/// Most pixels from the upper left corner of an image of a fixed scale to any part of a figure that
-/// is partly inside: 2^16, where an f32 still resolves 1/128 pixel.
+/// The maximum number of pixels from the upper left corner of an image of a fixed scale to any part
+/// of a figure that is partly inside: 2^16, where an f32 still resolves 1/128 pixel.
 pub const MAX_REACH_PIXELS: f32 = 65_536.0;
 
-/// Cameras that [`crate::raster::Renderer::draw_views`] handles together. Ours: the data for all of
-/// them stays in a first-level cache.
+/// Cameras that [`crate::raster::Renderer::draw_views`] handles together. Our choice: the data for
+/// all of them stays in a first-level cache.
 pub const VIEWS_AT_ONCE: usize = 8;
 
-/// Most elevations that the column rasteriser draws in one pass: 16 lanes and half as many more.
+/// The maximum number of elevations that the column rasteriser draws in one pass: 16 lanes and half
+/// as many more.
 pub const MAX_ELEVATIONS: usize = LANES + LANES / 2;
 /// Binary digits of a frame count: 4,096 frames of one cycle take 13.
 pub const TALLY_DIGITS: usize = 13;
 
-/// Most classes of one recognizer: the range of a byte.
+/// The maximum number of classes of one recognizer: the range of a byte.
 pub const MAX_CLASSES: usize = 255;
 
-/// Most subjects, walks, avatars or clips of one pack.
+/// The maximum number of subjects, walks, avatars or clips of one pack.
 pub const MAX_ENTRIES: usize = 65_535;
-/// Most bytes of a pack: 16 MiB, far more than any board has in flash.
+/// The maximum number of bytes in a pack: 16 MiB, far more than any board has in flash.
 pub const MAX_PACK_BYTES: usize = 1 << 24;
 
 /// Returns the bytes that tiny-skia's rasteriser holds for this many rows: its window from
@@ -101,9 +104,9 @@ pub const SKIA_RESIDENT_BYTES: usize = skia_resident_bytes(MAX_ROWS);
 /// sorting it takes 4 kB of stack (for up to 51 edges).
 pub const SKIA_EDGES_BYTES: usize = 64 * 80;
 
-/// Most bytes that tiny-skia allocates and frees while it fills one hull: its list of edges, and
-/// for anti-aliasing one row of runs (2 bytes) and of coverage (1 byte), both a column wider than
-/// the window.
+/// The maximum number of bytes that tiny-skia allocates and frees while it fills one hull: its list
+/// of edges, and for anti-aliasing one row of runs (2 bytes) and of coverage (1 byte), both a
+/// column wider than the window.
 ///
 /// `tests/memory.rs` reaches the sum exactly with a counting allocator: 9,550 bytes
 /// together with the resident ones without anti-aliasing, 9,745 with it.
@@ -115,21 +118,23 @@ pub const SKIA_TRANSIENT_BYTES: usize = {
 /// Heap bound of drawing with tiny-skia: resident and transient bytes together.
 pub const SKIA_HEAP_BYTES: usize = SKIA_RESIDENT_BYTES + SKIA_TRANSIENT_BYTES;
 
-/// Least and most frames per second of a [`crate::cycle::CycleDetector`]. Ours: ten show the
-/// fastest steps two or three times, and no surveillance camera takes more than 120.
+/// The minimum and maximum number of frames per second of a [`crate::cycle::CycleDetector`]. Our
+/// choice: ten show the fastest steps two or three times, and no surveillance camera takes more
+/// than 120.
 pub const CYCLE_FRAME_RATES_HZ: (f32, f32) = (10.0, 120.0);
-/// Least and most steps per minute that a [`crate::cycle::CycleDetector`] finds. Ours: slow
-/// patients take 80, walkers 90 to 130, runners 150 to 200; `edgegait import` also warns above 220.
+/// The minimum and maximum number of steps per minute that a [`crate::cycle::CycleDetector`] finds.
+/// Our choice: slow patients take 80, walkers 90 to 130, runners 150 to 200; `edgegait import` also
+/// warns above 220.
 pub const CYCLE_STEPS_PER_MINUTE: (f32, f32) = (70.0, 220.0);
-/// Most samples per second that a [`crate::cycle::CycleDetector`] keeps; it averages frames that
-/// come faster. Ours: eight in the fastest step.
+/// The maximum number of samples per second that a [`crate::cycle::CycleDetector`] keeps; it
+/// averages frames that come faster. Our choice: eight in the fastest step.
 pub const CYCLE_MOST_SAMPLES_HZ: f32 = 32.0;
 /// Samples that a [`crate::cycle::CycleDetector`] keeps: four of the slowest steps, 4 x 60 / 70 x
 /// 32 = 109.7.
 pub const CYCLE_SAMPLES: usize = 110;
 /// Number of frequencies that a [`crate::cycle::CycleDetector`] tries, from 66 to 228 steps per
-/// minute. Ours: over 3.4 seconds, Hann's window shows a wave at half its strength 0.2 Hz beside
-/// its frequency.
+/// minute. Our choice: over 3.4 seconds, Hann's window shows a wave at half its strength 0.2 Hz
+/// beside its frequency.
 pub const CYCLE_FREQUENCIES: usize = 28;
 /// The lowest frequency that a [`crate::cycle::CycleDetector`] tries, Hz.
 pub const CYCLE_LOWEST_HZ: f32 = 1.1;

@@ -124,7 +124,7 @@ fn sin_cos_degrees(degrees: f32) -> (f32, f32) {
     }
 }
 
-/// The least distance of a point in front of a perspective camera's eye, metres.
+/// The minimum distance of a point in front of a perspective camera's eye, metres.
 pub const NEAR_M: f32 = 0.1;
 
 /// The kind of projection.

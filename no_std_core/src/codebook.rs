@@ -189,7 +189,7 @@ impl<'a> Codebook<'a> {
 /// The codebook's parameters of one channel.
 #[derive(Clone, Copy)]
 pub(crate) struct ChannelParameters {
-    /// The most groups that a clip has in this channel.
+    /// The maximum number of groups that a clip has in this channel.
     pub groups: u8,
     usual_groups: u8,
     /// The Rice parameter of the difference from `usual_groups`.

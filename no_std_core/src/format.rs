@@ -34,13 +34,13 @@ pub const WALKS: [u8; 4] = *b"WALK";
 pub const AVATARS: [u8; 4] = *b"AVAT";
 /// Section of the codebook that all clips share ([`crate::codebook`]).
 pub const CODEBOOK: [u8; 4] = *b"CODE";
-/// Section of templates, after a table of their ends.
-pub const TEMPLATES: [u8; 4] = *b"TMPL";
+/// Section of mean walks, after a table of their ends.
+pub const MEAN_WALKS: [u8; 4] = *b"TMPL";
 /// Section of clips, after a table of their ends.
 pub const CLIPS: [u8; 4] = *b"CLIP";
 /// The sections of version 1, in file order.
 pub const SECTION_ORDER: [[u8; 4]; 7] =
-    [NAMES, SUBJECTS, WALKS, AVATARS, CODEBOOK, TEMPLATES, CLIPS];
+    [NAMES, SUBJECTS, WALKS, AVATARS, CODEBOOK, MEAN_WALKS, CLIPS];
 
 /// Bytes of a subject record: name offset `u32`, name length `u8`, sex `u8`,
 /// stature in mm `u16`, mass in 0.1 kg `u16`, avatar `u16`.
@@ -73,7 +73,7 @@ pub const OFFSET_STEP_M: f32 = 1e-4;
 pub const HULL_STEP_M: f32 = 1e-6;
 /// Bits of the width of joint offsets.
 pub const OFFSET_WIDTH_BITS: u32 = 5;
-/// Most bits of a joint offset: 3.2 m.
+/// The maximum number of bits in a joint offset: 3.2 m.
 pub const MAX_OFFSET_WIDTH: u32 = 16;
 /// Bits of a hull's joint.
 pub const JOINT_BITS: u32 = 5;
@@ -120,7 +120,7 @@ pub const GROUPS_BITS: u32 = 6;
 pub const GROUPS_RICE_BITS: u32 = 2;
 /// Bits of a Rice parameter.
 pub const RICE_BITS: u32 = 4;
-/// Greatest Rice parameter.
+/// The greatest Rice parameter.
 pub const MAX_RICE: u32 = (1 << RICE_BITS) - 1;
 /// The number of ones that escape from a Rice code.
 pub const RICE_ESCAPE: u32 = 16;
@@ -140,11 +140,11 @@ pub const CLIP_LOOP: u8 = 1;
 /// Bytes of an uncut clip's header: kind `u8`, scale `u8`, duration in microseconds `u64`, knot
 /// interval in microseconds `u32`, greatest and mean encoding error in 0.01 mm `u16` each, frames
 /// encoded `u32`.
-pub const TAKE_HEADER_BYTES: usize = 22;
+pub const UNCUT_HEADER_BYTES: usize = 22;
 /// Kind of an uncut clip: a motion that does not repeat.
-pub const CLIP_TAKE: u8 = 2;
+pub const CLIP_UNCUT: u8 = 2;
 /// Channels of an uncut clip: those of a loop, and the heading.
-pub const TAKE_CHANNELS: usize = CHANNELS + 1;
+pub const UNCUT_CHANNELS: usize = CHANNELS + 1;
 /// The heading's number among an uncut clip's channels.
 pub const HEADING: usize = CHANNELS;
 /// Bits of a channel's spacing: its knots are 2^spacing intervals apart.
@@ -160,7 +160,7 @@ pub const SPACING_CONSTANT: u32 = (1 << SPACING_BITS) - 1;
 pub const BLOCK_INTERVALS: u64 = 16;
 /// Bits of the width of an integer of an uncut clip.
 pub const INTEGER_WIDTH_BITS: u32 = 5;
-/// Most bits of an integer of an uncut clip: three of them add up within 27 bits.
+/// The maximum number of bits in an integer of an uncut clip: three of them add up within 27 bits.
 pub const MAX_INTEGER_WIDTH: u32 = 25;
 
 /// The first four bytes of every recognizer.

@@ -186,8 +186,8 @@ impl<'a> Hull<'a> {
         self.steps_behind(&mut self.bits.clone())
     }
 
-    /// Returns the length of a step along each axis, metres; of a mirror image, the one along x is
-    /// negative.
+    /// Returns the length of a step along each axis, metres; along x it is negative for a mirror
+    /// image.
     pub(crate) const fn step(&self) -> Vec3 {
         self.step
     }

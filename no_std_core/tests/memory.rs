@@ -74,7 +74,7 @@ const LARGEST: Size = Size::S64x64;
 struct Taken {
     /// The bytes that it still holds.
     kept: isize,
-    /// The most bytes that it held together.
+    /// The maximum number of bytes that it held together.
     peak: usize,
     /// The number of allocations.
     calls: usize,

@@ -32,8 +32,8 @@ pub enum Measure {
     Stance,
     /// Direction of a standing foot against the direction of travel, degrees outwards.
     ToeOut,
-    /// Least height of the sole between a third and nine tenths of the swing above its median in
-    /// the stance, cm.
+    /// The minimum height of the sole between a third and nine tenths of the swing above its median
+    /// in the stance, cm.
     Clearance,
     /// Range of the height of the hips' middle, cm.
     Bob,
@@ -45,7 +45,7 @@ pub enum Measure {
     TrunkLean,
     /// Range of the hip's flexion, degrees.
     HipRange,
-    /// Greatest flexion of the knee, degrees.
+    /// The greatest flexion of the knee, degrees.
     KneePeak,
     /// Range of the knee's flexion, degrees.
     KneeRange,

@@ -65,7 +65,7 @@ const fn gait_name(gait: Gait) -> &'static str {
     }
 }
 
-/// Most by which a spread may differ from the published one, as a share.
+/// The largest amount by which a spread may differ from the published one, as a share.
 const SPREAD: f64 = 0.25;
 
 impl AuditLine {

@@ -2,7 +2,7 @@
 
 use super::memory;
 use super::time_budget::{batch_within, largest};
-use super::timed_model::{First, TimedWork};
+use super::timed_model::{FirstInference, TimedWork};
 use crate::error::Result;
 use crate::score::Recognizer;
 
@@ -36,7 +36,7 @@ const MEMORY: &str = "larger ones would take more memory than there is";
 pub(super) fn batch(
     recognizer: &dyn Recognizer,
     draw: &dyn Fn(usize) -> Result<Vec<f32>>,
-    first: &First,
+    first: &FirstInference,
     work: &TimedWork<'_>,
 ) -> Result<Sized> {
     let &TimedWork {

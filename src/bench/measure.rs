@@ -13,7 +13,9 @@ use super::memory;
 use super::results::{AnswerParts, BareLoops, Energy, LeftOut, ModelResult, Offline, millijoules};
 use super::task::Task;
 use super::time_budget::{Cap, WorkKind};
-use super::timed_model::{First, LoadedModel, TimedWork, Watched, beside, seconds_of, timed};
+use super::timed_model::{
+    FirstInference, LoadedModel, TimedWork, Watched, beside, seconds_of, timed,
+};
 use super::windows::TimingPlan;
 use crate::error::Result;
 use crate::evaluate::contest::Entrant;
@@ -73,7 +75,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
     let cap = Cap::new(task.most, to_come.collect(), task.tell);
     let mut watched = Watched::new(task.root, start, cap);
     let most_s = watched.cap.left_s() / 3.0;
-    let first = First::of(loaded.recognizer.as_ref(), &single, plan, most_s)?;
+    let first = FirstInference::of(loaded.recognizer.as_ref(), &single, plan, most_s)?;
 
     let peak_rss_over_baseline_bytes = loaded.baseline.below(first.peak_rss_bytes);
     let entrants = [Entrant {

@@ -6,7 +6,7 @@ use super::memory;
 use super::results::{LeftOut, Length};
 use super::task::Task;
 use super::time_budget::{Cap, WorkKind};
-use super::timed_model::{First, LoadedModel, TimedWork, Watched, beside};
+use super::timed_model::{FirstInference, LoadedModel, TimedWork, Watched, beside};
 use crate::error::{Error, Result};
 use crate::score::Model;
 use crate::template::Template;
@@ -69,7 +69,7 @@ pub(crate) fn measure_lengths(
         let others = LoadWatch::start(task.root);
         let to_come: usize = lengths[at..].iter().sum();
         let most_s = watched.cap.left_s() * frames as f64 / to_come as f64 / 2.0;
-        let first = First::of(recognizer, &input, plan, most_s)?;
+        let first = FirstInference::of(recognizer, &input, plan, most_s)?;
         // The estimate grows linearly with the frames.
         let full_s = |other: &usize| plan.takes_s(first.call_s * *other as f64 / frames as f64, 1);
         let expected: Vec<f64> = lengths[at..].iter().map(full_s).collect();

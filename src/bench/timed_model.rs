@@ -57,7 +57,7 @@ impl MemoryBaseline {
 }
 
 /// The first inference and the warm-up, which is shorter for slow models.
-pub(super) struct First {
+pub(super) struct FirstInference {
     pub first_ms: f64,
     pub non_finite: usize,
     /// The shortest of these calls, seconds.
@@ -65,7 +65,7 @@ pub(super) struct First {
     pub peak_rss_bytes: Option<u64>,
 }
 
-impl First {
+impl FirstInference {
     pub(super) fn of(
         recognizer: &dyn Recognizer,
         input: &[f32],

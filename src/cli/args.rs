@@ -23,7 +23,7 @@ pub(super) struct Common {
     /// Write the results as JSON; "-" is standard output, and then nothing else is printed there
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Print nothing but errors: no tables, warnings, progress
+    /// Print only errors: no tables, warnings or progress
     #[arg(long)]
     pub quiet: bool,
     /// Replace any existing file; without it, only earlier results of this command are replaced

@@ -7,7 +7,7 @@ mod video;
 use super::args::{Common, FileArgs, ViewArgs};
 use super::drawing::DrawArgs;
 use super::outputs::{Output, OutputKind};
-use super::progress::{self, Doing};
+use super::progress::{self, TimedProgress};
 use super::recognizers::{is_baseline, models, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
 use super::walks::{SelectionArgs, SourceArgs};
@@ -44,7 +44,7 @@ const USUAL_S: f64 = 300.0;
 #[command(
     mut_arg("threads", |threads| threads.value_name("N[,N..]").help("Threads of one inference; each number is measured in turn [default: 1]")),
     mut_arg("views", |views| views.visible_alias("accuracy").help("Viewpoints at which rank-1 is measured: \"paper\" (703), \"side\", or a CSV file with azimuth_deg and elevation_deg [default: paper]")),
-    after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench gaitbase.onnx --max-seconds 60 --frames 1,8,16,32,64\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench mine.onnx --video made        # from video frames to answers\n  edgegait bench mine.onnx --video walk --background empty.png --minutes 10 --json path.json\n  edgegait bench mine.onnx --no-accuracy --threads 1,2,4 --batch 1,8,64 --csv mine.csv\n  edgegait bench --compare pi4.json pi5.json --format markdown --chart boards.svg\n\nEach model is measured in a process of its own: one input at a time, then batches, then drawing\nits input, then both together; last its rank-1, with the same runtime and settings. Results are\nfrom the median window. Values that a machine does not expose are left out."
+    after_help = "Examples:\n  edgegait bench                               # the shipped models, the embedded runtime\n  edgegait bench mine.onnx --runtime ort --ort-lib /path/to/libonnxruntime.so --cpus 2,3 --threads 2\n  edgegait bench gaitbase.onnx --max-seconds 60 --frames 1,8,16,32,64\n  edgegait bench mine.onnx --mlperf --json pi4.json\n  edgegait bench mine.onnx --video made        # from video frames to answers\n  edgegait bench mine.onnx --video walk --background empty.png --minutes 10 --json path.json\n  edgegait bench mine.onnx --no-accuracy --threads 1,2,4 --batch 1,8,64 --csv mine.csv\n  edgegait bench --compare pi4.json pi5.json --format markdown --chart boards.svg\n\nEach model is measured in a process of its own: one input at a time, then batches, then the rendering of its input, then both together, and finally its rank-1, with the same runtime and settings. Results are from the median window. Values that a machine does not expose are left out."
 )]
 pub(super) struct BenchArgs {
     /// ONNX models, and a pack whose walks are their inputs [default: the shipped models, the
@@ -65,9 +65,10 @@ pub(super) struct BenchArgs {
     /// Number of windows
     #[arg(long, value_name = "N", default_value_t = TimingPlan::DEFAULT.windows, value_parser = clap::value_parser!(u32).range(1..=1000))]
     windows: u32,
-    /// Most seconds to measure a model, from its first inference on. If the full measurement would
-    /// take longer, windows, inferences, batches and viewpoints are reduced; results state each
-    /// reduction [default: 300, or twice the requested windows; none with --mlperf]
+    /// Time limit for measuring a model, in seconds from its first inference on. If the full
+    /// measurement would take longer, windows, inferences, batches and viewpoints are reduced;
+    /// results state each reduction [default: 300, or twice the requested windows; none with
+    /// --mlperf]
     #[arg(long, value_name = "S", value_parser = max_seconds)]
     max_seconds: Option<f64>,
     /// Also measure inputs of these lengths in frames, one at a time: consecutive gait cycles of a
@@ -329,7 +330,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     };
     results.header.inputs.extend(source.inputs);
     warn(&mut results);
-    let progress = Doing::new();
+    let progress = TimedProgress::new();
     let here: [&OsStr; 2] = ["--pack-at".as_ref(), pack_at.as_os_str()];
     let all_threads = args.threads();
     let cases = models.iter().enumerate().flat_map(|(index, model)| {

@@ -33,7 +33,7 @@ const SHOWN: usize = 8;
 /// Try a model on both runtimes with a few inputs, and report problems
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait check mine.onnx\n  edgegait check mine.onnx --ort-lib /path/to/libonnxruntime.so --json -\n\nA model passes if it loads, if its answers are finite and depend on its input alone, and if all\navailable runtimes give the same answers. Its rank-1, next to that of the pixel baseline, shows wrong\noutputs, distances or framing. The exit code is 0 without problems, 4 with problems, 1 or 2 after an\nerror."
+    after_help = "Examples:\n  edgegait check mine.onnx\n  edgegait check mine.onnx --ort-lib /path/to/libonnxruntime.so --json -\n\nA model passes if it loads, if its answers are finite and depend on its input alone, and if all available runtimes give the same answers. A rank-1 below that of the pixel baseline indicates wrong outputs, distance or framing. The exit code is 0 without problems, 4 with problems, 1 or 2 after an error."
 )]
 pub(super) struct CheckArgs {
     /// An ONNX model, or a shipped model's name

@@ -30,8 +30,8 @@ pub(super) struct CohortArgs {
     /// packs of more than 999 people, a person's bytes do not depend on the others
     #[arg(long, value_name = "N|A..B", default_value_t = PeopleChoice::First(PEOPLE))]
     people: PeopleChoice,
-    /// Encode each person alone, without searching for the fewest bytes: many times as fast and as
-    /// exact, but walks take about two thirds more bytes
+    /// Encode each person alone, without searching for the fewest bytes: many times as fast, with
+    /// the same error limit, but walks take about two thirds more bytes
     #[arg(long)]
     quick: bool,
     /// Speeds in km/h, 3 to 12; people run from 7.5 on
@@ -58,7 +58,7 @@ pub(super) struct CohortArgs {
         default_missing_value = "for-good"
     )]
     dressed: Option<DressedArg>,
-    /// Measure the decoded, drawn people, and print the results beside published norms
+    /// Measure the decoded and rendered people, and print the results beside published norms
     #[cfg(feature = "import")]
     #[arg(long)]
     audit: bool,
@@ -68,7 +68,7 @@ pub(super) struct CohortArgs {
     pub common: Common,
 }
 
-/// The most people that are encoded together, which takes fewer bytes and more memory.
+/// The maximum number of people that are encoded together, which takes fewer bytes and more memory.
 const MOST_TOGETHER: usize = 999;
 
 /// The people to make.

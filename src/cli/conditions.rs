@@ -1,7 +1,7 @@
 //! Flags that choose the conditions.
 
 use super::args::file_with;
-use crate::confounders::{CATALOGUE, Condition, Conditions, DoseUnit, Draws, NAMES, dose};
+use crate::confounders::{CATALOGUE, Condition, Conditions, DoseUnit, NAMES, RandomDoses, dose};
 use crate::confounders::{Dose, Doses};
 use crate::dataset::{InputFile, ResultHeader};
 use crate::error::{Error, Result};
@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// The flags that choose the conditions.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct ConditionArgs {
-    /// Conditions: casia-b (NM, BG, CL), tum-iitkgp, domain-random (everything at once, sampled),
+    /// Conditions: casia-b (NM, BG, CL), tum-iitkgp, domain-random (all together, sampled),
     /// each (every confounder alone, at strength 1), or a .toml file
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "confound")]
     conditions: Option<String>,
@@ -122,7 +122,11 @@ pub(super) fn listing() -> Result<String> {
 /// Describes the confounders of a condition.
 fn described(condition: &Condition) -> String {
     let own = condition.confounders.to_string();
-    let choices: Vec<String> = condition.one_of.iter().map(Draws::to_string).collect();
+    let choices: Vec<String> = condition
+        .one_of
+        .iter()
+        .map(RandomDoses::to_string)
+        .collect();
     match (own.is_empty(), choices.is_empty()) {
         (true, true) => "nothing".to_owned(),
         (false, true) => own,

@@ -34,7 +34,7 @@ const ELEVATION_DEG: f32 = 10.0;
 /// Measure the effect of each confounder on recognizers, by strength, and its cost
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait confounders                                 # the shipped models, 26 people, azimuth 90, elevation 10, all confounders\n  edgegait confounders pixels cohort.egp --only coat,backpack --views models/spread.csv --json -"
+    after_help = "Examples:\n  edgegait confounders                                 # all confounders, from azimuth 90, elevation 10\n  edgegait confounders pixels cohort.egp --only coat,backpack --views models/spread.csv --json -"
 )]
 pub(super) struct ConfoundersArgs {
     /// ONNX models or "pixels" (the pixel baseline), and a pack [default: the shipped models, the

@@ -20,8 +20,8 @@ pub(super) struct ContractArgs {
     /// An ONNX model
     #[arg(value_name = "MODEL")]
     model: PathBuf,
-    /// Where to write it; "-" is standard output [default: beside the model, where commands expect
-    /// it]
+    /// Where to write the contract; "-" is standard output [default: beside the model, where
+    /// commands expect it]
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
     #[command(flatten)]

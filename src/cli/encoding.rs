@@ -13,16 +13,16 @@ use std::ops::Range;
 /// The flags that choose the encoding.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(super) struct EncodingArgs {
-    /// Greatest encoding error of a walk in mm; the limit of a body is two fifths of it, at most 4
+    /// Maximum encoding error of a walk in mm; the limit of a body is two fifths of it, at most 4
     /// mm
     /// [default: 5; 1 with a body that is fitted to a mesh]
     #[arg(long, value_name = "E")]
     max_error_mm: Option<f64>,
-    /// Most bytes of the pack; the smallest error that fits is searched for, from 0.1 mm on
+    /// Maximum size of the pack in bytes; chooses the smallest error that fits, from 0.1 mm on
     #[arg(long, value_name = "N", conflicts_with = "max_error_mm")]
     budget_bytes: Option<usize>,
-    /// Most points of all hulls of a body, 64 to 768: the farthest points are kept. A body that is
-    /// fitted to a mesh is fitted with this many, 96 to 512 [default: all; 384]
+    /// Maximum number of points in all hulls of a body, 64 to 768: the farthest points are kept. A
+    /// body that is fitted to a mesh is fitted with this many, 96 to 512 [default: all; 384]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(64..=768))]
     pub hull_points: Option<u16>,
     /// Choose the error and hull points with the fewest bytes whose GEIs differ by at most this

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// Measure speed, bytes and error of every configuration, and mark the Pareto set
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait frontier                       # people of the built-in cohort, encoded in every way\n  edgegait frontier cmu.egp --json -      # a pack's walks as they are stored\n\nThe reference of errors is exact coverage (16x16 samples a pixel, f64) of the finest motion: for the\nbuilt-in people, their finest encoding with 128 frames a cycle; for a pack, its own motion. Rank-1 is\nthat of the shipped models on the built-in cohort. Times differ between runs, and with them the\nPareto set; all other results are the same on every run."
+    after_help = "Examples:\n  edgegait frontier                       # people of the built-in cohort, encoded in every way\n  edgegait frontier cmu.egp --json -      # a pack's walks as they are stored\n\nErrors are measured against exact coverage (16x16 samples a pixel, f64) of the finest motion: for the built-in people, their finest encoding with 128 frames a cycle; for a pack, its own motion. Rank-1 is measured with the shipped models on the built-in cohort. Times differ between runs, and with them the Pareto set; all other results are the same on every run."
 )]
 pub(super) struct FrontierArgs {
     /// A pack [default: people of the built-in cohort]

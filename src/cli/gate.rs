@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 /// Check results against limits, alone or relative to a baseline, so that a build can fail
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait gate --init bench.json > limits.toml       # limits to begin with\n  edgegait gate limits.toml bench.json main.json\n  edgegait gate limits.toml 1.json main-1.json --run 2.json,3.json --baseline-run main-2.json\n  edgegait gate limits.toml score.json main.json --markdown comment.md --junit gate.xml\n\nA limit names a value by the keys of the JSON results, as in models[mine].p50_us or\nrecognizers[mine].probe_sets[BG].rank1; [*] stands for all of them. Times have an interval, from their\nwindows and runs. A limit within that interval cannot be decided, nor can a miss while other\nprocesses kept the machine busy. Rank-1 is compared with a baseline's on the same probes, with an\ninterval over people. The exit code is 0 if all limits hold, 4 if one is missed, 3 if one cannot be\ndecided and none is missed, 1 or 2 after an error."
+    after_help = "Examples:\n  edgegait gate --init bench.json > limits.toml       # a first set of limits\n  edgegait gate limits.toml bench.json main.json\n  edgegait gate limits.toml 1.json main-1.json --run 2.json,3.json --baseline-run main-2.json\n  edgegait gate limits.toml score.json main.json --markdown comment.md --junit gate.xml\n\nA limit names a value by the keys of the JSON results, as in models[mine].p50_us or recognizers[mine].probe_sets[BG].rank1; [*] stands for all of them. Times have an interval, from their windows and runs. A limit within that interval cannot be decided, nor can a miss while other processes kept the machine busy. Rank-1 is compared with a baseline's on the same probes, with an interval over people. The exit code is 0 if all limits hold, 4 if one is missed, 3 if one cannot be decided and none is missed, 1 or 2 after an error."
 )]
 pub(super) struct GateArgs {
     /// The limits (TOML), the results to check, and the results of a baseline
@@ -30,7 +30,7 @@ pub(super) struct GateArgs {
     /// Leave out limits relative to a baseline, if there is none yet
     #[arg(long, conflicts_with_all = ["baseline_run", "init"])]
     without_baseline: bool,
-    /// Print limits to begin with, from these results, and check nothing
+    /// Print a first set of limits from these results, and check nothing
     #[arg(long, value_name = "RESULT", conflicts_with_all = ["files", "run", "baseline_run", "markdown", "junit", "bencher", "json"])]
     init: Option<PathBuf>,
     /// Write a table for a pull request

@@ -26,7 +26,7 @@ use std::time::Instant;
 /// file of about twenty lines
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Built-in designs: casia-b-like (124 people, 11 viewpoints, NM, BG and CL), domain-random\n(1,000 dressed people of 18 to 80 years, everything varied at once). A design of your own:\n\n  seed = 7\n  conditions = \"casia-b\"                # or [[conditions]], as `sweep --conditions` reads them\n  [population]\n  people = \"0..1000\"                    # or [splits]\n  age_years = [18, 80]\n  dressed = \"per-take\"                  # or \"for-good\" or \"never\"\n  [walks]\n  speeds_kmh = { uniform = [3, 7], walks = 2 }   # or [4, 5, 6]\n  takes = 2\n  cycles = 1                            # of each take\n  [views]\n  azimuth_deg = { uniform = [0, 360] }  # or [0, 45, 90]\n  elevation_deg = [0]\n  count = 8                             # drawn for each cycle\n  [images]\n  template = \"gei\"\n  size = \"64x44\"\n  raster = \"rows\"\n\nExamples:\n  edgegait generate casia-b-like --out casia --people 4\n  edgegait generate design.toml --out sets"
+    after_help = "Built-in designs: casia-b-like (124 people, 11 viewpoints, NM, BG and CL), domain-random (1,000 dressed people of 18 to 80 years, everything varied together). A design of your own:\n\n  seed = 7\n  conditions = \"casia-b\"                # or [[conditions]], as `sweep --conditions` reads them\n  [population]\n  people = \"0..1000\"                    # or [splits]\n  age_years = [18, 80]\n  dressed = \"per-take\"                  # or \"for-good\" or \"never\"\n  [walks]\n  speeds_kmh = { uniform = [3, 7], walks = 2 }   # or [4, 5, 6]\n  takes = 2\n  cycles = 1                            # of each take\n  [views]\n  azimuth_deg = { uniform = [0, 360] }  # or [0, 45, 90]\n  elevation_deg = [0]\n  count = 8                             # sampled for each cycle\n  [images]\n  template = \"gei\"\n  size = \"64x44\"\n  raster = \"rows\"\n\nExamples:\n  edgegait generate casia-b-like --out casia --people 4\n  edgegait generate design.toml --out sets"
 )]
 pub(super) struct GenerateArgs {
     /// The name of a built-in design, or a .toml file
@@ -35,7 +35,7 @@ pub(super) struct GenerateArgs {
     /// Folder to write: a dataset, or a subfolder with a dataset for each split
     #[arg(long, value_name = "PATH", default_value = "generated")]
     out: PathBuf,
-    /// Most people of each split, to try a design
+    /// Maximum number of people in each split, to try a design
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     people: Option<u32>,
     #[command(flatten)]
@@ -243,7 +243,7 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
         peak_rss_bytes: peak_rss_bytes(),
     };
     let what = match *design.images.wanted.templates.as_slice() {
-        [Template::Silhouettes] => "rows of silhouettes".to_owned(),
+        [Template::Silhouettes] => "silhouette sequences".to_owned(),
         [template] => template.plural().to_owned(),
         ref several => format!("rows of {} templates", several.len()),
     };

@@ -37,7 +37,7 @@ fn flag(error: &Error) -> String {
             | C::Processors { .. } => "--".into(),
             C::NoImage(_) | C::Augmented(_) => "--augment: ".into(),
             C::Crops { steps, rows, .. } => format!("--crop-steps {steps} --crop-rows {rows}: "),
-            C::NotMeasured { .. } | C::TakeHasNoGei { .. } => "--max-gei-rmse: ".into(),
+            C::NotMeasured { .. } | C::UncutHasNoGei { .. } => "--max-gei-rmse: ".into(),
             C::CyclesAreRecorded(_) => "--cycles: ".into(),
             C::NoLibrary { .. } => "--runtime ort: ".into(),
             C::BareEmbedded => "--bare: ".into(),
@@ -93,7 +93,7 @@ fn way_out(error: &Error) -> Option<String> {
             C::NotMeasured { .. } => {
                 "use --framing height and --lens ortho, or choose --raster, --jitter and --frames-per-cycle yourself"
             }
-            C::TakeHasNoGei { .. } => "omit --track clip, or use --max-error-mm",
+            C::UncutHasNoGei { .. } => "omit --track clip, or use --max-error-mm",
             C::NoCondition { .. } => "--conditions",
             C::NoLibrary { .. } => "give its path with --ort-lib",
             C::EmbeddedProvider(_) | C::BareEmbedded => "use --runtime ort",
@@ -103,10 +103,10 @@ fn way_out(error: &Error) -> Option<String> {
             _ => return None,
         },
         Error::Sweep(error) => match error {
-            SweepError::TakeHasNoCycle(_) => {
+            SweepError::UncutHasNoCycle(_) => {
                 "import it without --track clip, or choose others with --walks"
             }
-            SweepError::TakeHasNoVariations(_) => "omit --cycle",
+            SweepError::UncutHasNoVariations(_) => "omit --cycle",
             _ => return None,
         },
         Error::Evaluate(error) => match error {

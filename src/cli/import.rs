@@ -14,7 +14,7 @@ use crate::files::write_bytes;
 use crate::import::EXTENSIONS;
 use crate::inspect::{Summary, optional};
 use crate::people::Subject;
-use crate::people::cutting::stance::Skate;
+use crate::people::cutting::stance::FootSlide;
 use crate::people::recorded::{Keep, ReadOptions, Recording, Smoothing, SubjectName};
 use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
@@ -30,7 +30,7 @@ use std::path::{Path, PathBuf};
 /// whole, encode as a pack
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait import clips/cmu_amc/s07/*.amc --out s07.egp\n  edgegait import turn.bvh --track clip --out turn.egp\n  edgegait import walk.bvh --subject anna --stature-m 1.68 --mass-kg 61 --sex female --out anna.egp\n  edgegait import walks --bodies people.csv --out walks.egp\n  edgegait import anna.glb --clip walk --track clip --out anna.egp\n  edgegait import walks --body anna.glb --hull-points 256 --out as-anna.egp\n\nA take is named after its file, and its subject after the part of that name before the last\n\"_\" (07_01.amc is take 07_01 of subject 07). An .amc file is read with the .asf file beside it.\nA .glb or .gltf file is a body: its subject has the file's name, and its take the clip's name. With\n--track clip it stays where the file places it."
+    after_help = "Examples:\n  edgegait import clips/cmu_amc/s07/*.amc --out s07.egp\n  edgegait import turn.bvh --track clip --out turn.egp\n  edgegait import walk.bvh --subject anna --stature-m 1.68 --mass-kg 61 --sex female --out anna.egp\n  edgegait import walks --bodies people.csv --out walks.egp\n  edgegait import anna.glb --clip walk --track clip --out anna.egp\n  edgegait import walks --body anna.glb --hull-points 256 --out as-anna.egp\n\nA take is named after its file, and its subject after the part of that name before the last \"_\" (07_01.amc is take 07_01 of subject 07). An .amc file is read with the .asf file beside it. A .glb or .gltf file is a body: its subject has the file's name, and its take the clip's name. With --track clip the body stays where the file places it."
 )]
 pub(super) struct ImportArgs {
     /// Files, or folders of files
@@ -152,7 +152,7 @@ struct ClipResult {
     lean_deg: f64,
     /// Distance between the source's joints and the canonical ones, root mean square.
     residual_mm: f64,
-    /// Greatest distance that closing moved a joint of any cycle.
+    /// The greatest distance that closing moved a joint of any cycle.
     closure_mm: Option<f64>,
     /// Distance that a standing foot slides on the walking body: mean over the stances, and
     /// maximum.
@@ -395,14 +395,14 @@ fn clip_results(
         let cut = recording.cut.as_ref();
         let closures = cut.map(|cut| cut.cycles.iter().map(|cut| cut.cycle.closure_mm));
         let subject = people.iter().find(|one| one.name == recording.subject);
-        let skates: Vec<Skate> = subject.map_or_else(Vec::new, |subject| {
+        let skates: Vec<FootSlide> = subject.map_or_else(Vec::new, |subject| {
             let walks = subject.walks.iter();
             let own = walks.filter(|walk| walk.name == recording.name);
             own.filter_map(|walk| walk.skate(&subject.body)).collect()
         });
         let skates = (!skates.is_empty()).then_some(skates);
         let own = subject.map_or_else(Vec::new, |subject| recording.own_skates(&subject.body));
-        let mean = |skates: &[Skate]| {
+        let mean = |skates: &[FootSlide]| {
             skates.iter().map(|skate| skate.mean_mm).sum::<f64>() / skates.len() as f64
         };
         let mut warnings = recording.warnings();

@@ -14,7 +14,7 @@ pub(super) struct InspectArgs {
     /// The pack
     #[arg(value_name = "PACK")]
     pack: PathBuf,
-    /// Measure the decoded, drawn people, and print the results beside published norms
+    /// Measure the decoded and rendered people, and print the results beside published norms
     #[cfg(feature = "import")]
     #[arg(long)]
     audit: bool,

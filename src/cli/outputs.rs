@@ -13,7 +13,7 @@ use std::fs::{self, Metadata};
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-/// Most bytes of a file that are read to recognize it.
+/// The maximum number of bytes in a file that are read to recognize it.
 const MAX_READ: u64 = 1 << 28;
 
 /// The kind of an output, by which an earlier result is recognized.
@@ -135,7 +135,7 @@ impl Output {
             };
             if let Some(input) = is_input(&path, inputs) {
                 return refuse(format!(
-                    "{part}is {}, which this command reads (name another)",
+                    "{part}is the same file as {}, which this command reads (name another)",
                     input.display()
                 ));
             }

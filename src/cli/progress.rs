@@ -237,14 +237,14 @@ pub(super) fn time_of(seconds: f64) -> String {
 
 /// Shows the current work and a remaining time that the caller states.
 #[derive(Debug)]
-pub(super) struct Doing {
+pub(super) struct TimedProgress {
     bar: Option<ProgressBar>,
     /// The last printed work, and when it was printed.
     printed: Mutex<(String, Instant)>,
     stop: Stop,
 }
 
-impl Doing {
+impl TimedProgress {
     /// Starts the display.
     #[must_use]
     pub(super) fn new() -> Self {
@@ -286,7 +286,7 @@ impl Doing {
     }
 }
 
-impl Drop for Doing {
+impl Drop for TimedProgress {
     fn drop(&mut self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();

@@ -65,7 +65,7 @@ struct QuantizeResults {
     bytes: usize,
     classes: usize,
     weights: usize,
-    /// Greatest difference between the model's scores and an affine function, as a share of the
+    /// The greatest difference between the model's scores and an affine function, as a share of the
     /// effect of pixels on the scores.
     affine_deviation: f64,
     #[serde(flatten)]

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::report::{cells, contact_sheet, write_png};
 #[cfg(feature = "plots")]
 use crate::report::{condition_gallery, template_gallery};
-use crate::sweep::{Job, Moments, Settings, Shot, is_take, silhouettes, walk_name};
+use crate::sweep::{Job, Moments, Settings, Shot, is_uncut, silhouettes, walk_name};
 use crate::template::{Builder, Template, TemplateShape};
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
@@ -205,7 +205,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
             walks.len()
         )));
     }
-    let take = walks.iter().copied().find(|&walk| is_take(&pack, walk));
+    let take = walks.iter().copied().find(|&walk| is_uncut(&pack, walk));
     if let (Moments::Cycle, Some(take)) = (moments, take) {
         return Err(Error::Usage(format!(
             "{} is an uncut motion, not a cycle: choose its frames with --fps F --frames N, and --start-s S for a later start",

@@ -47,7 +47,7 @@ const SHOWN_PEOPLE: usize = 3;
 /// Score recognizers on walks seen from many viewpoints, and write a report
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait score                                # the shipped models, 26 people, 703 viewpoints\n  edgegait score mine.onnx cohort.egp --walks walk-5kmh --views side --json -\n  edgegait score --runtime ort --ort-lib /path/to/libonnxruntime.so\n\nIf a model has classes for all people, probes are cycles that training has not seen, and the\nhighest class score decides. Otherwise the gallery is each person's first take at the model's\ntraining viewpoints, probes are the other takes, and the nearest embedding decides."
+    after_help = "Examples:\n  edgegait score                                # the shipped models, 26 people, 703 viewpoints\n  edgegait score mine.onnx cohort.egp --walks walk-5kmh --views side --json -\n  edgegait score --runtime ort --ort-lib /path/to/libonnxruntime.so\n\nIf a model has classes for all people, probes are cycles that training has not seen, and the highest class score decides. Otherwise the gallery is each person's first take at the model's training viewpoints, probes are the other takes, and the nearest embedding decides."
 )]
 pub(super) struct ScoreArgs {
     /// ONNX models or "pixels" (the pixel baseline), and a pack, a dataset or a tree of silhouettes

@@ -15,7 +15,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// The most frames of a sequence that `score` and `train` read.
+/// The maximum number of frames in a sequence that `score` and `train` read.
 const MOST_READ: usize = 10_000;
 
 /// Segment a video of one walker into silhouettes, by background subtraction in LAB and two

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// The most files that are named for a shared warning.
+/// The maximum number of files that are named for a shared warning.
 const NAMED: usize = 3;
 
 /// A warning, and the names of the files that it is about.

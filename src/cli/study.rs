@@ -18,7 +18,7 @@ const AZIMUTHS_DEG: [f32; 3] = [90.0, 45.0, 0.0];
 /// recognizers trained on one work on the other
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait study people mocap --manifest people.csv          # REAL silhouettes, folders of recordings\n  edgegait study people mocap --manifest people.csv --full   # all masks, both framings, flips and crops\n  edgegait study                                             # the synthetic part alone\n\nThe manifest is a CSV file with a row for each take and view: id, take, view and source, and, where they\nare known, azimuth, elevation, fps, cycles (a-b;c-d, frames from 0), lhs (left contacts), source_root,\nsource_frames_30fps and distance_m. Measurements of the people are read from bodies.csv beside it."
+    after_help = "Examples:\n  edgegait study people mocap --manifest people.csv          # real silhouettes and recordings\n  edgegait study people mocap --manifest people.csv --full   # all masks, framings, flips, crops\n  edgegait study                                             # the synthetic part alone\n\nThe manifest is a CSV file with a row for each take and view: id, take, view and source, and, where known, azimuth, elevation, fps, cycles (a-b;c-d, frames from 0), lhs (left contacts), source_root, source_frames_30fps and distance_m. Measurements of the people are read from bodies.csv beside it."
 )]
 pub(super) struct StudyArgs {
     /// A tree of real silhouettes, <person>/<take>/<view>/ [default: none; only the synthetic part,

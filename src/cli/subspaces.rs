@@ -12,7 +12,7 @@ pub(super) struct SubspaceArgs {
     /// [default: 2]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=80))]
     eigenvectors: Option<u16>,
-    /// Most discriminants of each subspace
+    /// Maximum number of discriminants of each subspace
     /// [default: 10]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=128))]
     discriminants: Option<u16>,

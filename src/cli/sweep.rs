@@ -18,7 +18,7 @@ use crate::dataset::{
 use crate::error::{Error, Result};
 use crate::frontier::choose;
 use crate::sequences::PackSource;
-use crate::sweep::{Job, Settings, TAKE_FPS, Views, Wanted, is_take, walk_name};
+use crate::sweep::{Job, Settings, UNCUT_FPS, Views, Wanted, is_uncut, walk_name};
 use crate::template::Template;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
@@ -34,7 +34,7 @@ const OUT: &str = "dataset";
 #[derive(Debug, clap::Args)]
 #[command(
     mut_arg("pack", |arg| arg.value_name("PACK|TREE").help("A pack, or a tree of silhouettes (<person>/<take>/<view>/), which is cut into gait cycles [default: the built-in cohort of 26 people]")),
-    after_help = "Examples:\n  edgegait sweep --out dataset                 # 26 people at 5 km/h, 703 viewpoints\n  edgegait sweep cohort.egp --views side --cycles 8 --out side --json -\n  edgegait sweep --views side --template mhi --augment flip,crop --out mhi\n  edgegait sweep --views side --template gei,silhouettes --joints --out sequences\n  edgegait sweep --views side --conditions casia-b --format opengait --out tree\n  edgegait sweep tree --fps 30 --out geis       # a template of each gait cycle of a tree's recordings\n  edgegait sweep --shard 1/3 --out one    # the others elsewhere; then: edgegait merge one two three --out whole\n  edgegait sweep cohort.egp --cycles 250 --raster columns --framing cycle --digest"
+    after_help = "Examples:\n  edgegait sweep --out dataset                 # 26 people at 5 km/h, 703 viewpoints\n  edgegait sweep cohort.egp --views side --cycles 8 --out side --json -\n  edgegait sweep --views side --template mhi --augment flip,crop --out mhi\n  edgegait sweep --views side --template gei,silhouettes --joints --out sequences\n  edgegait sweep --views side --conditions casia-b --format opengait --out tree\n  edgegait sweep tree --fps 30 --out geis       # a template of each gait cycle of a tree\n  edgegait sweep --shard 1/3 --out one    # then: edgegait merge one two three --out whole\n  edgegait sweep cohort.egp --cycles 250 --raster columns --framing cycle --digest"
 )]
 pub(super) struct SweepArgs {
     #[command(flatten)]
@@ -275,8 +275,8 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
         .with("walks", walks.len())
         .with("first_cycle", cycles.start)
         .with("cycles", cycles.len());
-    let has_takes = firsts.iter().any(|job| is_take(&pack, job.walk));
-    if let Some(fps) = args.fps.or(has_takes.then_some(TAKE_FPS)) {
+    let has_takes = firsts.iter().any(|job| is_uncut(&pack, job.walk));
+    if let Some(fps) = args.fps.or(has_takes.then_some(UNCUT_FPS)) {
         header = header.with("fps", fps);
     }
     if let Some(choice) = &choice {
@@ -390,7 +390,7 @@ impl SweepArgs {
         let walks: Vec<_> = pack.walks().collect();
         let subjects: Vec<_> = pack.subjects().collect();
         for &job in jobs {
-            if varied && is_take(pack, job.walk) {
+            if varied && is_uncut(pack, job.walk) {
                 return Err(Error::Usage(format!(
                     "--cycles, --first-cycle: {} is an uncut motion, which has no variations",
                     walk_name(pack, job.walk)
@@ -449,12 +449,12 @@ impl SweepArgs {
             digest: made.digest,
         };
         let what = match *wanted.templates.as_slice() {
-            [Template::Silhouettes] => "rows of silhouettes".to_owned(),
+            [Template::Silhouettes] => "silhouette sequences".to_owned(),
             [template] => template.plural().to_owned(),
             ref several => format!("rows of {} templates", several.len()),
         };
         self.common.say(format_args!(
-            "{}: {} {what} of {} silhouettes in {:.1} s, {:.0} silhouettes a second on {} threads; {:.2} % of the figures lay outside the image",
+            "{}: {} {what} from {} silhouettes in {:.1} s, {:.0} silhouettes a second on {} threads; {:.2} % of the figures lay outside the image",
             made.said,
             results.geis,
             results.silhouettes,
@@ -467,7 +467,7 @@ impl SweepArgs {
     }
 }
 
-/// Most bytes of the templates of one walk: four walks in memory take a gigabyte.
+/// The maximum number of bytes in the templates of one walk: four walks in memory take a gigabyte.
 const MOST_BYTES: usize = 1 << 28;
 
 /// Parses the value of `--fps`.

@@ -28,7 +28,7 @@ use crate::train::{
     Analysed, Components, LinearModel, Real, Samples, TrainMethod, TrainOptions, feature_choice,
     onnx,
 };
-use fitting::How;
+use fitting::FittingMethod;
 use mix::MixArgs;
 use serde::Serialize;
 use sources::{Gathered, SourceResult, gathered};
@@ -175,17 +175,21 @@ pub(super) fn run(args: &TrainArgs) -> Result<()> {
         header
     };
     let header = match how {
-        How::Linear(_) => header.with("precision", args.precision.name()),
+        FittingMethod::Linear(_) => header.with("precision", args.precision.name()),
         _ => header,
     };
     let models = match (how, args.precision) {
-        (How::Linear(method), Precision::F64) => linear::<f64>(args, method, &outs, &samples)?,
-        (How::Linear(method), Precision::F32) => linear::<f32>(args, method, &outs, &samples)?,
-        (How::FeatureChoice, _) => vec![feature_choice(args, &outs[0], &samples)?],
-        (How::GaborSubspaces(subspaces), _) => {
+        (FittingMethod::Linear(method), Precision::F64) => {
+            linear::<f64>(args, method, &outs, &samples)?
+        }
+        (FittingMethod::Linear(method), Precision::F32) => {
+            linear::<f32>(args, method, &outs, &samples)?
+        }
+        (FittingMethod::FeatureChoice, _) => vec![feature_choice(args, &outs[0], &samples)?],
+        (FittingMethod::GaborSubspaces(subspaces), _) => {
             vec![gabor_subspaces(args, &outs[0], &samples, subspaces)?]
         }
-        (How::ViewTransformation, _) => view_transformation(args, &outs, &samples)?,
+        (FittingMethod::ViewTransformation, _) => view_transformation(args, &outs, &samples)?,
     };
     if models.len() > 1 {
         args.common.say(format_args!(
@@ -232,7 +236,7 @@ impl TrainArgs {
         }
     }
 
-    fn how(&self) -> Result<How> {
+    fn how(&self) -> Result<FittingMethod> {
         let usage = |text: String| Err(Error::Usage(text));
         let method = self.method;
         if self.svm_c.is_some() && method != MethodArg::Svm {
@@ -247,28 +251,28 @@ impl TrainArgs {
             );
         }
         let how = match method {
-            MethodArg::Lda => How::Linear(TrainMethod::LDA),
-            MethodArg::RealSynthetic => How::Linear(TrainMethod::RealSynthetic {
+            MethodArg::Lda => FittingMethod::Linear(TrainMethod::LDA),
+            MethodArg::RealSynthetic => FittingMethod::Linear(TrainMethod::RealSynthetic {
                 crops: self.augment.crops(),
             }),
             MethodArg::Svm => match self.svm_c.unwrap_or(1.0) {
-                c if c > 0.0 && c.is_finite() => How::Linear(TrainMethod::Svm { c }),
+                c if c > 0.0 && c.is_finite() => FittingMethod::Linear(TrainMethod::Svm { c }),
                 c => return usage(format!("--svm-c: expected a C above 0, found {c}")),
             },
-            MethodArg::FeatureChoice => How::FeatureChoice,
+            MethodArg::FeatureChoice => FittingMethod::FeatureChoice,
             MethodArg::GaborSubspaces => {
-                How::GaborSubspaces(self.subspaces.subspaces(self.common.seed))
+                FittingMethod::GaborSubspaces(self.subspaces.subspaces(self.common.seed))
             }
-            MethodArg::ViewTransformation => How::ViewTransformation,
+            MethodArg::ViewTransformation => FittingMethod::ViewTransformation,
         };
-        let is_linear = matches!(how, How::Linear(_));
+        let is_linear = matches!(how, FittingMethod::Linear(_));
         if !how.has_components() && self.components != [USUAL_COMPONENTS] {
             return usage("--components: this method has no principal components".into());
         }
         if !is_linear && self.precision != Precision::F64 {
             return usage("--precision applies to lda, real-synthetic and svm".into());
         }
-        if matches!(how, How::ViewTransformation) && self.augmentation()?.flip {
+        if matches!(how, FittingMethod::ViewTransformation) && self.augmentation()?.flip {
             return usage(
                 "--augment flip: a mirrored template shows another viewpoint, and --method view-transformation learns viewpoints"
                     .into(),

@@ -5,16 +5,16 @@ use crate::dataset::ResultHeader;
 use crate::error::Result;
 use crate::gait_cycles::CycleFinder;
 use crate::sequences::Recordings;
-use crate::sweep::TAKE_FPS;
+use crate::sweep::UNCUT_FPS;
 
-/// The most recordings without cycles that are named.
+/// The maximum number of recordings without cycles that are named.
 const NAMED: usize = 5;
 
 /// The flags that choose how recordings are cut.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct CuttingArgs {
     /// Frames a second of a tree's recordings, to find gait cycles [default: 25; the cycles of a
-    /// tree that EdgeGait made are known]
+    /// tree that EdgeGait wrote are known]
     #[arg(long, value_name = "F", conflicts_with = "whole_recordings")]
     fps: Option<f32>,
     /// Make one template of each whole recording of a tree, not of each gait cycle
@@ -57,7 +57,7 @@ impl CuttingArgs {
             *header = header.clone().with("frames_per_cycle", frames);
             return recordings.in_even_cycles(frames);
         }
-        let fps = self.fps.unwrap_or(TAKE_FPS as f32);
+        let fps = self.fps.unwrap_or(UNCUT_FPS as f32);
         let finder = CycleFinder::new(fps)?;
         let all = recordings.len();
         let progress = Progress::new("recordings", all);

@@ -2,7 +2,7 @@
 
 use super::catalogue::{CATALOGUE, Confounder};
 use super::dose::{Dose, Doses};
-use super::random_strength::{Draw, Draws};
+use super::random_strength::{RandomDose, RandomDoses};
 use crate::error::{Error, Result};
 use crate::named_or_file::toml_of;
 use serde::{Deserialize, Serialize};
@@ -33,10 +33,10 @@ pub struct Condition {
     pub seed: u64,
     /// The confounders that act on every person.
     #[serde(default)]
-    pub confounders: Draws,
+    pub confounders: RandomDoses,
     /// Alternatives, of which one is chosen at random for each person.
     #[serde(default)]
-    pub one_of: Vec<Draws>,
+    pub one_of: Vec<RandomDoses>,
 }
 
 impl Condition {
@@ -54,16 +54,16 @@ impl Condition {
     /// Returns the confounders of the condition with alternative number `choice` (any number), in
     /// the order of application.
     #[must_use]
-    pub fn draws(&self, choice: usize) -> Vec<&Draw> {
+    pub fn draws(&self, choice: usize) -> Vec<&RandomDose> {
         let chosen = self.alternative(choice);
-        let chosen = chosen.into_iter().flat_map(Draws::list);
-        let mut draws: Vec<&Draw> = self.confounders.list().iter().chain(chosen).collect();
+        let chosen = chosen.into_iter().flat_map(RandomDoses::list);
+        let mut draws: Vec<&RandomDose> = self.confounders.list().iter().chain(chosen).collect();
         draws.sort_by_key(|draw| draw.kind);
         draws
     }
 
     /// Returns alternative number `choice` (any number), or `None` if there are no alternatives.
-    fn alternative(&self, choice: usize) -> Option<&Draws> {
+    fn alternative(&self, choice: usize) -> Option<&RandomDoses> {
         let at = choice.checked_rem(self.one_of.len())?;
         self.one_of.get(at)
     }
@@ -78,7 +78,7 @@ impl Condition {
     /// Returns whether the same confounders act on every person, at fixed strengths.
     #[must_use]
     pub fn is_fixed(&self) -> bool {
-        self.one_of.is_empty() && self.confounders.list().iter().all(Draw::is_fixed)
+        self.one_of.is_empty() && self.confounders.list().iter().all(RandomDose::is_fixed)
     }
 
     fn problem(&self) -> Option<String> {
@@ -100,7 +100,7 @@ impl Condition {
         let twice = self
             .one_of
             .iter()
-            .flat_map(Draws::list)
+            .flat_map(RandomDoses::list)
             .find(|draw| own.iter().any(|other| other.kind == draw.kind));
         twice.map(|draw| {
             format!(
@@ -231,7 +231,7 @@ mod tests {
         assert_eq!(names("tum-iitkgp"), configurations);
         for set in ["casia-b", "tum-iitkgp"] {
             let first = &Conditions::named(set).expect("built in").list[0];
-            assert_eq!(first.draws(0), Vec::<&Draw>::new());
+            assert_eq!(first.draws(0), Vec::<&RandomDose>::new());
         }
     }
 

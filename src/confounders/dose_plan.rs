@@ -1,7 +1,7 @@
 //! The doses of a condition for one cycle of a walk, sampled where the condition is random.
 
 use super::dose::{Dose, Doses};
-use super::random_strength::{Draw, Per};
+use super::random_strength::{Per, RandomDose};
 use super::{Condition, ConfounderKind, Stage};
 use crate::people::variation::{CYCLES_OF_A_TAKE, CycleSeed};
 use edgegait_core::format::crc32;
@@ -33,7 +33,7 @@ impl DosePlan {
     }
 
     /// Samples one confounder's dose for this cycle.
-    fn drawn(&self, draw: &Draw) -> Dose {
+    fn drawn(&self, draw: &RandomDose) -> Dose {
         let name = u64::from(crc32(draw.kind.confounder().name.as_bytes())) << 32;
         let of = &self.of;
         let parts = match draw.per {

@@ -21,4 +21,4 @@ pub use condition::{Condition, Conditions, NAMES, NORMAL};
 pub use dose::{Dose, Doses};
 pub use dose_plan::DosePlan;
 pub use parse::dose;
-pub use random_strength::{Draw, Draws, Per, StrengthSpread};
+pub use random_strength::{Per, RandomDose, RandomDoses, StrengthSpread};

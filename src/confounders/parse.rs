@@ -2,7 +2,7 @@
 
 use super::catalogue::{CATALOGUE, ConfounderKind, DoseUnit, named};
 use super::dose::Dose;
-use super::random_strength::{Draw, Draws, Per, StrengthSpread, range};
+use super::random_strength::{Per, RandomDose, RandomDoses, StrengthSpread, range};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, Deserializer, MapAccess, Visitor};
 use serde::ser::SerializeMap as _;
@@ -120,10 +120,10 @@ struct Distribution {
 }
 
 impl WrittenDose {
-    fn draw(self, kind: ConfounderKind) -> Result<Draw, String> {
+    fn draw(self, kind: ConfounderKind) -> Result<RandomDose, String> {
         let written = match self {
             Self::Amount(amount) => {
-                return Ok(Draw {
+                return Ok(RandomDose {
                     kind,
                     chance: 1.0,
                     spread: StrengthSpread::Fixed(amount.strength(kind)?),
@@ -173,7 +173,7 @@ impl WrittenDose {
                 ));
             }
         };
-        Ok(Draw {
+        Ok(RandomDose {
             kind,
             chance,
             spread,
@@ -215,7 +215,7 @@ impl<'de> Visitor<'de> for WrittenVisitor {
     }
 }
 
-impl<'de> Deserialize<'de> for Draws {
+impl<'de> Deserialize<'de> for RandomDoses {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_map(DrawsVisitor)
     }
@@ -224,7 +224,7 @@ impl<'de> Deserialize<'de> for Draws {
 struct DrawsVisitor;
 
 impl<'de> Visitor<'de> for DrawsVisitor {
-    type Value = Draws;
+    type Value = RandomDoses;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(
@@ -232,17 +232,17 @@ impl<'de> Visitor<'de> for DrawsVisitor {
         )
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Draws, A::Error> {
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<RandomDoses, A::Error> {
         let mut draws = Vec::new();
         while let Some((name, written)) = map.next_entry::<String, WrittenDose>()? {
             let draw = kind(&name).and_then(|kind| written.draw(kind));
             draws.push(draw.map_err(de::Error::custom)?);
         }
-        Ok(Draws::new(draws))
+        Ok(RandomDoses::new(draws))
     }
 }
 
-impl Serialize for Draws {
+impl Serialize for RandomDoses {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_map(
             self.list()
@@ -253,7 +253,7 @@ impl Serialize for Draws {
 }
 
 /// Writes the same form as conditions use.
-impl Serialize for Draw {
+impl Serialize for RandomDose {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         if let (StrengthSpread::Fixed(strength), true) = (&self.spread, self.is_fixed()) {
             return serializer.serialize_f64(*strength);

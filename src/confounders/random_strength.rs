@@ -39,7 +39,7 @@ pub enum Per {
 
 /// A confounder with the chance that it acts and the distribution of its strength.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Draw {
+pub struct RandomDose {
     /// The confounder that may act.
     pub kind: ConfounderKind,
     /// The chance that it acts, 0..=1.
@@ -50,7 +50,7 @@ pub struct Draw {
     pub per: Per,
 }
 
-impl Draw {
+impl RandomDose {
     /// Returns whether the confounder always acts, at a fixed strength.
     #[must_use]
     pub fn is_fixed(&self) -> bool {
@@ -100,25 +100,25 @@ fn rounded(strength: f64) -> f64 {
 
 /// The random confounders of a condition, in the order of application.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Draws(Vec<Draw>);
+pub struct RandomDoses(Vec<RandomDose>);
 
-impl Draws {
-    pub(super) fn new(mut draws: Vec<Draw>) -> Self {
-        draws.retain(Draw::can_act);
+impl RandomDoses {
+    pub(super) fn new(mut draws: Vec<RandomDose>) -> Self {
+        draws.retain(RandomDose::can_act);
         draws.sort_by_key(|draw| draw.kind);
         Self(draws)
     }
 
     /// Returns the draws in the order of application.
     #[must_use]
-    pub fn list(&self) -> &[Draw] {
+    pub fn list(&self) -> &[RandomDose] {
         &self.0
     }
 }
 
-impl From<Doses> for Draws {
+impl From<Doses> for RandomDoses {
     fn from(doses: Doses) -> Self {
-        let draw = |dose: &Dose| Draw {
+        let draw = |dose: &Dose| RandomDose {
             kind: dose.kind,
             chance: 1.0,
             spread: StrengthSpread::Fixed(dose.strength),
@@ -129,7 +129,7 @@ impl From<Doses> for Draws {
 }
 
 /// Writes `backpack=0.5,roll=0.1 to 0.2`.
-impl fmt::Display for Draws {
+impl fmt::Display for RandomDoses {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut separator = "";
         for draw in &self.0 {

@@ -9,13 +9,13 @@ use crate::error::{Error, Result};
 
 /// A .npy file that is being written.
 #[derive(Debug)]
-pub(super) struct Growing {
+pub(super) struct GrowingArray {
     pub array: Array,
     file: BufWriter<File>,
     bytes: u64,
 }
 
-impl Growing {
+impl GrowingArray {
     /// Opens the array's file in a folder to append after `known` bytes, or creates it.
     pub(super) fn open(folder: &Path, array: Array, known: Option<u64>) -> Result<Self> {
         let path = folder.join(array.file());

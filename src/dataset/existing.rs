@@ -80,7 +80,7 @@ pub fn check_replaceable(target: &Path, format: DatasetFormat, existing: Existin
     if let Some(tree) = manifest.as_ref().filter(|found| found.format.is_tree()) {
         if let Some(other) = sequences::foreign(target)? {
             return refuse(format!(
-                "holds {}, which is no part of a dataset (name another folder)",
+                "holds {}, which is not part of a dataset (name another folder)",
                 other.display()
             ));
         }
@@ -103,13 +103,13 @@ pub fn check_replaceable(target: &Path, format: DatasetFormat, existing: Existin
         .find(|name| !files.clone().any(|file| *name == file))
     {
         return refuse(format!(
-            "holds {}, which is no part of a dataset (name another folder)",
+            "holds {}, which is not part of a dataset (name another folder)",
             other.to_string_lossy()
         ));
     }
     let Some(manifest) = manifest else {
         return refuse(format!(
-            "holds files but no {MANIFEST}, so it is no dataset (name another folder)"
+            "holds files but no {MANIFEST}, so it is not a dataset (name another folder)"
         ));
     };
     if existing == Existing::ReplaceOwn && !is_own(&manifest) {

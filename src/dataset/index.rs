@@ -192,7 +192,7 @@ pub(super) fn read_plain_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow
     });
     if let Some((_, other)) = other {
         return refuse(format!(
-            "expected a column subject and others of {}, each once, found {other:?}",
+            "expected the column subject and any others of {}, each at most once, found {other:?}",
             COLUMNS.join(",")
         ));
     }

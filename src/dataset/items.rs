@@ -17,7 +17,7 @@ use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{ChoiceError, Error, Result};
 use crate::people::cohort;
 use crate::people::variation::CYCLES_OF_A_TAKE;
-use crate::sweep::{Drawer, Job, Settings, View, Wanted, is_take};
+use crate::sweep::{Drawer, Job, Settings, View, Wanted, is_uncut};
 use edgegait_core::pack::Pack;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -29,7 +29,7 @@ use std::sync::Arc;
 /// can name, so that no pass draws test data.
 const FIRST_OF_PASSES: u32 = 1 << 20;
 
-/// The most bytes, and the most items, of one call. Item numbers are listed in memory.
+/// The maximum numbers of bytes and of items in one call. Item numbers are listed in memory.
 const MAX_BYTES: usize = 1 << 31;
 const MAX_ITEMS: usize = 1 << 24;
 
@@ -492,7 +492,7 @@ type Shelf<'p> = BTreeMap<usize, Pack<'p>>;
 
 /// Returns a job with its variation shifted. Uncut motions have no variations and stay the same.
 fn job_in<'c>(pack: &Pack<'_>, job: Job<'c>, shift: u32) -> Job<'c> {
-    let shift = if is_take(pack, job.walk) { 0 } else { shift };
+    let shift = if is_uncut(pack, job.walk) { 0 } else { shift };
     Job {
         variation: job.variation + shift,
         ..job

@@ -71,7 +71,7 @@ pub(super) fn write(made: &Path, names: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// The most bytes of a manifest. A usual one has a few thousand.
+/// The maximum number of bytes in a manifest. A usual one has a few thousand.
 const MOST_MANIFEST: u64 = 1 << 24;
 
 /// Reads the manifest in a `.npz` file.

@@ -405,10 +405,13 @@ mod tests {
                 "walk,azimuth_deg\na,9\nb,9\n",
                 "index.csv:1: expected a column subject, found none",
             ),
-            ("subject,view\na,9\nb,9\n", "each once, found \"view\""),
+            (
+                "subject,view\na,9\nb,9\n",
+                "each at most once, found \"view\"",
+            ),
             (
                 "subject,walk,subject\na,9,a\nb,9,b\n",
-                "each once, found \"subject\"",
+                "each at most once, found \"subject\"",
             ),
             (
                 "subject\na\n",

@@ -3,7 +3,7 @@
 //! Everything is written to a folder beside the target, from which interrupted work can be resumed
 //! and which is renamed at the end. Memory does not grow with the number of rows.
 
-use super::arrays::{Growing, GrowingTable};
+use super::arrays::{GrowingArray, GrowingTable};
 use super::contents::{Contents, DatasetFormat, Shard};
 use super::existing::{Existing, check_replaceable};
 use super::index::{COLUMNS, WALKER_COLUMNS};
@@ -101,7 +101,7 @@ pub struct DatasetWriter {
 /// The destination of silhouettes and templates.
 #[derive(Debug)]
 enum Store {
-    Arrays(Vec<Growing>),
+    Arrays(Vec<GrowingArray>),
     Tree(GrowingSequences),
 }
 
@@ -135,7 +135,7 @@ impl DatasetWriter {
         } else {
             let open = |array: super::contents::Array| {
                 let known = known(&array.file());
-                Growing::open(&made, array, known)
+                GrowingArray::open(&made, array, known)
             };
             let arrays = run.contents.arrays().into_iter().map(open);
             Store::Arrays(arrays.collect::<Result<_>>()?)

@@ -82,7 +82,7 @@ pub struct Split {
 pub struct Population {
     /// The sex of all people; `None` for both.
     pub sex: Option<Sex>,
-    /// Least and greatest age, years, between which ages are sampled uniformly; `None` for a
+    /// The minimum and maximum age, years, between which ages are sampled uniformly; `None` for a
     /// cohort's ages.
     pub ages: Option<[f64; 2]>,
     /// The speeds at which people walk.

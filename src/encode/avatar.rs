@@ -18,12 +18,12 @@ use edgegait_core::format::{
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DVec3, Vec3};
 
-/// The greatest number of steps that the format holds in a coordinate.
+/// The maximum number of steps that the format holds in a coordinate.
 const MAX_COUNT: f64 = ((1 << ((1 << WIDTH_BITS) - 2)) - 1) as f64;
 /// The greatest error that the format can state, mm.
 const MAX_STATED_MM: f64 = 655.35;
 
-/// The most stored parts of a draped hull, without mirror images.
+/// The maximum number of stored parts of a draped hull, without mirror images.
 const MAX_PARTS: usize = 1 << PARTS_BITS;
 
 /// An avatar's bytes and encoding error.

@@ -21,8 +21,8 @@ const DEAD_ZONE: f64 = 0.2;
 const SCALES: (u8, u8) = (0, 146);
 /// The change of scale between tries of [`quickly`], in eighths of an octave.
 const QUICK_STEP: u8 = 3;
-/// The most by which the refined scale may be coarser than that of plain rounding, in eighths of
-/// an octave.
+/// The largest amount by which the refined scale may be coarser than that of plain rounding, in
+/// eighths of an octave.
 const MOST_REFINED: u8 = 12;
 
 /// A cycle as whole numbers of steps of a scale.

@@ -12,8 +12,8 @@ pub(super) const VIRTUAL_POINT_M: f64 = 0.03;
 /// exceeds the stated one: 8 mm at "5 mm", measured on CMU's walks.
 pub(super) const VIRTUAL_POINTS: usize = 6;
 
-/// The cosine of half the largest angle of a track from its reference: 300 degrees. Ours; vectors
-/// grow without bound towards a full turn.
+/// The cosine of half the largest angle of a track from its reference: 300 degrees. Our choice;
+/// vectors grow without bound towards a full turn.
 const FARTHEST: f64 = -0.866;
 
 /// How much finer steps become, in octaves, for each doubling of the number of joints that a joint

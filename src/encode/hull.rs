@@ -11,9 +11,9 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A point in whole steps of its body.
 pub(super) type StepPoint = [i32; 3];
 
-/// The most stored points of a row.
+/// The maximum number of stored points of a row.
 const MAX_ROW: usize = 1 << ROW_LENGTH_BITS;
-/// The most points of a row in the plane x = 0.
+/// The maximum number of points in a row in the plane x = 0.
 const MAX_MIDDLE: usize = (1 << ROW_MIDDLE_BITS) - 1;
 
 /// A hull in the form in which it is stored.

@@ -30,7 +30,7 @@ pub use pack::{
     BUDGET_TRIES, STEPS_OF_WALK, body_error_mm, check_walks, encode_subjects, encode_within,
 };
 pub use population::{Effort, encode_population, read_population_code};
-pub use uncut::encode_take;
+pub use uncut::encode_uncut;
 pub use uncut_target::EncodedClip;
 
 /// The default greatest encoding error of a walk, mm: a seventh of a GEI's pixel, which is about

@@ -6,7 +6,7 @@ use super::frames::Frames;
 use super::mean_walks::MeanWalks;
 use super::rice::RiceParameters;
 use super::target::{EncodingTarget, JointErrors, worst};
-use super::uncut::{encode_take, looking_ahead, measure_joints};
+use super::uncut::{encode_uncut, looking_ahead, measure_joints};
 use crate::error::{EncodeError, Error, Result};
 use crate::people::UncutMotion;
 use edgegait_core::clip::Clip;
@@ -16,8 +16,8 @@ use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// The most repetitions of a clip's encoding where the decoder's f32 exceeds the stated error, and
-/// the factor by which each tightens the bound.
+/// The maximum number of repetitions of a clip's encoding where the decoder's f32 exceeds the
+/// stated error, and the factor by which each tightens the bound.
 pub(super) const TRIES: usize = 3;
 pub(super) const TIGHTER: f64 = 0.98;
 
@@ -76,7 +76,7 @@ impl MotionSections {
     ///
     /// # Errors
     /// If there are cycles in which a joint turns almost full circle from its mean over the pack,
-    /// or uncut motions that [`encode_take`] rejects; the error lists all of them.
+    /// or uncut motions that [`encode_uncut`] rejects; the error lists all of them.
     pub(super) fn encode(
         motions: &[EncodableMotion<'_>],
         max_error_mm: f64,
@@ -200,7 +200,7 @@ fn takes(
 ) -> std::result::Result<Vec<(Vec<u8>, JointErrors)>, Stopped> {
     let codebook = Codebook::parse(codebook)?;
     let encoded = |span: &UncutMotion, skeleton: &Skeleton| {
-        let bytes = encode_take(span, skeleton, &codebook, max_error_mm)?.bytes;
+        let bytes = encode_uncut(span, skeleton, &codebook, max_error_mm)?.bytes;
         progress();
         let errors = Clip::parse(&bytes, &codebook)
             .map_err(EncodeError::read_back("a clip"))?

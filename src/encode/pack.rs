@@ -19,8 +19,8 @@ use memchr::memmem;
 use rayon::prelude::*;
 use std::collections::HashSet;
 
-/// The ratio of a body's error to a walk's error, and the most error of a body. Ours: 2 mm for
-/// walks at 5 mm, where a pixel of a GEI is about 35 mm of the body; errors beyond 4 mm save
+/// The ratio of a body's error to a walk's error, and the most error of a body. Our choice: 2 mm
+/// for walks at 5 mm, where a pixel of a GEI is about 35 mm of the body; errors beyond 4 mm save
 /// little.
 const BODY_SHARE: f64 = 0.4;
 const MOST_BODY_ERROR_MM: f64 = 4.0;

@@ -43,7 +43,7 @@ pub enum Effort {
 }
 
 /// How much finer the first steps of [`Effort::Quick`] are than those of the nearest mean walk, in
-/// eighths of an octave. Ours: most walks need one try.
+/// eighths of an octave. Our choice: most walks need one try.
 const FINER: u8 = 4;
 
 /// The safety margin in the stated number of people who fit: one in this many is left out, since
@@ -148,7 +148,7 @@ fn one(
         let clip = match &walk.motion {
             Track::Loop(cycle) => EncodingTarget::new(cycle, skeleton.clone())
                 .and_then(|target| encoded(code, parsed, &target, (max_error_mm, effort))),
-            Track::Uncut(_) => Err(EncodeError::TakeInPopulation.into()),
+            Track::Uncut(_) => Err(EncodeError::UncutInPopulation.into()),
         };
         progress();
         clip.map_err(|error| Error::Refused(vec![refused(&subject, walk, &error)]))

@@ -4,7 +4,7 @@
 //! proportional to samples and knots.
 
 /// The penalties on second and first differences of the knots, relative to weights of 1: just
-/// enough to determine knots without samples. Ours.
+/// enough to determine knots without samples. Our choice.
 const SMOOTHNESS: [f64; 2] = [1e-7, 1e-10];
 
 /// The places of samples among knots.

@@ -10,7 +10,7 @@ use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
 use glam::{DMat3, DQuat, DVec3, Vec3};
 
-/// The least number of frames of a cycle: enough for three harmonics.
+/// The minimum number of frames of a cycle: enough for three harmonics.
 const MIN_FRAMES: usize = 8;
 
 /// A cycle on its walker's skeleton, with the true positions of its joints.

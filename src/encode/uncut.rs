@@ -16,13 +16,15 @@ use edgegait_core::codebook::Codebook;
 use edgegait_core::skeleton::{JOINTS, Joint, Skeleton};
 use glam::{DQuat, DVec3, Vec3};
 
-/// The number of knot intervals to try, from two frames to [`LONGEST_INTERVAL_S`]. Ours.
+/// The number of knot intervals to try, from two frames to [`LONGEST_INTERVAL_S`]. Our choice.
 const INTERVALS: u32 = 8;
 /// The longest knot interval to try, except the whole motion, seconds.
 const LONGEST_INTERVAL_S: f64 = 0.25;
-/// The number of frames on which knot interval and scale of longer motions are searched. Ours.
+/// The number of frames on which knot interval and scale of longer motions are searched. Our
+/// choice.
 const SEARCH_FRAMES: usize = 2_400;
-/// How much finer the scale of a whole motion usually is than that of its liveliest stretch. Ours.
+/// How much finer the scale of a whole motion usually is than that of its liveliest stretch. Our
+/// choice.
 const USUAL_LOSS: u8 = 4;
 /// The coarsest scale to try: 32 m or radians and more.
 const COARSEST: u8 = 200;
@@ -37,7 +39,7 @@ const COARSEST: u8 = 200;
 /// For a motion without frames, with numbers that are not finite, with rotations that are not
 /// unit quaternions, in which a joint flips over, or at less than 1 or more than 10,000
 /// frames a second.
-pub fn encode_take(
+pub fn encode_uncut(
     span: &UncutMotion,
     skeleton: &Skeleton,
     codebook: &Codebook<'_>,
@@ -58,14 +60,14 @@ pub fn encode_take(
     };
     found
         .or_else(|| whole.finest(max_error_mm))
-        .ok_or_else(|| EncodeError::TakeTooFar.into())
+        .ok_or_else(|| EncodeError::UncutTooFar.into())
 }
 
 /// Checks that the format holds an uncut motion.
 pub(super) fn check(span: &UncutMotion) -> Result<()> {
     let frames = span.roots.len();
     if frames == 0 || span.rotations.len() != frames || u32::try_from(frames).is_err() {
-        return Err(EncodeError::TakeFrames {
+        return Err(EncodeError::UncutFrames {
             roots: frames,
             poses: span.rotations.len(),
         }

@@ -5,13 +5,13 @@ use super::spline::{Factor, KnotGrid};
 use super::target::hundredths;
 use super::uncut_target::{EncodedClip, Encoder, Errors};
 use edgegait_core::format::{
-    CLIP_TAKE, MAX_INTEGER_WIDTH, SPACING_CONSTANT, TAKE_CHANNELS, TAKE_HEADER_BYTES,
+    CLIP_UNCUT, MAX_INTEGER_WIDTH, SPACING_CONSTANT, UNCUT_CHANNELS, UNCUT_HEADER_BYTES,
 };
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3, Quat};
 
-/// The number of fits after the first for one scale, each with new weights. Ours: CMU recordings
-/// need 5 to 11 % fewer bytes than without; twice as many fits save 1 to 2 % more.
+/// The number of fits after the first for one scale, each with new weights. Our choice: CMU
+/// recordings need 5 to 11 % fewer bytes than without; twice as many fits save 1 to 2 % more.
 const REWEIGHTINGS: usize = 4;
 /// The ratio of the error to the stated one above which weights do not help.
 const HOPELESS: f64 = 1.8;
@@ -21,7 +21,7 @@ const HEAVY: f64 = 0.5;
 const MISSED_STEPS: f64 = 0.35;
 /// The largest error of a constant with which a channel becomes constant, in steps.
 const STILL_STEPS: f64 = 1.0;
-/// The least component w of a quaternion up to which rotations are followed beyond half a turn:
+/// The minimum component w of a quaternion up to which rotations are followed beyond half a turn:
 /// 280 degrees. At 360 degrees their vectors are infinite.
 const FURTHEST_W: f64 = -0.766;
 
@@ -79,8 +79,8 @@ impl<'a> Fits<'a> {
     /// Encodes and measures. Returns `None` if the format does not hold a knot.
     pub(super) fn encode(&self, scale: u8, weights: &Weights) -> Option<(EncodedClip, Errors)> {
         let body = write(&self.channels(scale, weights)?)?;
-        let mut bytes = Vec::with_capacity(TAKE_HEADER_BYTES + body.len());
-        bytes.extend([CLIP_TAKE, scale]);
+        let mut bytes = Vec::with_capacity(UNCUT_HEADER_BYTES + body.len());
+        bytes.extend([CLIP_UNCUT, scale]);
         bytes.extend(self.encoder.duration_us.to_le_bytes());
         bytes.extend(self.interval_us.to_le_bytes());
         bytes.extend([0; 4]);
@@ -103,7 +103,7 @@ impl<'a> Fits<'a> {
         let pelvis = ChannelFits::new(self, &weights[0]);
         let (heading, looks) =
             pelvis.channel(&encoder.heading, codebook.heading_step(scale).into())?;
-        let mut channels = Vec::with_capacity(TAKE_CHANNELS);
+        let mut channels = Vec::with_capacity(UNCUT_CHANNELS);
         let mut decoded: Vec<[DQuat; JOINTS]> = vec![[DQuat::IDENTITY; JOINTS]; encoder.len()];
         for joint in Joint::ALL {
             let index = joint.index();

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub enum ChoiceError {
     /// A run was interrupted, and can be resumed.
     #[error(
-        "{}: a run that was to write {} ended before it was done",
+        "{}: an earlier run that was writing {} did not finish",
         folder.display(), target.display()
     )]
     Unfinished {
@@ -53,7 +53,7 @@ pub enum ChoiceError {
         items: usize,
         /// Number of their bytes.
         bytes: usize,
-        /// Greatest number of bytes.
+        /// The maximum number of bytes.
         most: usize,
     },
     /// A file already exists.
@@ -121,7 +121,7 @@ pub enum ChoiceError {
         steps: usize,
         /// Rows that each step cuts off.
         rows: usize,
-        /// Most rows that may be cut off in all.
+        /// The maximum number of rows that may be cut off in all.
         most: usize,
     },
     /// Errors of GEIs are measured against exact coverage, which has one framing and lens.
@@ -134,7 +134,7 @@ pub enum ChoiceError {
     },
     /// An uncut motion has no GEI whose error could be measured.
     #[error("{subject} {walk} is an uncut motion, which has no GEI")]
-    TakeHasNoGei {
+    UncutHasNoGei {
         /// Name of the subject.
         subject: String,
         /// Name of the walk.

@@ -76,7 +76,7 @@ pub enum EncodeError {
     #[error(
         "an uncut motion of {roots} root positions and {poses} poses: expected equal numbers, at least one"
     )]
-    TakeFrames {
+    UncutFrames {
         /// Positions of the root.
         roots: usize,
         /// Poses.
@@ -84,7 +84,7 @@ pub enum EncodeError {
     },
     /// An uncut motion travels further than the format can store.
     #[error("an uncut motion that travels further than the format holds")]
-    TakeTooFar,
+    UncutTooFar,
     /// Two people have the same name.
     #[error("two subjects are named {0:?}: expected unique names")]
     SameName(String),
@@ -104,7 +104,7 @@ pub enum EncodeError {
     },
     /// A walk of a population is an uncut motion.
     #[error("an uncut motion: expected a gait cycle, since populations have only gait cycles")]
-    TakeInPopulation,
+    UncutInPopulation,
     /// There are more entries or bytes than fit into a pack.
     #[error("{0} entries or bytes: more than fit into a pack")]
     PackTooLarge(usize),

@@ -91,7 +91,7 @@ pub enum EvaluateError {
         protocol: String,
         /// Number of viewpoints.
         found: usize,
-        /// Greatest number of viewpoints.
+        /// The maximum number of viewpoints.
         most: usize,
     },
     /// There are more comparisons than can be done in a reasonable time.
@@ -103,7 +103,7 @@ pub enum EvaluateError {
         protocol: String,
         /// Number of comparisons.
         found: u64,
-        /// Greatest number of comparisons.
+        /// The maximum number of comparisons.
         most: u64,
     },
     /// A matrix has no mean over other views.

@@ -125,7 +125,7 @@ pub enum ScoreError {
     TooManyNumbers {
         /// The model.
         model: String,
-        /// Greatest number of values.
+        /// The maximum number of values.
         most: usize,
     },
     /// A model gives no class scores.
@@ -140,7 +140,7 @@ pub enum ScoreError {
         model: String,
         /// Number of its classes.
         found: usize,
-        /// Greatest number of classes.
+        /// The maximum number of classes.
         most: usize,
     },
     /// A model gives a score that is not finite.
@@ -170,9 +170,9 @@ pub enum ScoreError {
         model: String,
         /// Number of images that it was shown.
         images: usize,
-        /// Greatest distance of a score from the affine function.
+        /// The greatest distance of a score from the affine function.
         found: f64,
-        /// Greatest change of a score between images.
+        /// The greatest change of a score between images.
         change: f64,
     },
     /// Firmware cannot draw the inputs of a contract.

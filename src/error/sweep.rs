@@ -16,10 +16,10 @@ pub enum SweepError {
     },
     /// An uncut motion has no cycle to make a GEI from.
     #[error("{0} is an uncut motion: a GEI needs a gait cycle")]
-    TakeHasNoCycle(String),
+    UncutHasNoCycle(String),
     /// An uncut motion has no variations.
     #[error("{0} is an uncut motion: it has no variations")]
-    TakeHasNoVariations(String),
+    UncutHasNoVariations(String),
     /// A walk has too many frames.
     #[error("{walk}: expected at most {most} frames, found {frames} (use fewer frames a second)")]
     TooManyFrames {
@@ -27,7 +27,7 @@ pub enum SweepError {
         walk: String,
         /// Number of its frames.
         frames: f64,
-        /// Greatest number of frames.
+        /// The maximum number of frames.
         most: u32,
     },
     /// A walk, or a walk under a condition, cannot be drawn.
@@ -74,7 +74,7 @@ pub enum SweepError {
     GeiError {
         /// The requested error, root mean square of 255.
         asked: f64,
-        /// The least error that was found.
+        /// The smallest error that was found.
         best: f64,
     },
 }

@@ -38,7 +38,7 @@ pub enum TrainError {
     /// A sample has a value that is not finite.
     #[error("sample {row} has a value at {column} that is not a finite number")]
     NotFinite {
-        /// The sample.
+        /// The number of the sample.
         row: usize,
         /// The position in the sample.
         column: usize,

@@ -19,7 +19,7 @@ pub(crate) struct Agreement {
     pub rank1: Option<f64>,
     /// Share of hits of the quantised copy.
     pub rank1_int8: Option<f64>,
-    /// Greatest absolute difference between the two in the score of a class.
+    /// The greatest absolute difference between the two in the score of a class.
     pub greatest_difference: f64,
     /// Mean absolute difference in the score of a class.
     pub mean_difference: f64,

@@ -220,7 +220,7 @@ mod tests {
         }
     }
 
-    /// Expected values by hand: the order of the first probe is 1 2 1 3 2 3.
+    /// Expected values were worked out by hand: the order of the first probe is 1 2 1 3 2 3.
     #[test]
     fn the_reference_matrix_has_its_worked_ranks() {
         let probes: Vec<ProbeRank> = E1

@@ -100,7 +100,7 @@ fn at_viewpoints([one, other]: [&HitsByView; 2], seed: u64) -> Vec<PairedViewpoi
     found.flatten().collect()
 }
 
-/// Returns the differences between two recognizers, on the leading probe sets and on each probe
+/// Returns the differences between two recognizers, on the headline probe sets and on each probe
 /// set; only where both have the same probes.
 #[must_use]
 pub(crate) fn between(

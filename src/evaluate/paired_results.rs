@@ -57,7 +57,7 @@ impl PersonResult {
     }
 }
 
-/// Hits by viewpoint and person, on the leading probe sets of a recognizer's results.
+/// Hits by viewpoint and person, on the headline probe sets of a recognizer's results.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HitsByView {
     /// The viewpoints.
@@ -93,7 +93,7 @@ pub struct PairedResult {
     pub recognizer: String,
     /// The other recognizer.
     pub other: String,
-    /// The set of probes; none for the leading sets,
+    /// The set of probes; none for the headline sets,
     /// [`super::results::RecognizerResult::of_probe_sets`].
     pub probe_set: Option<String>,
     /// Number of people with probes.
@@ -105,7 +105,7 @@ pub struct PairedResult {
     pub low: Option<f64>,
     /// Upper end of the interval of the difference.
     pub high: Option<f64>,
-    /// Differences at each viewpoint. Only for the best recognizer and the leading probe sets;
+    /// Differences at each viewpoint. Only for the best recognizer and the headline probe sets;
     /// empty where there are too many viewpoints and people for intervals.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub by_viewpoint: Vec<PairedViewpoint>,

@@ -232,7 +232,7 @@ impl Protocol {
         let by_scores = self.decision == Decision::ClassScore;
         if by_scores != self.gallery.is_none() {
             return Some(
-                "expected a [gallery] where the nearest embedding decides, and none where class scores do".into(),
+                "expected a [gallery] if the nearest embedding decides, and none if the class score decides".into(),
             );
         }
         if by_scores && self.gallery_views != GalleryViews::All {

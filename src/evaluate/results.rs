@@ -80,7 +80,7 @@ pub struct RecognizerResult {
     pub protocol: String,
     /// Number of people to choose from; chance is 1 / `classes`.
     pub classes: usize,
-    /// The leading sets of probes, which `probes`, `people`, `rank1` with its intervals,
+    /// The headline sets of probes, which `probes`, `people`, `rank1` with its intervals,
     /// `by_viewpoint` and `by_angle` pool: the clean ones, or all where none is clean.
     #[serde(default)]
     pub of_probe_sets: Vec<String>,
@@ -112,10 +112,10 @@ pub struct RecognizerResult {
     /// Rank-1 by the angle from the training viewpoints, nearest first; empty if these are unknown.
     #[serde(default)]
     pub by_angle: Vec<AngleResult>,
-    /// Hits by person, on the leading probe sets; people without probes are left out.
+    /// Hits by person, on the headline probe sets; people without probes are left out.
     #[serde(default)]
     pub by_person: Vec<PersonResult>,
-    /// Hits by viewpoint and person, on the leading probe sets; not in the JSON.
+    /// Hits by viewpoint and person, on the headline probe sets; not in the JSON.
     #[serde(skip)]
     pub hits_by_view: HitsByView,
     /// The results on each of the protocol's sets of probes.

@@ -11,7 +11,7 @@ use super::rank1::Tally;
 use super::results::{
     Contestant, CrossViewResult, ProbeAnswer, ProbeSetResult, RecognizerResult, VerificationResult,
 };
-use super::trial::{Meeting, Trial};
+use super::trial::{ProbeComparison, Trial};
 use super::verification::{Pairs, Verification};
 use super::view_angle::by_angle;
 use crate::error::{EvaluateError, Result};
@@ -76,7 +76,7 @@ pub(super) fn judge(
         if probes.is_empty() {
             continue;
         }
-        let mut told = |probe: usize, meeting: &Meeting| {
+        let mut told = |probe: usize, meeting: &ProbeComparison| {
             tell(trial.answered(recognizer, &set.name, probe, meeting));
         };
         let sums = sums(
@@ -107,7 +107,7 @@ pub(super) fn judge(
         }
         .into());
     }
-    // Confounded probes must not be pooled into the leading numbers.
+    // Confounded probes must not be pooled into the headline numbers.
     let has_clean = probe_sets.iter().any(|set| set.clean && set.probes > 0);
     let [all_confused, clean_confused] = confused;
     let (by_view, confused) = if has_clean {
@@ -192,7 +192,7 @@ fn sums(
     trial: &Trial<'_>,
     answers: &Answers,
     (probes, keep_pairs): (&[usize], bool),
-    tell: &mut dyn FnMut(usize, &Meeting),
+    tell: &mut dyn FnMut(usize, &ProbeComparison),
 ) -> ProbeSums {
     let sequences = trial.sequences;
     let (views, people) = (sequences.views.len(), sequences.subjects.len());
@@ -206,7 +206,7 @@ fn sums(
     };
     // In chunks, so that distances are not kept twice.
     for probes in probes.chunks(4_096) {
-        let met: Vec<Vec<Meeting>> = probes
+        let met: Vec<Vec<ProbeComparison>> = probes
             .par_iter()
             .map(|&probe| trial.meet(recognizer, answers, probe, keep_pairs))
             .collect();

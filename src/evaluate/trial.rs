@@ -28,7 +28,7 @@ pub(crate) struct Trial<'a> {
 }
 
 /// The comparison of one probe with one gallery.
-pub(super) struct Meeting {
+pub(super) struct ProbeComparison {
     /// The gallery's viewpoint, if each is compared separately.
     pub gallery_view: Option<usize>,
     pub ranked: ProbeRank,
@@ -41,7 +41,7 @@ pub(super) struct Meeting {
     pub pairs: Pairs,
 }
 
-impl Meeting {
+impl ProbeComparison {
     pub(super) fn outcome(&self) -> ProbeOutcome {
         match self.ranked {
             ProbeRank::Found {
@@ -160,7 +160,7 @@ impl<'a> Trial<'a> {
         answers: &Answers,
         probe: usize,
         keep_pairs: bool,
-    ) -> Vec<Meeting> {
+    ) -> Vec<ProbeComparison> {
         let person = self.sequences.subject(probe);
         let meeting = |gallery_view, distances: Vec<f64>, label: &dyn Fn(usize) -> usize, right| {
             let is_mate = |at: usize| label(at) == right;
@@ -189,7 +189,7 @@ impl<'a> Trial<'a> {
                     }
                 }
             }
-            Meeting {
+            ProbeComparison {
                 gallery_view,
                 ranked,
                 nearest: first.map(|(at, distance)| (label(at), distance)),
@@ -223,7 +223,7 @@ impl<'a> Trial<'a> {
     pub(super) fn taken_for<'s>(
         &'s self,
         recognizer: &'s dyn Recognizer,
-        meeting: &Meeting,
+        meeting: &ProbeComparison,
     ) -> Option<&'s str> {
         if meeting.outcome() != ProbeOutcome::Miss {
             return None;
@@ -242,7 +242,7 @@ impl<'a> Trial<'a> {
         recognizer: &'s dyn Recognizer,
         probe_set: &'s str,
         probe: usize,
-        meeting: &Meeting,
+        meeting: &ProbeComparison,
     ) -> ProbeAnswer<'s> {
         let sequence = &self.sequences.list[probe];
         let take = &self.sequences.takes[sequence.take];

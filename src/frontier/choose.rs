@@ -15,7 +15,8 @@ use edgegait_core::budget::MAX_POINTS;
 use edgegait_core::pack::Pack;
 use std::fmt::{self, Display};
 
-/// The most walks and viewpoints of the sample. Our choice: measuring it takes seconds.
+/// The maximum number of walks and viewpoints of the sample. Our choice: measuring it takes
+/// seconds.
 const SAMPLE: (usize, usize) = (6, 12);
 /// The errors of walks that are tried, mm.
 const ERRORS_MM: [f64; 6] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0];
@@ -131,7 +132,7 @@ fn some_walks(people: &[Subject]) -> Result<Vec<Subject>> {
     for (person, subject) in people.iter().enumerate() {
         for (walk, found) in subject.walks.iter().enumerate() {
             if matches!(found.motion, Track::Uncut(_)) {
-                return Err(ChoiceError::TakeHasNoGei {
+                return Err(ChoiceError::UncutHasNoGei {
                     subject: subject.name.clone(),
                     walk: found.name.clone(),
                 }

@@ -11,7 +11,7 @@ use std::fmt;
 pub(crate) struct Encoding {
     /// The greatest error of a walk, mm.
     pub track_error_mm: f64,
-    /// The most points of all hulls of a body together.
+    /// The maximum number of points in all hulls of a body together.
     pub hull_points: usize,
 }
 

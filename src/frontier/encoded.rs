@@ -19,7 +19,7 @@ pub(crate) enum EncodingGoal {
     Usual,
     /// The greatest error of a walk, mm; a body has two fifths of it, up to 4 mm.
     ErrorMm(f64),
-    /// The most bytes; the smallest error that fits is chosen, from 0.1 mm on.
+    /// The maximum number of bytes; the smallest error that fits is chosen, from 0.1 mm on.
     Bytes(usize),
     /// The greatest GEI error against the finest encoding, root mean square of 255; the fewest
     /// bytes are chosen. Takes a minute for a dozen people, because several encodings are tried.
@@ -33,7 +33,7 @@ pub(crate) struct EncodedPack {
     pub bytes: Vec<u8>,
     /// The requested greatest error of walks, mm.
     pub max_error_mm: f64,
-    /// The most points of a body, if limited.
+    /// The maximum number of points in a body, if limited.
     pub hull_points: Option<usize>,
     /// The choice for [`EncodingGoal::GeiRmse`].
     pub choice: Option<FrontierChoice<Encoding>>,

@@ -1,7 +1,7 @@
 //! Measures all configurations of one scene.
 
 use super::configuration::{Configuration, DrawConfiguration, Encoding, configurations, drawings};
-use super::pareto::{Merits, pareto};
+use super::pareto::{ConfigurationCost, pareto};
 use super::recognition::{Rank1, ShippedRecognizers};
 use super::reference::{Deviation, Reference, ReferenceSample, exact_geis};
 use super::spread_views;
@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 
 /// The variations of each walk that are probes of Rank-1, as in `score`.
 const PROBES: [u32; 2] = [1_000, 1_001];
-/// The most walks that errors are averaged over.
+/// The maximum number of walks that errors are averaged over.
 const MOST_WALKS: usize = 18;
 /// The number of rounds in which every configuration is timed once.
 const ROUNDS: usize = 4;
@@ -67,9 +67,9 @@ pub(crate) struct FrontierPoint {
     pub frames_per_cycle: u32,
     /// The greatest error of a walk, mm.
     pub track_error_mm: f64,
-    /// The least time of a complete silhouette on one thread.
+    /// The shortest time of a complete silhouette on one thread.
     pub ns_per_silhouette: f64,
-    /// The least time of all frames of a cycle.
+    /// The shortest time of all frames of a cycle.
     pub ns_per_gei: f64,
     /// The time of a silhouette, relative to the default in the same run.
     pub time_ratio: f64,
@@ -83,7 +83,7 @@ pub(crate) struct FrontierPoint {
     pub rank1_delta_by: BTreeMap<String, f64>,
     /// The size of the whole pack.
     pub pack_bytes: usize,
-    /// The most heap that the rasteriser holds.
+    /// The peak heap of the rasteriser.
     pub heap_bytes: usize,
     /// The size of the core's types that one GEI needs.
     pub stack_bytes: usize,
@@ -96,8 +96,8 @@ pub(crate) struct FrontierPoint {
 impl FrontierPoint {
     /// Returns the values that configurations are compared by.
     #[must_use]
-    pub(crate) const fn merits(&self) -> Merits {
-        Merits {
+    pub(crate) const fn merits(&self) -> ConfigurationCost {
+        ConfigurationCost {
             ns_per_gei: self.ns_per_gei,
             pack_bytes: self.pack_bytes,
             gei_rmse: self.gei_rmse,

@@ -2,7 +2,7 @@
 
 /// The costs and the error of a configuration; less is better for each.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Merits {
+pub(crate) struct ConfigurationCost {
     /// The time of a GEI, ns.
     pub ns_per_gei: f64,
     /// The size of the pack.
@@ -15,7 +15,7 @@ pub(crate) struct Merits {
 /// least time of several rounds. Our choice.
 const TIME_NOISE: f64 = 0.05;
 
-impl Merits {
+impl ConfigurationCost {
     /// Returns whether nothing is worse than in `other` and something is better. Differences of
     /// time within noise do not count.
     #[must_use]
@@ -32,8 +32,8 @@ impl Merits {
 
 /// Returns for each whether no other beats it: the Pareto set.
 #[must_use]
-pub(crate) fn pareto(all: &[Merits]) -> Vec<bool> {
-    let is_best = |one: &Merits| !all.iter().any(|other| other.beats(one));
+pub(crate) fn pareto(all: &[ConfigurationCost]) -> Vec<bool> {
+    let is_best = |one: &ConfigurationCost| !all.iter().any(|other| other.beats(one));
     all.iter().map(is_best).collect()
 }
 
@@ -41,8 +41,8 @@ pub(crate) fn pareto(all: &[Merits]) -> Vec<bool> {
 mod tests {
     use super::*;
 
-    fn merits((ns_per_gei, pack_bytes, gei_rmse): (f64, usize, f64)) -> Merits {
-        Merits {
+    fn merits((ns_per_gei, pack_bytes, gei_rmse): (f64, usize, f64)) -> ConfigurationCost {
+        ConfigurationCost {
             ns_per_gei,
             pack_bytes,
             gei_rmse,

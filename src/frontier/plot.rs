@@ -1,7 +1,7 @@
 //! A plot (SVG) of the time of a GEI against its error.
 
 use super::FrontierPoint;
-use super::pareto::{Merits, pareto};
+use super::pareto::{ConfigurationCost, pareto};
 use crate::report::axis_ticks::{LogAxis, NUMBER, RING, labels};
 use crate::report::drawing::{Axes, LINES, to_tenth};
 use crate::report::standalone::standalone;
@@ -92,7 +92,7 @@ fn chart(points: &[FrontierPoint]) -> Markup {
 
 /// Returns the points that no other beats in time and error, from the fastest on.
 fn front(points: &[FrontierPoint]) -> Vec<(f64, f64)> {
-    let merits = points.iter().map(|point| Merits {
+    let merits = points.iter().map(|point| ConfigurationCost {
         pack_bytes: 0,
         ..point.merits()
     });

@@ -4,9 +4,9 @@ use super::NoCycle;
 use super::found::FoundCycles;
 use super::series::SmoothedSignal;
 
-/// Least autocorrelation at the lag of a cycle. Ours.
+/// The minimum autocorrelation at the lag of a cycle. Our choice.
 const LEAST_ALIKE: f64 = 0.3;
-/// Number of lags tried for each frame. Ours: a parabola interpolates between them.
+/// Number of lags tried for each frame. Our choice: a parabola interpolates between them.
 const FINENESS: f64 = 4.0;
 
 /// Finds cycles of one length. The lag of a step is searched, not of a cycle, so that a cycle is

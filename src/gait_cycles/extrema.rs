@@ -4,7 +4,7 @@ use super::NoCycle;
 use super::found::FoundCycles;
 use super::series::{SmoothedSignal, evenness, median};
 
-/// Least evenness of the distances between steps. Ours.
+/// The minimum evenness of the distances between steps. Our choice.
 const LEAST_EVEN: f64 = 0.7;
 
 /// Finds cycles that are bounded by every second peak.

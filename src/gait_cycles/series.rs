@@ -12,9 +12,10 @@ pub enum Signal {
     Width,
 }
 
-/// Least swing of the signal of walking legs, as a share of its mean, as in the core. Ours.
+/// The minimum swing of the signal of walking legs, as a share of its mean, as in the core. Our
+/// choice.
 const LEAST_SWING: f64 = 0.03;
-/// Time over which the signal is smoothed, seconds: a tenth of a usual cycle. Ours.
+/// Time over which the signal is smoothed, seconds: a tenth of a usual cycle. Our choice.
 const SMOOTHED_S: f64 = 0.1;
 
 /// A signal that swings, with gaps filled, smoothed by a moving mean.

@@ -37,12 +37,12 @@ pub(crate) enum FigureKind {
     Rate,
     /// A value that is (nearly) the same on each run, such as bytes or accuracy, and which
     /// direction is better, if that is known.
-    Steady(Option<Better>),
+    Steady(Option<BetterDirection>),
 }
 
 /// The direction in which a value is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Better {
+pub(crate) enum BetterDirection {
     Less,
     More,
 }
@@ -67,19 +67,19 @@ impl FigureKind {
                 "spread",
             ])
         {
-            Self::Steady(Some(Better::Less))
+            Self::Steady(Some(BetterDirection::Less))
         } else if key.starts_with("rank") || is(&["map", "minp", "auc", "tar", "hits", "jaccard"]) {
-            Self::Steady(Some(Better::More))
+            Self::Steady(Some(BetterDirection::More))
         } else {
             Self::Steady(None)
         }
     }
 
     /// Returns the direction that is better, if it is known.
-    pub(crate) fn better(self) -> Option<Better> {
+    pub(crate) fn better(self) -> Option<BetterDirection> {
         match self {
-            Self::Time => Some(Better::Less),
-            Self::Rate => Some(Better::More),
+            Self::Time => Some(BetterDirection::Less),
+            Self::Rate => Some(BetterDirection::More),
             Self::Steady(better) => better,
         }
     }
@@ -263,11 +263,14 @@ mod tests {
         assert_eq!(FigureKind::of("single_mj"), FigureKind::Time);
         assert_eq!(FigureKind::of("silhouettes_per_second"), FigureKind::Rate);
         assert_eq!(FigureKind::of("throughput"), FigureKind::Rate);
-        assert_eq!(FigureKind::of("rank1").better(), Some(Better::More));
-        assert_eq!(FigureKind::of("eer").better(), Some(Better::Less));
+        assert_eq!(
+            FigureKind::of("rank1").better(),
+            Some(BetterDirection::More)
+        );
+        assert_eq!(FigureKind::of("eer").better(), Some(BetterDirection::Less));
         assert_eq!(
             FigureKind::of("peak_rss_bytes").better(),
-            Some(Better::Less)
+            Some(BetterDirection::Less)
         );
         assert_eq!(FigureKind::of("probes").better(), None);
         assert!(!FigureKind::of("bytes").is_timed());

@@ -1,6 +1,6 @@
 //! The decision whether a value is within a limit, beyond it, or undecided.
 
-use super::estimate::{Better, Estimate, FigureKind};
+use super::estimate::{BetterDirection, Estimate, FigureKind};
 use super::limits::{Bound, Judge};
 use serde::Serialize;
 
@@ -31,14 +31,14 @@ impl GateOutcome {
 
 /// The ratio and the difference between a value and the baseline's.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Between {
+pub(crate) struct BaselineChange {
     /// The value divided by the baseline's.
     pub ratio: Estimate,
     /// The value minus the baseline's.
     pub difference: Estimate,
 }
 
-impl Between {
+impl BaselineChange {
     /// Compares two values that were measured independently: each may be anywhere in its interval.
     pub(crate) fn apart(new: Estimate, old: Estimate) -> Self {
         // A ratio of values below 0 is meaningless.
@@ -83,7 +83,7 @@ pub(crate) fn absolute(
 
 /// Judges a value by a limit relative to a baseline; `is_paired` if both are from the same probes.
 pub(crate) fn relative(
-    between: Between,
+    between: BaselineChange,
     bound: Bound,
     (measure, judge, is_paired): (FigureKind, Option<Judge>, bool),
 ) -> GateOutcome {
@@ -130,11 +130,11 @@ fn within(found: Estimate, bound: Bound, judge: Judge) -> GateOutcome {
 /// Judges a difference by `not_worse`. A value that is not worse holds, and one that is worse
 /// beyond the interval is missed. It is undecided if it is worse within the interval, or not worse
 /// than a value that may really be better.
-fn not_worse(difference: Estimate, better: Option<Better>, judge: Judge) -> GateOutcome {
+fn not_worse(difference: Estimate, better: Option<BetterDirection>, judge: Judge) -> GateOutcome {
     let Estimate { value, low, high } = difference;
     // How much worse the value is.
     let (value, low, high) = match better {
-        Some(Better::More) => (-value, -high, -low),
+        Some(BetterDirection::More) => (-value, -high, -low),
         _ => (value, low, high),
     };
     let (low, high) = match judge {
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!([time(11.0), time(5.0)], [Holds, CannotTell]);
         let ratio = |new, old, limit| {
             relative(
-                Between::apart(new, old),
+                BaselineChange::apart(new, old),
                 Bound::RatioAtMost(limit),
                 (TIME, None, false),
             )
@@ -221,7 +221,7 @@ mod tests {
         let hits = (FigureKind::of("rank1"), None, true);
         let of = |value: f64, by: f64, how| {
             let difference = about(value, by);
-            let between = Between {
+            let between = BaselineChange {
                 ratio: Estimate::exact(f64::NAN),
                 difference,
             };
@@ -235,7 +235,7 @@ mod tests {
         assert_eq!(of(-1.0, 0.5, (TIME, None, false)), Holds);
         let apart = |new, old| {
             relative(
-                Between::apart(new, old),
+                BaselineChange::apart(new, old),
                 Bound::NotWorse,
                 (TIME, None, false),
             )
@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn differences_and_ratios_have_limits_on_either_side() {
-        let between = Between::apart(about(12.0, 0.0), about(10.0, 0.0));
+        let between = BaselineChange::apart(about(12.0, 0.0), about(10.0, 0.0));
         for (bound, outcome) in [
             (Bound::RatioAtMost(1.2), Holds),
             (Bound::RatioAtMost(1.1), Missed),
@@ -265,11 +265,11 @@ mod tests {
         }
         // A ratio of values below 0 is meaningless.
         for both in [(0.5, -0.01), (-0.5, 0.01), (-2.0, -1.0)] {
-            let below = Between::apart(Estimate::exact(both.0), Estimate::exact(both.1));
+            let below = BaselineChange::apart(Estimate::exact(both.0), Estimate::exact(both.1));
             let how = (FigureKind::of("spread"), None, false);
             assert_eq!(relative(below, Bound::RatioAtMost(1.2), how), CannotTell);
         }
-        let nothing = Between::apart(Estimate::exact(0.0), Estimate::exact(0.0));
+        let nothing = BaselineChange::apart(Estimate::exact(0.0), Estimate::exact(0.0));
         assert_eq!(nothing.ratio, Estimate::exact(1.0));
     }
 }

@@ -31,7 +31,7 @@ use crate::evaluate::paired_results::PersonResult;
 use crate::evaluate::wilson::Interval;
 use estimate::{Estimate, FigureKind, disturbance};
 use figure::ResultFigure;
-use judge::{Between, absolute, relative};
+use judge::{BaselineChange, absolute, relative};
 use limits::{Bound, GateLimit};
 use serde::Deserialize as _;
 use std::path::Path;
@@ -185,7 +185,7 @@ fn lines_of(
 }
 
 /// The outcome of a bound, the comparison with the baseline, and why it is undecided.
-type Beside = (GateOutcome, Between, Option<String>);
+type Beside = (GateOutcome, BaselineChange, Option<String>);
 
 /// A value, and the baseline that it is compared with.
 struct BesideBaseline<'a> {
@@ -218,7 +218,7 @@ fn beside(
         other => other.transpose()?,
     };
     let between =
-        paired.unwrap_or_else(|| Between::apart(new.judged(measure), old.judged(measure)));
+        paired.unwrap_or_else(|| BaselineChange::apart(new.judged(measure), old.judged(measure)));
     let of_baseline = |why: &String| format!("in the baseline: {why}");
     let unsure = new.unsure.clone().or(old.unsure.as_ref().map(of_baseline));
     let is_ratio = matches!(bound, Bound::RatioAtMost(_) | Bound::RatioAtLeast(_));
@@ -330,7 +330,7 @@ impl KnownFigure {
         old: &Self,
         key: &str,
         seed: u64,
-    ) -> Option<std::result::Result<Between, String>> {
+    ) -> Option<std::result::Result<BaselineChange, String>> {
         let (mine, its) = self.by_person.as_ref().zip(old.by_person.as_ref())?;
         if key != "rank1" || mine.is_empty() || its.is_empty() {
             return None;
@@ -349,7 +349,7 @@ impl KnownFigure {
                 high: f64::INFINITY,
             },
         };
-        Some(Ok(Between {
+        Some(Ok(BaselineChange {
             ratio: estimate(ratio),
             difference: estimate(difference),
         }))

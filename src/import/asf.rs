@@ -13,7 +13,7 @@ use super::SourceJoint;
 use super::lines::{Lines, finite, shown};
 use crate::error::{Error, Result};
 
-/// Most bones accepted. Ours: CMU's skeletons have 30.
+/// The maximum number of bones accepted. Our choice: CMU's skeletons have 30.
 const MAX_BONES: usize = 4096;
 
 /// Metres in an inch. `length 0.45` in CMU's files means that a value times 1/0.45 is in inches

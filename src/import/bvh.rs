@@ -14,7 +14,7 @@ use super::lines::{Lines, finite, shown};
 use super::{Motion, MotionFormat, SourceFrame, SourceJoint};
 use crate::error::{Error, Result};
 
-/// Most joints accepted. Ours: an avatar with face and fingers has 101.
+/// The maximum number of joints accepted. Our choice: an avatar with face and fingers has 101.
 const MAX_JOINTS: usize = 4096;
 
 /// A column of the motion table.

@@ -3,7 +3,7 @@
 use std::io::{Error, ErrorKind, Read as _, Result};
 use std::path::Path;
 
-/// Largest size of a file, bytes. Ours: a character with its textures has 100 MB.
+/// Largest size of a file, bytes. Our choice: a character with its textures has 100 MB.
 pub(super) const MAX_BYTES: u64 = 200 << 20;
 
 /// Reads a whole regular file that is not too large.

@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, FilePlace, Result};
 
-/// Longest accepted line, bytes. Ours: a row of 4,096 joints fits.
+/// Longest accepted line, bytes. Our choice: a row of 4,096 joints fits.
 const MAX_LINE: usize = 1 << 20;
 
-/// Longest accepted file, bytes. Ours: the largest real clip has 2 MB; parsed values take up to six
-/// times the text.
+/// Longest accepted file, bytes. Our choice: the largest real clip has 2 MB; parsed values take up
+/// to six times the text.
 const MAX_FILE: usize = 256 << 20;
 
 /// The lines of one file, in order.

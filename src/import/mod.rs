@@ -27,7 +27,8 @@ pub const EXTENSIONS: [&str; 6] = ["bvh", "amc", "c3d", "trc", "glb", "gltf"];
 /// Accepted frame rates, Hz.
 const RATE_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 
-/// Most marker positions of a file. Ours: 29 minutes of 40 markers at 120 Hz, 270 MB in memory.
+/// The maximum number of marker positions of a file. Our choice: 29 minutes of 40 markers at 120
+/// Hz, 270 MB in memory.
 const MAX_POSITIONS: usize = 1 << 23;
 
 /// The contents of a motion file.

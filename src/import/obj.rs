@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::files::read_file;
 use crate::error::{Error, Result};
 
-/// Most triangles accepted. Ours: bodies have 10 to 200 thousand.
+/// The maximum number of triangles accepted. Our choice: bodies have 10 to 200 thousand.
 const MAX_TRIANGLES: usize = 4_000_000;
 
 /// A surface of triangles, source units and axes.

@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 /// The value that some writers put for a coordinate that was not seen.
 const NOT_SEEN: f64 = 9_999_999.0;
 
-/// Largest relative difference between the header's rate and the time column's. Ours.
+/// Largest relative difference between the header's rate and the time column's. Our choice.
 const RATE_TOLERANCE: f64 = 0.005;
 
 /// Largest error of the time between two rows, seconds: times are rounded, often to a millisecond.

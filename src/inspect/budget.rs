@@ -15,7 +15,7 @@ use std::fmt;
 pub(super) struct BudgetSummary {
     size: &'static str,
     flash_bytes: usize,
-    /// The most hulls of any avatar; `points` and `facets` likewise.
+    /// The maximum number of hulls in any avatar; `points` and `facets` likewise.
     hulls: usize,
     points: usize,
     facets: usize,

@@ -176,7 +176,7 @@ impl ClipSummary {
     }
 }
 
-/// The most rows of a table that are shown.
+/// The maximum number of rows in a table that are shown.
 const SHOWN: usize = 30;
 
 /// Writes the summary; the alternate form (`{:#}`) adds the budget, people and joints.

@@ -5,11 +5,11 @@ use crate::error::{Error, Result};
 use edgegait_core::budget::MAX_POINTS;
 use glam::DVec3;
 
-/// Fewest points that bodies are thinned to: 16 tetrahedra. Ours.
+/// Fewest points that bodies are thinned to: 16 tetrahedra. Our choice.
 pub(crate) const MIN_POINTS: usize = 64;
 /// Fewest points that a hull is thinned to: the corners of a tetrahedron.
 const MIN_HULL_POINTS: usize = 4;
-/// Directions in which a hull's reach is measured: about 14 degrees apart. Ours.
+/// Directions in which a hull's reach is measured: about 14 degrees apart. Our choice.
 const DIRECTIONS: usize = 256;
 /// Largest distance between mirror images that rounding of sines causes, metres.
 const ROUNDING_M: f64 = 1e-9;

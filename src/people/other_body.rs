@@ -18,15 +18,15 @@ const LEGS: [[Joint; 3]; 2] = [
 ];
 
 /// Flexion near straight over which a knee bends gradually instead of reaching exactly, radians.
-/// Ours: 5 degrees.
+/// Our choice: 5 degrees.
 const SOFT: f64 = 0.09;
 
 /// Half-width in frames of the window over which the extra bend of knees is smoothed, so that no
-/// knee snaps. Ours: a seventh of a swing of 64 frames a cycle.
+/// knee snaps. Our choice: a seventh of a swing of 64 frames a cycle.
 const SMOOTH: isize = 3;
 
-/// Most by which the hips are lowered or raised to keep the knees' bend, as a share of the leg's
-/// length. Ours.
+/// The largest amount by which the hips are lowered or raised to keep the knees' bend, as a share
+/// of the leg's length. Our choice.
 const LOWER_BY: f64 = 0.1;
 
 /// The frame in which a leg of the other body misses its foot's place the most.

@@ -6,7 +6,7 @@ use super::cohort::anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
 use super::cohort::body;
 use super::cutting::events::{CutTake, cut};
 use super::cutting::flat_feet::{lifts, stand_flat};
-use super::cutting::stance::{FeetMotion, Skate};
+use super::cutting::stance::{FeetMotion, FootSlide};
 use super::measured::{MeasuredPeople, MeasuredPerson};
 use super::retarget::{DEFAULT_CUT_OFF_HZ, RetargetedMotion, leg_length_m};
 use super::trunk_lean::stand_upright;
@@ -27,8 +27,8 @@ pub(super) const LEG_SHARE: f64 = 0.4755;
 /// 69:1199-1227: walking changes to running near 0.5).
 const RUNNING_FROUDE: f64 = 0.5;
 
-/// Distance from their recorded places, mm, up to which feet count as reaching them. Ours: twice
-/// the usual error of encoding.
+/// Distance from their recorded places, mm, up to which feet count as reaching them. Our choice:
+/// twice the usual error of encoding.
 const NEARLY_REACHED_MM: f64 = 10.0;
 
 /// Where a subject's name is read from.
@@ -245,7 +245,7 @@ impl Recording {
     /// Returns how far standing feet would slide on a body whose legs moved like the recorded ones,
     /// for each walk with a stance: the sliding that the recording itself causes.
     #[must_use]
-    pub fn own_skates(&self, body: &Body) -> Vec<Skate> {
+    pub fn own_skates(&self, body: &Body) -> Vec<FootSlide> {
         let offsets = &self.take.offsets;
         match &self.cut {
             Some(cut) => {
@@ -335,7 +335,8 @@ pub struct BodyOptions {
 /// case.
 ///
 /// # Errors
-/// With the people whose bodies are implausible, and for two takes of a subject with one name.
+/// If bodies are implausible (the error names their people), or if two takes of a subject have the
+/// same name.
 pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<Subject>> {
     let mut recordings: Vec<&Recording> = recordings.iter().collect();
     let key = |recording: &&Recording| (recording.subject.clone(), recording.name.clone());

@@ -27,7 +27,7 @@ use unit::{choose_unit, leg_of};
 pub const ANKLE_HEIGHT: f64 = 0.0794;
 
 /// Largest distance at which the feet's floor counts as the file's stated y = 0, metres. It allows
-/// for soles thicker or thinner than [`ANKLE_HEIGHT`], or sinking in. Ours.
+/// for soles thicker or thinner than [`ANKLE_HEIGHT`], or sinking in. Our choice.
 const NEAR_FLOOR_M: f64 = 0.1;
 
 /// The default cut-off of the low-pass, Hz.

@@ -17,12 +17,12 @@ const WALKERS_DEG: (f64, f64) = (0.9, 5.6);
 /// runners at 3.4 m/s).
 const RUNNERS_DEG: (f64, f64) = (7.2, 4.4);
 
-/// Largest plausible deviation from the published mean, in standard deviations. Ours: the eleven
-/// runs of CMU's subject 09, at 3.5 m/s, lean by 1.6 to 2.7.
+/// Largest plausible deviation from the published mean, in standard deviations. Our choice: the
+/// eleven runs of CMU's subject 09, at 3.5 m/s, lean by 1.6 to 2.7.
 const FARTHEST_SD: f64 = 3.0;
 
-/// Most turns of a trunk, each of which leaves a third of the difference, and the difference that
-/// is neglected, radians. Ours.
+/// The maximum number of turns of a trunk, each of which leaves a third of the difference, and the
+/// difference that is neglected, radians. Our choice.
 const MOST_TURNS: usize = 12;
 const NO_LEAN: f64 = 1e-5;
 

@@ -12,7 +12,7 @@ use edgegait_core::skeleton::Joint;
 use glam::{DQuat, DVec3};
 
 /// Speed from start to end, m/s, up to which a take leads nowhere: as for cycles, a walker slower
-/// than 0.1 m/s stands or is on a treadmill. Ours.
+/// than 0.1 m/s stands or is on a treadmill. Our choice.
 const SLOWEST_TRAVEL_M_S: f64 = 0.1;
 
 impl UncutMotion {

@@ -13,34 +13,35 @@ use crate::people::retarget::RetargetedMotion;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
-/// Cut-off of the low-pass for these joints, Hz. Ours: half of that of other joints; a hand
+/// Cut-off of the low-pass for these joints, Hz. Our choice: half of that of other joints; a hand
 /// swings once in a cycle and a head nods twice.
 const CUT_OFF_HZ: f64 = 5.0;
 
-/// Most by which a hand may turn from its usual orientation, degrees: twice the range of a wrist in
-/// a cycle of the normative data, 11.1 degrees, to either side.
+/// The largest amount by which a hand may turn from its usual orientation, degrees: twice the range
+/// of a wrist in a cycle of the normative data, 11.1 degrees, to either side.
 const HAND_DEG: f64 = 22.0;
 
-/// Most by which a collar bone may turn from its usual orientation, degrees. Ours: this moves a
-/// shoulder by 3 cm, while those of walkers move by 1 or 2.
+/// The largest amount by which a collar bone may turn from its usual orientation, degrees. Our
+/// choice: this moves a shoulder by 3 cm, while those of walkers move by 1 or 2.
 const CLAVICLE_DEG: f64 = 12.0;
 
-/// Most by which a head may look up or down on average, degrees: the standard deviation between
-/// people in the normative data, 10.9, about level.
+/// The largest amount by which a head may look up or down on average, degrees: the standard
+/// deviation between people in the normative data, 10.9, about level.
 const HEAD_DEG: f64 = 11.0;
 
 /// Turn of a hand from its usual orientation beyond which it was captured the wrong way round,
-/// degrees. Ours.
+/// degrees. Our choice.
 const FLIP_DEG: f64 = 75.0;
 
 /// Mean bend of a wrist beyond which a warning is given, degrees: one standard deviation of the
 /// normative data.
 const BENT_DEG: f64 = 29.0;
 
-/// Most by which elbows extend beyond straight, degrees. Ours: the range of lax elbows.
+/// The largest amount by which elbows extend beyond straight, degrees. Our choice: the range of lax
+/// elbows.
 const LAX_DEG: f64 = 15.0;
 
-/// Mean backward bend up to which an elbow counts as straight, degrees. Ours.
+/// Mean backward bend up to which an elbow counts as straight, degrees. Our choice.
 const STRAIGHT_DEG: f64 = 1.0;
 
 /// Shoulder, elbow and wrist of each side.

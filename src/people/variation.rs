@@ -98,7 +98,7 @@ const STEP_WIDTH_M: [f64; 2] = [0.010, 0.014];
 /// Standard deviation of the step length between takes and between cycles, as a share: about half
 /// of the walk ratio's (0.097, 0.038).
 const STEP_LENGTH: [f64; 2] = [0.045, 0.016];
-/// Standard deviation of a foot's direction between takes (ours) and between cycles, degrees.
+/// Standard deviation of a foot's direction between takes (our choice) and between cycles, degrees.
 const TOE_OUT_DEG: [f64; 2] = [1.0, 1.6];
 /// Standard deviation of the pelvis's sway from its mean between takes and between cycles, metres,
 /// and the sway's correlation with the step width.

@@ -60,7 +60,7 @@ impl Axes {
         } }
     }
 
-    /// Draws vertical lines.
+    /// Draws vertical lines, without texts.
     pub(crate) fn upwards(&self, ticks: &[Tick]) -> Markup {
         html! { @for (at, _) in ticks {
             @let (x, y) = self.place((*at, 0.0));

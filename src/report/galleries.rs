@@ -8,7 +8,8 @@ use crate::confounders::{Condition, ConfounderKind};
 use crate::error::Result;
 use crate::people::clothes::BodyPart;
 use crate::sweep::{
-    Job, Moments, Scene, SceneHulls, Settings, Shot, Swept, Thing, View, scene, silhouettes, sweep,
+    Job, Moments, Scene, SceneHullKind, SceneHulls, Settings, Shot, Swept, View, scene,
+    silhouettes, sweep,
 };
 use crate::template::{Template, TemplateShape};
 use edgegait_core::pack::Pack;
@@ -163,14 +164,14 @@ fn painted(scene: &Scene) -> RgbImage {
 
 fn shown(hulls: &SceneHulls) -> Vec<ShownHull> {
     let colour = |thing| match thing {
-        Thing::Worn(BodyPart::Body) => Colour::Body,
-        Thing::Worn(BodyPart::Hair) => Colour::Hair,
-        Thing::Worn(BodyPart::Garment) => Colour::Garment,
-        Thing::Worn(BodyPart::Load) => Colour::Load,
-        Thing::Shadow => Colour::Shadow,
-        Thing::Occluder => Colour::Occluder,
+        SceneHullKind::Worn(BodyPart::Body) => Colour::Body,
+        SceneHullKind::Worn(BodyPart::Hair) => Colour::Hair,
+        SceneHullKind::Worn(BodyPart::Garment) => Colour::Garment,
+        SceneHullKind::Worn(BodyPart::Load) => Colour::Load,
+        SceneHullKind::Shadow => Colour::Shadow,
+        SceneHullKind::Occluder => Colour::Occluder,
     };
-    let hull = |(thing, points): &(Thing, Vec<Vec3>)| ShownHull {
+    let hull = |(thing, points): &(SceneHullKind, Vec<Vec3>)| ShownHull {
         points: points.clone(),
         kind: colour(*thing),
     };

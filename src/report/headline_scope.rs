@@ -1,4 +1,4 @@
-//! Descriptions of the probes behind the leading numbers of a report.
+//! Descriptions of the probes behind the headline numbers of a report.
 
 use super::{grouped, percent};
 use crate::evaluate::results::{ProbeSetResult, RecognizerResult};
@@ -6,7 +6,7 @@ use crate::evaluate::results::{ProbeSetResult, RecognizerResult};
 /// The number of probe sets that are named; further ones are only counted.
 const NAMED: usize = 4;
 
-/// Describes the probe sets that a result's leading rates pool, such as
+/// Describes the probe sets that a result's headline rates pool, such as
 /// `the clean probe set NM, 1 of 3`. None if there is only one set without a name of its own.
 pub(super) fn probe_sets(result: &RecognizerResult) -> Option<String> {
     let (of, all) = (&result.of_probe_sets, &result.probe_sets);
@@ -30,7 +30,7 @@ pub(super) fn probe_sets(result: &RecognizerResult) -> Option<String> {
     })
 }
 
-/// Describes the numbers behind a result's leading rates, such as `182 probes of 26 people`.
+/// Describes the numbers behind a result's headline rates, such as `182 probes of 26 people`.
 pub(super) fn counts(result: &RecognizerResult, gap: &str) -> String {
     let each = result.probe_sets.iter().any(|set| set.cross_view.is_some());
     format!(
@@ -57,7 +57,7 @@ pub(super) fn of_people(probes: u64, people: u64, gap: &str) -> String {
     }
 }
 
-/// Returns the set with the lowest rank-1 among those that the leading rates leave out, and the
+/// Returns the set with the lowest rank-1 among those that the headline rates leave out, and the
 /// number of these sets.
 pub(super) fn worst_other(result: &RecognizerResult) -> Option<(&ProbeSetResult, usize)> {
     let others = result.probe_sets.iter();

@@ -42,7 +42,7 @@ const BOTTOM: usize = 46;
 /// The minimum width, for the names of the axes.
 const LEAST_WIDTH: usize = 130;
 
-/// The maximum number of rows or columns of a heatmap.
+/// The maximum number of rows or columns in a heatmap.
 const MAX_SIDE: usize = 120;
 
 /// Returns the colour of a rate 0..1, as `#rrggbb`.

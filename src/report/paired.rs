@@ -52,7 +52,7 @@ fn of_viewpoints(one: &PairedResult) -> String {
     format!("{beyond}, {behind} of {}", one.by_viewpoint.len())
 }
 
-/// Returns the best recognizer's differences on the leading probe sets as text of at most 80
+/// Returns the best recognizer's differences on the headline probe sets as text of at most 80
 /// columns; empty if there are none.
 #[must_use]
 pub(super) fn text(results: &ScoreResults) -> String {
@@ -107,7 +107,7 @@ pub(super) fn section(results: &ScoreResults) -> Markup {
             tbody { @for one in of_the_best(results) {
                 tr {
                     th scope="row" { (one.other) }
-                    td.text data-label="probes" { (one.probe_set.as_deref().unwrap_or("leading sets")) }
+                    td.text data-label="probes" { (one.probe_set.as_deref().unwrap_or("headline sets")) }
                     td data-label="people" { (one.people) }
                     td data-label="points" { b { (points(one.difference)) } }
                     td data-label="95 % interval" { (interval(one)) }

@@ -13,7 +13,7 @@ use edgegait_core::silhouette::Size;
 
 /// Grey of the lines between cells: neither a figure's 255 nor the background's 0.
 const LINE: u8 = 96;
-/// The maximum number of pixels of a sheet, 64 Mi: more is a mistake in the arguments.
+/// The maximum number of pixels in a sheet, 64 Mi: more is a mistake in the arguments.
 const MAX_PIXELS: u64 = 1 << 26;
 
 /// Draws rows of images of one size as one picture: each image enlarged `scale` times without

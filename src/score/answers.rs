@@ -2,16 +2,16 @@
 
 use super::{Distance, Outputs, Recognizer};
 use crate::error::{Result, ScoreError};
-use crate::sequences::{Form, SequenceSource, Shown};
+use crate::sequences::{Form, SequenceSource, ShownCounts};
 use crate::template::Template;
 
-/// The most numbers in a batch: 4 MB. Sequences of silhouettes are given one at a time: each is
-/// already a batch of frames, for which a large network needs 700 MB and a second, which is lost if
-/// the run is interrupted.
+/// The maximum number of values in a batch: 4 MB. Sequences of silhouettes are given one at a
+/// time: each is already a batch of frames, for which a large network needs 700 MB and a second,
+/// which is lost if the run is interrupted.
 const MAX_NUMBERS: usize = 1 << 20;
-/// The most templates in a batch.
+/// The maximum number of templates in a batch.
 const MAX_BATCH: usize = 512;
-/// The most numbers in all answers of one recognizer: 1 GB.
+/// The maximum number of values in all answers of one recognizer: 1 GB.
 const MAX_KEPT: usize = 1 << 28;
 
 /// The answers of one recognizer.
@@ -54,7 +54,7 @@ impl Answers {
 }
 
 /// A recognizer, and whether it needs a sequence.
-pub(crate) type Questioned<'a> = (&'a dyn Recognizer, &'a dyn Fn(usize) -> bool);
+pub(crate) type RecognizerNeeds<'a> = (&'a dyn Recognizer, &'a dyn Fn(usize) -> bool);
 
 /// A recognizer with its answers so far and its pending inputs.
 struct Listener<'a> {
@@ -145,12 +145,12 @@ impl Listener<'_> {
 /// # Errors
 /// If a sequence cannot be rendered or read, or a recognizer fails.
 pub(crate) fn ask(
-    recognizers: &[Questioned<'_>],
+    recognizers: &[RecognizerNeeds<'_>],
     source: &SequenceSource<'_>,
     wanted: &[usize],
     form: &Form,
     seen: &mut dyn FnMut(usize, &[u8]),
-) -> Result<(Vec<Answers>, Shown)> {
+) -> Result<(Vec<Answers>, ShownCounts)> {
     let mut listeners: Vec<Listener<'_>> = recognizers
         .iter()
         .map(|&(recognizer, needs)| Listener {

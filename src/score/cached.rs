@@ -20,7 +20,7 @@ use std::sync::{Mutex, PoisonError};
 /// The fewest multiply-accumulates of an input that are worth caching. Our choice: 100 us, ten
 /// times as long as a lookup takes.
 const LEAST_MACS: u64 = 1_000_000;
-/// The most bytes of a file: further answers are not kept.
+/// The maximum size of a file, bytes: further answers are not kept.
 const MOST_BYTES: u64 = 1 << 29;
 const KIND: &str = "answers";
 

@@ -15,7 +15,7 @@ use crate::sweep::FramingMode;
 use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
 
-/// The most bytes a contract may have.
+/// The maximum number of bytes a contract may have.
 const MAX_BYTES: u64 = 1 << 20;
 
 /// Input and output conventions of a recognizer. Every key may be left out.

@@ -12,7 +12,7 @@ use edgegait_core::format::RECOGNIZER_MAGIC;
 use edgegait_core::linear::LinearRecognizer as Linear;
 use std::path::Path;
 
-/// The most bytes of a file: 255 classes of the largest GEIs take a quarter of it.
+/// The maximum number of bytes in a file: 255 classes of the largest GEIs take a quarter of it.
 const MAX_BYTES: u64 = 1 << 22;
 
 /// A recognizer in the file format of `edgegait quantize`.

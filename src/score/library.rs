@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 
 /// The oldest ONNX Runtime that this build can use (`ort`'s feature `api-18`).
 const OLDEST: (u32, u32) = (1, 18);
-/// The most bytes of symbol names that are read.
+/// The maximum number of bytes of symbol names that are read.
 const MAX_NAMES: u64 = 64 << 20;
 /// The function that every ONNX Runtime exports.
 const ENTRY: &[u8] = b"OrtGetApiBase";

@@ -38,7 +38,7 @@ pub use input::{Distance, InputLayout, InputRange};
 pub use model::Model;
 pub(crate) use ports::list_of;
 pub use ports::{Batching, EMBEDDING, SCORES};
-pub use profile::{Arithmetic, OperatorTime, Ran};
+pub use profile::{Arithmetic, OperatorTime, ProfiledOperations};
 pub use provider::{BareLoop, BareOutputs, Provider, RuntimeName};
 pub use quantize::GeiForm;
 pub use runtime::Runtime;
@@ -57,7 +57,7 @@ pub trait Recognizer: Send + Sync {
     /// Returns the runtime that runs it.
     fn runtime(&self) -> &RuntimeName;
 
-    /// Returns the contract: what it expects and promises.
+    /// Returns the contract: what the model expects and gives.
     fn contract(&self) -> &Contract;
 
     /// Computes the outputs of `batch` inputs that lie one after another, in the form that

@@ -16,7 +16,7 @@ use crate::files::sha256_of_bytes;
 use edgegait_core::format::RECOGNIZER_MAGIC;
 use edgegait_core::silhouette::Size;
 
-/// The most bytes a model may have (our choice; protobuf's limit is 2 GiB).
+/// The maximum number of bytes a model may have (our choice; protobuf's limit is 2 GiB).
 const MAX_BYTES: u64 = 1 << 30;
 /// Multiply-accumulates of a batch: a fraction of a second on one core, some seconds on a small
 /// board. Our choice.

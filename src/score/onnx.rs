@@ -9,7 +9,8 @@ use super::ports::{Element, Ports, byte_of};
 use super::profile;
 use super::provider::{BareLoop, BareOutputs, Provider, RuntimeName};
 use super::{
-    Contract, GivenInputs, OperatorTime, OutputTensor, Outputs, Ran, Recognizer, run_batch,
+    Contract, GivenInputs, OperatorTime, OutputTensor, Outputs, ProfiledOperations, Recognizer,
+    run_batch,
 };
 use crate::error::{Cause, ChoiceError, Error, Result, ScoreError};
 use crate::files::Staging;
@@ -162,8 +163,8 @@ fn version_of_build() -> String {
     branch.unwrap_or("unknown").to_owned()
 }
 
-/// The most numbers of an input that is copied into an existing tensor: copying 6 kB takes less
-/// than creating and releasing a tensor, copying 100 kB does not.
+/// The maximum number of values in an input that is copied into an existing tensor: copying 6 kB
+/// takes less than creating and releasing a tensor, copying 100 kB does not.
 const SMALL: usize = 4096;
 
 /// A model loaded by ONNX Runtime.
@@ -399,7 +400,7 @@ pub(super) fn profile(
     model: &Model,
     how: (Provider, usize),
     input: &[f32],
-) -> Result<Vec<Ran>> {
+) -> Result<Vec<ProfiledOperations>> {
     let times = operator_times(ort, model, how, input, 1)?;
     Ok(times.into_iter().map(|one| one.ran).collect())
 }

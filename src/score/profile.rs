@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// Operations of one kind that a session ran in the same way.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Ran {
+pub struct ProfiledOperations {
     /// The operation, such as `Conv` or `QLinearConv`; a name of the provider's own if it fuses
     /// several.
     pub operator: String,
@@ -27,7 +27,7 @@ pub struct Ran {
 pub struct OperatorTime {
     /// The operations.
     #[serde(flatten)]
-    pub ran: Ran,
+    pub ran: ProfiledOperations,
     /// The time of all of them in one inference, microseconds; the mean over several.
     pub mean_us: f64,
 }
@@ -59,7 +59,7 @@ impl Arithmetic {
     }
 }
 
-impl Ran {
+impl ProfiledOperations {
     /// Returns whether ONNX Runtime's own kernels ran it, on the processor.
     #[must_use]
     pub fn is_on_cpu(&self) -> bool {
@@ -136,7 +136,7 @@ pub(super) fn read_times(text: &str, runs: usize) -> serde_json::Result<Vec<Oper
     }
     let counted = if runs > 1 { runs - 1 } else { 1 };
     let time = |((operator, provider, arithmetic), (count, us))| OperatorTime {
-        ran: Ran {
+        ran: ProfiledOperations {
             operator,
             provider,
             arithmetic,

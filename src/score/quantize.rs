@@ -28,7 +28,7 @@ pub struct GeiForm {
 }
 
 impl GeiForm {
-    /// Returns the form that a contract asks for, if firmware can draw it.
+    /// Returns the form that a contract specifies, if firmware can draw it.
     ///
     /// # Errors
     /// For templates other than GEIs, sizes that cannot be drawn, and framings that need a known

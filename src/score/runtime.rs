@@ -1,7 +1,7 @@
 //! The runtimes that run models: the embedded one, or ONNX Runtime with one of its providers.
 
 use super::provider::{BareLoop, BareOutputs, Provider, RuntimeName};
-use super::{Model, OperatorTime, Ran, Recognizer, onnx, rten};
+use super::{Model, OperatorTime, ProfiledOperations, Recognizer, onnx, rten};
 use crate::error::{ChoiceError, Result};
 use std::path::Path;
 
@@ -103,7 +103,7 @@ impl Runtime {
     ///
     /// # Errors
     /// If ONNX Runtime rejects the model or the input, or its profile cannot be read.
-    pub fn profile(&self, model: &Model, input: &[f32]) -> Result<Option<Vec<Ran>>> {
+    pub fn profile(&self, model: &Model, input: &[f32]) -> Result<Option<Vec<ProfiledOperations>>> {
         match &self.engine {
             Engine::Rten => Ok(None),
             Engine::Ort(ort, provider) => {

@@ -6,18 +6,20 @@ use image::RgbImage;
 use rayon::prelude::*;
 use std::path::Path;
 
-/// Fewest frames of a median of a video. Ours: in fewer, a walker leaves no pixel free in most.
+/// Fewest frames of a median of a video. Our choice: in fewer, a walker leaves no pixel free in
+/// most.
 pub(super) const MIN_FRAMES: usize = 10;
-/// Most frames of a median. Ours: the noise of their median is a fifth of a frame's.
+/// The maximum number of frames in a median. Our choice: the noise of their median is a fifth of a
+/// frame's.
 const MOST_FRAMES: usize = 32;
-/// Most bytes of the frames of a median.
+/// The maximum number of bytes in the frames of a median.
 const MOST_BYTES: usize = 1 << 28;
 
 /// Share of the frames above which a pixel that differs from the median is doubtful. A background
-/// is rejected if more than [`MOST_DOUBTFUL`] of all differences are at doubtful pixels. Ours, from
-/// cuts of 15 to 140 frames of the six videos on which constants are chosen: with at most 0.1
-/// doubtful, all cuts reach a mean Jaccard index of 0.90 to the true masks; above it, none reaches
-/// 0.83 (2026-11-24).
+/// is rejected if more than [`MOST_DOUBTFUL`] of all differences are at doubtful pixels. Our
+/// choice, from cuts of 15 to 140 frames of the six videos on which constants are chosen: with at
+/// most 0.1 doubtful, all cuts reach a mean Jaccard index of 0.90 to the true masks; above it, none
+/// reaches 0.83 (2026-11-24).
 const DOUBTFUL: f64 = 0.45;
 const MOST_DOUBTFUL: f64 = 0.1;
 

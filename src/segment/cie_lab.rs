@@ -15,9 +15,10 @@ const XYZ: [[f32; 3]; 3] = [
     [0.212_672_9, 0.715_152_2, 0.072_175],
     [0.019_333_9, 0.119_192, 0.950_304_1],
 ];
-/// Steps of the cube root's table for each unit. Ours: errors are below 0.003 in LAB.
+/// Steps of the cube root's table for each unit. Our choice: errors are below 0.003 in LAB.
 const STEPS: usize = 4096;
-/// Most light in the table over white's: frames are divided by a gain, which may be below 1.
+/// The brightest light in the table, relative to white: frames are divided by a gain, which may be
+/// below 1.
 const MOST: usize = 2;
 
 /// A colour: `L* + 16`, `a*` and `b*`.

@@ -6,23 +6,24 @@ use image::RgbImage;
 use libm::logf;
 
 /// Stride of the pixels, row by row, of which medians are taken: a prime, so that they come from
-/// all columns. Ours.
+/// all columns. Our choice.
 const STRIDE: usize = 7;
 /// Bytes of the background from which the light is estimated: lower ones are mostly noise, and
-/// higher ones may be clipped. Ours.
+/// higher ones may be clipped. Our choice.
 const TELLING: std::ops::RangeInclusive<u8> = 10..=245;
-/// Limits of the change of light. Ours: beyond them, it is another scene.
+/// Limits of the change of light. Our choice: beyond them, it is another scene.
 const GAIN: (f32, f32) = (0.25, 4.0);
-/// Least noise, in LAB. Ours: a third of a byte at middle grey, the noise of rounding.
+/// The minimum noise, in LAB. Our choice: a third of a byte at middle grey, the noise of rounding.
 const LEAST_NOISE: f32 = 0.2;
 /// Median length of a vector with three components of standard deviation 1: the root of the median
 /// of chi-squared with three degrees of freedom, 2.366.
 const MEDIAN_LENGTH: f32 = 1.538;
-/// Largest share by which a shadow reduces `L* + 16` and the chroma. Ours, between shadows on the
-/// floors of rendered videos (up to 0.25, rarely above 0.17) and a share at which clothes would be
-/// ignored too. The remaining 0.8 is the cube root of 0.51 of the light.
+/// Largest share by which a shadow reduces `L* + 16` and the chroma. Our choice, between shadows on
+/// the floors of rendered videos (up to 0.25, rarely above 0.17) and a share at which clothes would
+/// be ignored too. The remaining 0.8 is the cube root of 0.51 of the light.
 const SHADOW: f32 = 0.2;
-/// Grey levels for each factor of e of a difference. Ours: 255 levels reach 587 times the noise.
+/// Grey levels for each factor of e of a difference. Our choice: 255 levels reach 587 times the
+/// noise.
 const LEVELS: f32 = 40.0;
 
 /// The scene without people.

@@ -14,9 +14,9 @@ use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-/// Most bytes of a picture's file, and of memory for its decoding.
+/// The maximum number of bytes in a picture's file, and of memory for its decoding.
 const MAX_BYTES: u64 = 1 << 28;
-/// Most frames of a batch, and most bytes of them. Ours: a few for each thread.
+/// The maximum number of frames in a batch, and of their bytes. Our choice: a few for each thread.
 const BATCH: usize = 32;
 const BATCH_BYTES: usize = 1 << 26;
 
@@ -291,7 +291,7 @@ fn pictures(folder: &Path) -> Result<Vec<PathBuf>> {
     if let Some(other) = files.iter().find(|path| !is_picture(path)) {
         return Err(Error::input(
             other,
-            "expected a folder of frames of one video, as .png or .jpg, found something else in it",
+            "expected a folder of frames of one video, as .png or .jpg, found another file in it",
         ));
     }
     if files.is_empty() {

@@ -57,22 +57,23 @@ use difference::{EmptyScene, SceneDifference, over_noise};
 use image::RgbImage;
 use std::path::Path;
 
-/// Least difference of a figure over the noise. Ours: noise in three components exceeds six
-/// standard deviations in one of 10^7 pixels, and two clusters of noise alone lie lower.
+/// The minimum difference of a figure over the noise. Our choice: noise in three components exceeds
+/// six standard deviations in one of 10^7 pixels, and two clusters of noise alone lie lower.
 const LEAST_OVER_NOISE: f32 = 6.0;
 /// Half-width of the square that closes the gaps in which pixels are added, over the square root of
-/// the figure's area. Ours: 11 pixels for a figure of 4,000 pixels (150 rows), less than the width
-/// of a thigh.
+/// the figure's area. Our choice: 11 pixels for a figure of 4,000 pixels (150 rows), less than the
+/// width of a thigh.
 const TAKEN_BACK: f64 = 0.18;
-/// Most pixels by which the rim is peeled, and the share of the greatest difference within two
-/// pixels below which a pixel is removed. Ours: a half-covered pixel has half of that difference, a
-/// little less where smoothing spreads dark colours.
+/// The maximum number of pixels by which the rim is peeled, and the share of the greatest
+/// difference within two pixels below which a pixel is removed. Our choice: a half-covered pixel
+/// has half of that difference, a little less where smoothing spreads dark colours.
 const PEELS: usize = 2;
 const PEELED: f32 = 0.45;
-/// Gaps of up to twice this many pixels do not split a figure. Ours.
+/// Gaps of up to twice this many pixels do not split a figure. Our choice.
 const BRIDGED: usize = 2;
-/// Least area of a figure as a share of the picture. Ours: smaller areas are JPEG blocks in dark,
-/// saturated colours (up to 0.14 % of our empty frames), or a figure too small for 50 rows.
+/// The minimum area of a figure as a share of the picture. Our choice: smaller areas are JPEG
+/// blocks in dark, saturated colours (up to 0.14 % of our empty frames), or a figure too small for
+/// 50 rows.
 const LEAST_SHARE: f64 = 0.002;
 
 /// The settings of the steps after the threshold.

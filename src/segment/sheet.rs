@@ -4,11 +4,12 @@ use super::evenly_spaced::EvenlySpaced;
 use super::mask::Mask;
 use image::{Rgb, RgbImage, imageops};
 
-/// Most frames of a sheet; a long video shows 16 to 32.
+/// The maximum number of frames in a sheet; a long video shows 16 to 32.
 const MOST: usize = 32;
 /// Frames in a row.
 const ACROSS: usize = 4;
-/// Most columns of a frame on the sheet; wider frames are reduced by a whole number.
+/// The maximum number of columns in a frame on the sheet; wider frames are reduced by a whole
+/// number.
 const WIDEST: u32 = 480;
 /// Pixels between frames, and their grey.
 const GAP: u32 = 2;

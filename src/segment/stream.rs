@@ -14,7 +14,7 @@ use std::thread::JoinHandle;
 
 /// Bytes of a read: the size of a few pipe buffers.
 const BUFFER: usize = 1 << 18;
-/// Most bytes of the messages of `ffmpeg` that are shown.
+/// The maximum number of bytes in the messages of `ffmpeg` that are shown.
 const MOST_SAID: u64 = 1 << 12;
 
 /// A stream of frames.

@@ -9,11 +9,11 @@ use sha2::{Digest as _, Sha256};
 use std::io::{BufRead, Read as _};
 use std::path::{Path, PathBuf};
 
-/// Most rows or columns of a frame.
+/// The maximum number of rows or columns in a frame.
 pub(super) const MAX_SIDE: u32 = 8192;
-/// Most pixels of a frame: 16 Mi, more than 4K video has.
+/// The maximum number of pixels in a frame: 16 Mi, more than 4K video has.
 pub(super) const MAX_PIXELS: u32 = 1 << 24;
-/// Most bytes of a line of text; programs write about 80.
+/// The maximum number of bytes in a line of text; programs write about 80.
 const MAX_LINE: u64 = 1 << 10;
 
 /// The number of pixels that share a colour, across and down, or none for grey video.

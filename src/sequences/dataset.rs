@@ -1,6 +1,6 @@
 //! Sequences of a dataset, which are stored templates.
 
-use super::{Form, Labels, MadeTake, SequenceOrigin, Sequences, Shown, ViewLabel};
+use super::{Form, Labels, MadeTake, SequenceOrigin, Sequences, ShownCounts, ViewLabel};
 use crate::dataset::Dataset;
 use crate::error::{Error, Result};
 use crate::template::Template;
@@ -64,7 +64,7 @@ impl DatasetTemplates {
         wanted: &[usize],
         form: &Form,
         sink: &mut dyn FnMut(usize, &[u8]) -> Result<()>,
-    ) -> Result<Shown> {
+    ) -> Result<ShownCounts> {
         let (wanted_is, found_is) = (form.settings.template, self.dataset.template());
         if wanted_is != found_is {
             let expected = match wanted_is {
@@ -83,9 +83,9 @@ impl DatasetTemplates {
             sink(number, self.dataset.bytes(number))?;
             silhouettes += u64::from(self.dataset.index()[number].frames);
         }
-        Ok(Shown {
+        Ok(ShownCounts {
             silhouettes,
-            ..Shown::default()
+            ..ShownCounts::default()
         })
     }
 }

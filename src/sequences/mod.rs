@@ -237,7 +237,7 @@ pub struct Form {
 
 /// Counts of the silhouettes that were shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Shown {
+pub struct ShownCounts {
     /// The number of silhouettes in the GEIs and sequences.
     pub silhouettes: u64,
     /// The share of the figures' pixels outside of the images, summed over silhouettes, or `None`
@@ -247,7 +247,7 @@ pub struct Shown {
     pub empty: u64,
 }
 
-impl Shown {
+impl ShownCounts {
     /// Returns the sum of both counts.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
@@ -313,7 +313,7 @@ impl SequenceSource<'_> {
         wanted: &[usize],
         form: &Form,
         sink: &mut dyn FnMut(usize, &[u8]) -> Result<()>,
-    ) -> Result<Shown> {
+    ) -> Result<ShownCounts> {
         match self {
             Self::Walks(walks) => walks.show(wanted, form, sink),
             Self::Dataset(geis) => geis.show(wanted, form, sink),

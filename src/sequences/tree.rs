@@ -1,7 +1,7 @@
 //! Sequences of a tree of silhouettes: whole recordings or gait cycles.
 
 use super::packs::{Selection, require};
-use super::{Form, Labels, SequenceOrigin, Sequences, Shown, ViewLabel, mean};
+use super::{Form, Labels, SequenceOrigin, Sequences, ShownCounts, ViewLabel, mean};
 use crate::dataset::{Partition, Tree, TreeLayout, TreeSequence};
 use crate::error::{Error, Result};
 use crate::gait_cycles::{CycleFinder, whole_frames};
@@ -377,10 +377,10 @@ impl Recordings {
         wanted: &[usize],
         form: &Form,
         sink: &mut dyn FnMut(usize, &[u8]) -> Result<()>,
-    ) -> Result<Shown> {
-        let mut shown = Shown {
+    ) -> Result<ShownCounts> {
+        let mut shown = ShownCounts {
             clipped: wanted.first().map(|_| 0.0),
-            ..Shown::default()
+            ..ShownCounts::default()
         };
         for &number in wanted {
             let (bytes, own) = self.template(number, form)?;
@@ -391,7 +391,7 @@ impl Recordings {
     }
 
     /// Returns a sequence in a form, and counts of its silhouettes.
-    fn template(&self, number: usize, form: &Form) -> Result<(Vec<u8>, Shown)> {
+    fn template(&self, number: usize, form: &Form) -> Result<(Vec<u8>, ShownCounts)> {
         let (size, framing) = (form.settings.size, form.settings.framing);
         let part = self.parts[number].clone();
         let recording = part.0;
@@ -414,7 +414,7 @@ impl Recordings {
                 "expected pixels from 0 to 255, found only 0 and 1 (multiply them by 255)",
             ));
         }
-        let shown = Shown {
+        let shown = ShownCounts {
             silhouettes: frames as u64,
             clipped: Some(found.clipped_share * frames as f64),
             empty: found.empty as u64,

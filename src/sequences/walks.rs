@@ -1,6 +1,6 @@
 //! Sequences of a pack's walks, which are drawn on demand.
 
-use super::{Form, Labels, SequenceOrigin, Sequences, Shown};
+use super::{Form, Labels, SequenceOrigin, Sequences, ShownCounts};
 use crate::confounders::Condition;
 use crate::error::{ChoiceError, Error, Result};
 use crate::sweep::{Job, Moments, Settings, Shot, Swept, View, jobs, silhouettes, sweep};
@@ -255,19 +255,19 @@ impl PackWalks<'_> {
         wanted: &[usize],
         form: &Form,
         sink: &mut dyn FnMut(usize, &[u8]) -> Result<()>,
-    ) -> Result<Shown> {
+    ) -> Result<ShownCounts> {
         let by_job = self.by_job(wanted)?;
         let frames = form.settings.frames_per_cycle;
-        let shown = Shown {
+        let shown = ShownCounts {
             silhouettes: wanted.len() as u64 * u64::from(frames),
-            ..Shown::default()
+            ..ShownCounts::default()
         };
         if form.settings.template == Template::Silhouettes {
             self.show_silhouettes(&by_job, form.settings, sink)?;
             return Ok(shown);
         }
         let (clipped, empty) = self.show_templates(&by_job, form.settings, sink)?;
-        Ok(Shown {
+        Ok(ShownCounts {
             clipped: Some(clipped),
             empty,
             ..shown

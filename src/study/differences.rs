@@ -43,7 +43,7 @@ pub(crate) fn banded(rows: &[(f64, f64)]) -> Vec<(f64, f64)> {
 
 /// The effect of one change of the twins.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Price {
+pub(crate) struct ChangeEffect {
     /// The view's name.
     pub view: String,
     /// The change in words.
@@ -61,7 +61,7 @@ pub(crate) struct Price {
     pub nearest: AccuracyPoint,
 }
 
-impl Price {
+impl ChangeEffect {
     /// Measures the effect of a change from real and changed synthetic cycles; none if no real
     /// cycle can be tested.
     ///
@@ -106,14 +106,14 @@ pub(crate) fn shared(
     real: &[Example],
     synthetic: &[Example],
     seed: u64,
-) -> Result<Vec<Price>> {
+) -> Result<Vec<ChangeEffect>> {
     let mut prices = Vec::new();
     let difference = difference(real, synthetic);
     let all = std::iter::once(("all rows", 0..SIZE.rows()));
     for (name, rows) in BANDS.into_iter().chain(all) {
         let corrected = with_mean_of(synthetic, &difference, &rows);
         let change = format!("the mean difference of GEIs taken out: {name}");
-        prices.extend(Price::of(
+        prices.extend(ChangeEffect::of(
             view,
             change,
             RealAndSynthetic {
@@ -127,7 +127,7 @@ pub(crate) fn shared(
     let leaning = leaning(synthetic, &offsets(real, synthetic));
     let jaccard = mean_likeness(real, &leaning);
     let change = "rows above the hips moved to where they are on average";
-    prices.extend(Price::of(
+    prices.extend(ChangeEffect::of(
         view,
         change,
         RealAndSynthetic {

@@ -167,7 +167,7 @@ pub(crate) struct BoxPlot {
     pub count: usize,
     /// The mean.
     pub mean: f64,
-    /// The least value within 1.5 interquartile ranges of the box.
+    /// The minimum value within 1.5 interquartile ranges of the box.
     pub low: f64,
     /// The first quartile.
     pub q1: f64,

@@ -22,7 +22,7 @@ mod splits;
 mod subspaces;
 mod twins;
 
-pub(crate) use differences::{BANDS, Price, banded};
+pub(crate) use differences::{BANDS, ChangeEffect, banded};
 pub(crate) use example::SIZE;
 pub(crate) use likeness::BoxPlot;
 pub(crate) use masks::Masks;
@@ -140,7 +140,7 @@ pub(crate) struct Findings {
     /// The order of the results compared with the paper's.
     pub orders: Vec<PaperOrder>,
     /// The effects of the differences between S and R.
-    pub prices: Vec<Price>,
+    pub prices: Vec<ChangeEffect>,
     /// Warnings for the user.
     #[serde(skip)]
     pub warnings: Vec<String>,
@@ -271,7 +271,8 @@ pub(crate) fn run(
             if let Some((real, synthetic)) = real_all.last().zip(synthetic_all.last()) {
                 let jaccard = mean_likeness(real, synthetic);
                 let both = RealAndSynthetic { real, synthetic };
-                let price = Price::of(&seen.name, "both framed by box", both, jaccard, seed)?;
+                let price =
+                    ChangeEffect::of(&seen.name, "both framed by box", both, jaccard, seed)?;
                 findings.prices.extend(price);
             }
         }
@@ -433,7 +434,7 @@ fn prices(
     twins: &Twins,
     others: &[(&str, Twins)],
     choices: &Choices,
-) -> Result<Vec<Price>> {
+) -> Result<Vec<ChangeEffect>> {
     let (Some(&seed), Some(&framing)) = (choices.seeds.first(), choices.framings.first()) else {
         return Err(Error::Missing("a seed and a framing"));
     };
@@ -442,7 +443,7 @@ fn prices(
     let mut prices = Vec::new();
     let mut add = |change: &str, (own, changed): (Option<f64>, &[Example])| -> Result<()> {
         let jaccard = mean_likeness(real, changed);
-        let price = Price::of(
+        let price = ChangeEffect::of(
             &seen.name,
             change,
             RealAndSynthetic {
@@ -452,7 +453,7 @@ fn prices(
             jaccard,
             seed,
         )?;
-        prices.extend(price.map(|price| Price { own, ..price }));
+        prices.extend(price.map(|price| ChangeEffect { own, ..price }));
         Ok(())
     };
     add("as they are", (None, synthetic))?;

@@ -2,7 +2,7 @@
 
 use super::column_images::SweepColumns;
 use super::painted_view::PaintedView;
-use super::posed_frames::{Film, FilmView};
+use super::posed_frames::{FramedView, PosedFrames};
 use super::views::{View, by_azimuth};
 use crate::error::{ChoiceError, Error, Result};
 use edgegait_core::raster::columns::{self, Azimuth, ElevationImages};
@@ -30,13 +30,13 @@ impl Columns {
     /// Returns the GEIs of the numbered views, and `None` for the others.
     pub(super) fn see(
         &mut self,
-        film: &mut Film<'_>,
+        film: &mut PosedFrames<'_>,
         views: &[View],
         numbers: &[usize],
     ) -> Result<Vec<Option<PaintedView>>> {
         let mut seen = vec![None; views.len()];
         for group in by_azimuth(views, numbers)? {
-            let sights: Vec<FilmView<'_>> = group
+            let sights: Vec<FramedView<'_>> = group
                 .views
                 .iter()
                 .map(|&at| film.sight(&views[at]))
@@ -65,9 +65,9 @@ impl Columns {
     /// Draws one frame from one view.
     pub(super) fn frame(
         &mut self,
-        film: &Film<'_>,
+        film: &PosedFrames<'_>,
         frame: usize,
-        sight: FilmView<'_>,
+        sight: FramedView<'_>,
     ) -> Result<AnySilhouette> {
         let azimuth = Azimuth::new(&[sight.viewpoint()])?;
         let mut images = ElevationImages::empty(self.renderer.measure.size());

@@ -1,6 +1,6 @@
 //! Frames under confounders of the image: rendered finely, confounded, and framed again.
 
-use super::posed_frames::{Film, FilmView};
+use super::posed_frames::{FramedView, PosedFrames};
 use super::recording;
 use crate::confounders::image::{
     self, BitPicture, Crossing, Fine, FineRenderer, Framed, Light, Pillar,
@@ -11,7 +11,7 @@ use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::pose::ModelPose;
 use edgegait_core::raster::{self, DrawError};
 
-impl Film<'_> {
+impl PosedFrames<'_> {
     /// Draws one of the posed frames under confounders of the image. Returns `None` if nothing of
     /// the figure is left.
     ///
@@ -20,7 +20,7 @@ impl Film<'_> {
     pub(super) fn segmented(
         &self,
         index: usize,
-        sight: &FilmView<'_>,
+        sight: &FramedView<'_>,
         renderer: &mut FineRenderer,
     ) -> Result<Option<Framed>> {
         let seen = self.seen(index, sight)?;
@@ -31,7 +31,7 @@ impl Film<'_> {
     fn confounded(
         &self,
         index: usize,
-        sight: &FilmView<'_>,
+        sight: &FramedView<'_>,
         seen: raster::RenderView,
         renderer: &mut FineRenderer,
     ) -> std::result::Result<Option<Framed>, DrawError> {
@@ -97,7 +97,7 @@ impl Film<'_> {
     }
 
     /// Returns the occluders between the camera and the walker.
-    pub(super) fn in_front(&self, index: usize, sight: &FilmView<'_>) -> Vec<InFront> {
+    pub(super) fn in_front(&self, index: usize, sight: &FramedView<'_>) -> Vec<InFront> {
         let (posed, extras, plan) = (&self.frames[index], &self.extras[index], self.plan);
         let (stride_m, _) = self.walker.stride();
         let mut all = Vec::new();

@@ -2,7 +2,7 @@
 
 use super::columns::Columns;
 use super::painted_view::PaintedView;
-use super::posed_frames::{Film, FilmView};
+use super::posed_frames::{FramedView, PosedFrames};
 use super::{Raster, Settings, Swept, View, Wanted};
 use crate::confounders::image::FineRenderer;
 use crate::error::Result;
@@ -33,7 +33,7 @@ impl Painter {
     /// Makes the requested outputs of the posed frames. Equal views are drawn once.
     pub(super) fn sweep(
         &mut self,
-        film: &mut Film<'_>,
+        film: &mut PosedFrames<'_>,
         (views, firsts): (&[View], &[usize]),
         wanted: &Wanted,
     ) -> Result<Swept> {
@@ -74,9 +74,9 @@ impl Painter {
     /// Draws one frame from one view.
     pub(super) fn frame(
         &mut self,
-        film: &Film<'_>,
+        film: &PosedFrames<'_>,
         frame: usize,
-        sight: FilmView<'_>,
+        sight: FramedView<'_>,
     ) -> Result<AnySilhouette> {
         match self {
             Self::Each(brush, _) => {
@@ -111,9 +111,9 @@ impl Brush {
     /// view and the result of [`Self::draw`].
     fn draw_views(
         &mut self,
-        film: &Film<'_>,
+        film: &PosedFrames<'_>,
         frame: usize,
-        sights: &[FilmView<'_>],
+        sights: &[FramedView<'_>],
         mut take: impl FnMut(usize, DrawnFrame<'_>) -> Result<()>,
     ) -> Result<()> {
         if !film.acts_on_images() {
@@ -130,9 +130,9 @@ impl Brush {
     /// Draws one of the posed frames.
     fn draw(
         &mut self,
-        film: &Film<'_>,
+        film: &PosedFrames<'_>,
         frame: usize,
-        sight: &FilmView<'_>,
+        sight: &FramedView<'_>,
     ) -> Result<DrawnFrame<'_>> {
         if !film.acts_on_images() {
             return Ok(DrawnFrame::of(film.draw(
@@ -190,7 +190,7 @@ fn blank(size: Size) -> AnySilhouette {
 
 /// Makes the requested outputs of the numbered views, and returns `None` for the others.
 fn see(
-    film: &mut Film<'_>,
+    film: &mut PosedFrames<'_>,
     (views, numbers): (&[View], &[usize]),
     wanted: &Wanted,
     (brush, builders): (&mut Brush, &mut Vec<Vec<Builder>>),
@@ -207,7 +207,7 @@ fn see(
     }
     for batch in numbers.chunks(VIEWS_AT_ONCE) {
         let mut all = vec![PaintedView::default(); batch.len()];
-        let sights: Vec<FilmView<'_>> = batch
+        let sights: Vec<FramedView<'_>> = batch
             .iter()
             .map(|&at| film.sight(&views[at]))
             .collect::<Result<_>>()?;

@@ -56,8 +56,8 @@ pub(super) fn sun() -> Option<Sun> {
     Sun::from_degrees(SUN_AZIMUTH_DEG, SUN_ELEVATION_DEG).ok()
 }
 
-/// The direction of the sun, degrees: ahead of the walker to the left. Ours: a summer afternoon,
-/// with shadows as long as the figures are high.
+/// The direction of the sun, degrees: ahead of the walker to the left. Our choice: a summer
+/// afternoon, with shadows as long as the figures are high.
 pub(super) const SUN_AZIMUTH_DEG: f32 = 60.0;
 
 pub(super) const SUN_ELEVATION_DEG: f32 = 45.0;

@@ -17,8 +17,8 @@ mod settings;
 mod views;
 mod walker;
 
-pub use outputs::{MAX_FRAMES, TAKE_FPS, Wanted};
-pub use scene_view::{Scene, SceneHulls, Thing, scene};
+pub use outputs::{MAX_FRAMES, UNCUT_FPS, Wanted};
+pub use scene_view::{Scene, SceneHullKind, SceneHulls, scene};
 pub use settings::{Aim, FRAMES_PER_CYCLE, FramingMode, Jitter, Lens, Raster, Sensor, Settings};
 pub use views::{View, Views};
 pub use walker::drawn;
@@ -29,7 +29,7 @@ use drawing::Painter;
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::AnySilhouette;
 use glam::Vec3;
-use posed_frames::Film;
+use posed_frames::PosedFrames;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::ops::Range;
@@ -88,8 +88,8 @@ impl<'c> Job<'c> {
 /// # Errors
 /// If a walk is an uncut motion, which has no cycles; the error names the first such walk.
 pub fn jobs(pack: &Pack<'_>, walks: &[usize], variations: Range<u32>) -> Result<Vec<Job<'static>>> {
-    if let Some(take) = walks.iter().copied().find(|&walk| is_take(pack, walk)) {
-        return Err(SweepError::TakeHasNoCycle(walk_name(pack, take)).into());
+    if let Some(take) = walks.iter().copied().find(|&walk| is_uncut(pack, walk)) {
+        return Err(SweepError::UncutHasNoCycle(walk_name(pack, take)).into());
     }
     let of = |&walk: &usize| {
         variations
@@ -101,7 +101,7 @@ pub fn jobs(pack: &Pack<'_>, walks: &[usize], variations: Range<u32>) -> Result<
 
 /// Returns whether a walk is stored as an uncut motion, not as a cycle.
 #[must_use]
-pub fn is_take(pack: &Pack<'_>, walk: usize) -> bool {
+pub fn is_uncut(pack: &Pack<'_>, walk: usize) -> bool {
     let clip = pack.walk(walk).and_then(|walk| pack.clip(walk.clip));
     clip.is_some_and(|clip| clip.as_uncut().is_some())
 }
@@ -304,7 +304,7 @@ fn swept(
         }
         .into());
     }
-    let mut film = Film::new(pack, job, &dressed, settings)?;
+    let mut film = PosedFrames::new(pack, job, &dressed, settings)?;
     let frames = moments.count(settings.frames_per_cycle);
     let mut swept = Swept::default();
     for range in chunks(moments, &settings) {
@@ -360,7 +360,7 @@ pub fn figures(
     settings: Settings,
 ) -> Result<Vec<Vec<Vec<Vec3>>>> {
     let dressed = Dressed::new(pack, job, settings.seed)?;
-    let mut film = Film::new(pack, job, &dressed, settings)?;
+    let mut film = PosedFrames::new(pack, job, &dressed, settings)?;
     film.pose(moments, 0..moments.count(settings.frames_per_cycle));
     Ok(film.figures())
 }
@@ -376,7 +376,7 @@ pub fn silhouettes(
 ) -> Result<Vec<Vec<AnySilhouette>>> {
     settings.check()?;
     let dressed = Dressed::new(pack, shot.job, settings.seed)?;
-    let mut film = Film::new(pack, shot.job, &dressed, settings)?;
+    let mut film = PosedFrames::new(pack, shot.job, &dressed, settings)?;
     let mut painter = Painter::new(&settings);
     let firsts = views::firsts(shot.views);
     let mut all = vec![Vec::new(); shot.views.len()];

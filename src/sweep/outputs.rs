@@ -1,14 +1,14 @@
 //! The requested outputs of each job, and the moments for which they are made.
 
-use super::{Job, Moments, Raster, Settings, is_take, walk_name};
+use super::{Job, Moments, Raster, Settings, is_uncut, walk_name};
 use crate::error::{ChoiceError, Result, SweepError};
 use crate::template::{Builder, Template};
 use edgegait_core::pack::Pack;
 
 /// The default frame rate of uncut motions, frames a second, after CASIA-B's video.
-pub const TAKE_FPS: f64 = 25.0;
+pub const UNCUT_FPS: f64 = 25.0;
 
-/// The most frames of one job: an hour at 25 frames a second.
+/// The maximum number of frames in one job: an hour at 25 frames a second.
 pub const MAX_FRAMES: u32 = 90_000;
 
 /// The requested outputs of each job.
@@ -22,7 +22,7 @@ pub struct Wanted {
     /// they are left out.
     pub blanks: bool,
     /// Frames a second, instead of [`Settings::frames_per_cycle`]; the default for uncut motions is
-    /// [`TAKE_FPS`].
+    /// [`UNCUT_FPS`].
     pub fps: Option<f64>,
 }
 
@@ -66,8 +66,8 @@ impl Wanted {
         settings: Settings,
     ) -> Result<(Moments, Settings)> {
         let frames = self.frames(pack, job, &settings)?;
-        if is_take(pack, job.walk) {
-            let fps = self.fps.unwrap_or(TAKE_FPS);
+        if is_uncut(pack, job.walk) {
+            let fps = self.fps.unwrap_or(UNCUT_FPS);
             let start_s = 0.0;
             return Ok((
                 Moments::Seconds {
@@ -95,15 +95,15 @@ impl Wanted {
             let clip = pack.walk(job.walk).and_then(|walk| pack.clip(walk.clip));
             clip.map_or(0.0, |clip| clip.duration_s())
         };
-        let is_take = is_take(pack, job.walk);
+        let is_uncut = is_uncut(pack, job.walk);
         let name = || walk_name(pack, job.walk);
-        if is_take && self.templates != [Template::Silhouettes] {
-            return Err(SweepError::TakeHasNoCycle(name()).into());
+        if is_uncut && self.templates != [Template::Silhouettes] {
+            return Err(SweepError::UncutHasNoCycle(name()).into());
         }
-        let (frames, most) = match (is_take, self.fps) {
+        let (frames, most) = match (is_uncut, self.fps) {
             // The duration is stated in whole microseconds.
             (true, fps) => (
-                ((duration_s() + 1e-6) * fps.unwrap_or(TAKE_FPS)).floor() + 1.0,
+                ((duration_s() + 1e-6) * fps.unwrap_or(UNCUT_FPS)).floor() + 1.0,
                 MAX_FRAMES,
             ),
             (false, Some(fps)) => ((duration_s() * fps).round().max(1.0), Builder::MAX_FRAMES),

@@ -23,7 +23,7 @@ const MARGIN: f32 = 1e-4;
 const CHUNK: usize = 16;
 
 /// The posed frames of one job.
-pub(super) struct Film<'a> {
+pub(super) struct PosedFrames<'a> {
     job: Job<'a>,
     /// The walk's number and name, for errors.
     name: String,
@@ -45,13 +45,13 @@ pub(super) struct Film<'a> {
 
 /// A view, and the framing that all frames share there, if there is one.
 #[derive(Clone, Copy)]
-pub(super) struct FilmView<'v> {
+pub(super) struct FramedView<'v> {
     view: &'v View,
     viewpoint: Viewpoint,
     framing: Option<camera::Framing>,
 }
 
-impl<'v> FilmView<'v> {
+impl<'v> FramedView<'v> {
     /// Returns the view as requested.
     pub(super) const fn view(&self) -> &'v View {
         self.view
@@ -63,7 +63,7 @@ impl<'v> FilmView<'v> {
     }
 }
 
-impl<'a> Film<'a> {
+impl<'a> PosedFrames<'a> {
     /// Creates a film of the job's dressed figure, without frames.
     ///
     /// # Errors
@@ -164,7 +164,7 @@ impl<'a> Film<'a> {
     pub(super) fn keypoints(
         &self,
         index: usize,
-        sight: &FilmView<'_>,
+        sight: &FramedView<'_>,
         placed: Option<Placement>,
     ) -> Result<Vec<u8>> {
         let camera = self.seen(index, sight)?.camera;
@@ -185,7 +185,7 @@ impl<'a> Film<'a> {
     ///
     /// # Errors
     /// If the condition moves the camera to an invalid viewpoint.
-    pub(super) fn sight<'v>(&mut self, view: &'v View) -> Result<FilmView<'v>> {
+    pub(super) fn sight<'v>(&mut self, view: &'v View) -> Result<FramedView<'v>> {
         let viewpoint = recording::viewpoint(self.plan, view)?;
         let framing = match self.settings.framing {
             FramingMode::Height => Some(camera::Framing::Height),
@@ -193,7 +193,7 @@ impl<'a> Film<'a> {
             FramingMode::Cycle => Some(self.fit(view.viewpoint())),
             FramingMode::Camera => None,
         };
-        Ok(FilmView {
+        Ok(FramedView {
             view,
             viewpoint,
             framing,
@@ -207,7 +207,7 @@ impl<'a> Film<'a> {
     pub(super) fn draw<'r>(
         &self,
         index: usize,
-        sight: &FilmView<'_>,
+        sight: &FramedView<'_>,
         renderer: &'r mut Renderer,
     ) -> Result<Drawing<'r>> {
         let posed = &self.frames[index];
@@ -229,7 +229,7 @@ impl<'a> Film<'a> {
     pub(super) fn draw_views(
         &self,
         index: usize,
-        sights: &[FilmView<'_>],
+        sights: &[FramedView<'_>],
         renderer: &mut Renderer,
         mut take: impl FnMut(usize, Drawing<'_>) -> Result<()>,
     ) -> Result<()> {
@@ -252,7 +252,7 @@ impl<'a> Film<'a> {
     pub(super) fn draw_elevations(
         &self,
         index: usize,
-        (sights, azimuth): (&[FilmView<'_>], &Azimuth),
+        (sights, azimuth): (&[FramedView<'_>], &Azimuth),
         renderer: &mut SweepColumns,
         images: &mut ElevationImages,
     ) -> Result<Vec<f64>> {
@@ -288,7 +288,7 @@ impl<'a> Film<'a> {
     }
 
     /// Returns camera, framing and jitter of one of the posed frames.
-    pub(super) fn seen(&self, index: usize, sight: &FilmView<'_>) -> Result<raster::RenderView> {
+    pub(super) fn seen(&self, index: usize, sight: &FramedView<'_>) -> Result<raster::RenderView> {
         let (camera, framing) = self.placed(sight, &self.frames[index])?;
         let jitter = self.settings.jitter.of_frame(self.sources[index]);
         Ok(raster::RenderView {
@@ -301,7 +301,7 @@ impl<'a> Film<'a> {
     /// Returns the camera and the framing of one frame: the sensor's, unless frames share one.
     fn placed(
         &self,
-        sight: &FilmView<'_>,
+        sight: &FramedView<'_>,
         posed: &PosedWalker<'_>,
     ) -> Result<(Camera, camera::Framing)> {
         let Settings {

@@ -1,6 +1,6 @@
 //! The scene of a frame: hulls, camera and floor, for pictures of the scene itself.
 
-use super::posed_frames::Film;
+use super::posed_frames::PosedFrames;
 use super::walker::Dressed;
 use super::{Job, Moments, Settings, View, recording};
 use crate::confounders::Doses;
@@ -14,7 +14,7 @@ use glam::Vec3;
 
 /// The kind of a hull in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Thing {
+pub enum SceneHullKind {
     /// A part of the walker, its clothes or its loads.
     Worn(BodyPart),
     /// A part of the walker's shadow on the floor.
@@ -24,7 +24,7 @@ pub enum Thing {
 }
 
 /// Convex hulls with their points in the walker's space, metres.
-pub type SceneHulls = Vec<(Thing, Vec<Vec3>)>;
+pub type SceneHulls = Vec<(SceneHullKind, Vec<Vec3>)>;
 
 /// The scene of one frame of a walk, before camera, lens and segmentation.
 #[derive(Clone, Debug)]
@@ -58,7 +58,7 @@ pub fn scene(
     frame: u32,
 ) -> Result<Scene> {
     let dressed = Dressed::new(pack, job, settings.seed)?;
-    let mut film = Film::new(pack, job, &dressed, settings)?;
+    let mut film = PosedFrames::new(pack, job, &dressed, settings)?;
     film.pose(Moments::Cycle, 0..settings.frames_per_cycle);
     film.scene(frame as usize % film.len(), view, dressed.parts())
 }
@@ -66,11 +66,11 @@ pub fn scene(
 /// Returns the hulls of a figure, each with its kind.
 fn worn(figure: &Figure<'_>, parts: &[BodyPart]) -> SceneHulls {
     let hulls = figure.hulls().map(Iterator::collect);
-    let things = parts.iter().map(|&part| Thing::Worn(part));
+    let things = parts.iter().map(|&part| SceneHullKind::Worn(part));
     things.zip(hulls).collect()
 }
 
-impl Film<'_> {
+impl PosedFrames<'_> {
     fn scene(&mut self, index: usize, view: &View, parts: &[BodyPart]) -> Result<Scene> {
         let sight = self.sight(view)?;
         let camera = self.seen(index, &sight)?.camera;
@@ -85,10 +85,13 @@ impl Film<'_> {
                     .collect()
             };
             if let Some(shadow) = extras.shadow() {
-                hulls.extend(all(&shadow, Thing::Shadow));
+                hulls.extend(all(&shadow, SceneHullKind::Shadow));
             }
             for other in self.in_front(index, &sight) {
-                hulls.extend(all(&other.figure(self.walker.crossing()), Thing::Occluder));
+                hulls.extend(all(
+                    &other.figure(self.walker.crossing()),
+                    SceneHullKind::Occluder,
+                ));
             }
             let exposed = extras.exposures.iter();
             exposures.extend(exposed.map(|figure| worn(figure, parts)));

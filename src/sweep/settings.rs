@@ -8,9 +8,9 @@ use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// The default number of frames of a cycle. Ours: a GEI of 32 frames differs by 4.2 of 255 (root
-/// mean square) from one of 512 frames, a GEI of 64 frames by 2.2, of 16 frames by 7.8 (two people,
-/// 20 viewpoints, `render --template gei --frames-per-cycle N`).
+/// The default number of frames of a cycle. Our choice: a GEI of 32 frames differs by 4.2 of 255
+/// (root mean square) from one of 512 frames, a GEI of 64 frames by 2.2, of 16 frames by 7.8 (two
+/// people, 20 viewpoints, `render --template gei --frames-per-cycle N`).
 pub const FRAMES_PER_CYCLE: u32 = 32;
 
 /// The settings of a sweep.
@@ -230,7 +230,7 @@ pub struct Sensor {
 }
 
 impl Default for Sensor {
-    /// 4 m and 45 degrees: a person of 1.7 m takes half of the rows. Ours.
+    /// 4 m and 45 degrees: a person of 1.7 m takes half of the rows. Our choice.
     fn default() -> Self {
         Self {
             distance_m: 4.0,

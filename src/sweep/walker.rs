@@ -181,7 +181,7 @@ impl<'a> Walker<'a> {
     ) -> Result<Self> {
         let (walk, subject, avatar, clip) = parts(pack, job)?;
         if job.variation > 0 && clip.as_uncut().is_some() {
-            return Err(SweepError::TakeHasNoVariations(walk_name(pack, job.walk)).into());
+            return Err(SweepError::UncutHasNoVariations(walk_name(pack, job.walk)).into());
         }
         let duration_s = clip.duration_s();
         // Without confounders, neither the mean pose nor the floor is needed.

@@ -19,7 +19,7 @@ pub struct Crops {
 }
 
 impl Default for Crops {
-    /// Returns four steps of one row, which cut 2 to 8 % of 50 rows. Ours.
+    /// Returns four steps of one row, which cut 2 to 8 % of 50 rows. Our choice.
     fn default() -> Self {
         Self { steps: 4, rows: 1 }
     }

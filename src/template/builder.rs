@@ -26,7 +26,7 @@ enum MadeFrom {
 }
 
 impl Builder {
-    /// The most frames of one template.
+    /// The maximum number of frames in one template.
     pub const MAX_FRAMES: u32 = <TemplateBuilder>::MAX_FRAMES;
 
     /// Creates a builder for templates of `frames` frames, one cycle, at most [`Self::MAX_FRAMES`]

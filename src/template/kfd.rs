@@ -11,10 +11,10 @@ use edgegait_core::silhouette::Silhouette;
 use glam::DVec2;
 use std::f64::consts::TAU;
 
-/// The number of points of each outline. Ours: about as many as on the boundary of a silhouette of
-/// 50 rows.
+/// The number of points of each outline. Our choice: about as many as on the boundary of a
+/// silhouette of 50 rows.
 pub(crate) const POINTS: usize = 128;
-/// The number of frequencies of the outline, M: m runs from -M to M. Ours.
+/// The number of frequencies of the outline, M: m runs from -M to M. Our choice.
 pub(crate) const HARMONICS: usize = 10;
 /// The length of a descriptor: three numbers for each m except 0.
 pub(crate) const NUMBERS: usize = 6 * HARMONICS;

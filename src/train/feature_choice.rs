@@ -16,7 +16,7 @@ use ndarray::{Array1, Array2};
 
 /// The name of the method in contracts.
 pub(crate) const METHOD: &str = "choice of features";
-/// The most numbers that contracts list.
+/// The maximum number of values that contracts list.
 const LISTED: usize = 64;
 
 /// Describes the method with the numbers that it chose (from 0), unless these are many.
@@ -36,7 +36,8 @@ pub(crate) fn chosen(recognizer: &LinearModel) -> Vec<usize> {
         .collect()
 }
 
-/// The most weights of the map from a template to the chosen numbers, a dense matrix: 16 MB.
+/// The maximum number of weights of the map from a template to the chosen numbers, a dense matrix:
+/// 16 MB.
 const MAX_WEIGHTS: usize = 1 << 22;
 
 /// The variances of a number of a template.

@@ -32,7 +32,7 @@ pub struct SubspaceOptions {
     pub classifiers: usize,
     /// Eigenvectors that each classifier draws.
     pub eigenvectors: usize,
-    /// The most discriminants that each classifier keeps.
+    /// The maximum number of discriminants that each classifier keeps.
     pub discriminants: usize,
     /// The seed of the random draw.
     pub seed: u64,

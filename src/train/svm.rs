@@ -13,7 +13,7 @@ use super::lda::Classes;
 use super::linear_algebra::{Real, add_products_of_columns, solve_positive};
 use crate::error::{Result, TrainError};
 
-/// The most Newton steps. Our choice: some 10 times what GEIs need.
+/// The maximum number of Newton steps. Our choice: some 10 times what GEIs need.
 const MAX_STEPS: usize = 200;
 
 /// Halvings in the search along a step: to 1e-12 of it.

@@ -311,7 +311,7 @@ fn trees_are_read_again_as_they_were_drawn() {
     for other in ["mine.txt", "F01/mine.txt", "F01/walk-5kmh-NM-01/000/1.pkl"] {
         fs::write(at.join("opengait").join(other), "mine").expect("written");
         for flags in ["", "--overwrite"] {
-            let problem = format!("holds {other}, which is no part of a dataset");
+            let problem = format!("holds {other}, which is not part of a dataset");
             refused(at, &words(&format!("{again} {flags}")), 2, &[&problem]);
         }
         fs::remove_file(at.join("opengait").join(other)).expect("removed");

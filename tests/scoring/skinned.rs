@@ -22,7 +22,7 @@ pub const CHOICES: [&str; 19] = [
     "118", "120", "121", "122", "123", "124",
 ];
 const VIEWS: [(&str, f64); 3] = [("000", 0.0), ("045", 45.0), ("090", 90.0)];
-/// The least mean Jaccard index and the greatest distance of GEIs, of 255, at each viewpoint: the
+/// The minimum mean Jaccard index and the greatest distance of GEIs, of 255, at each viewpoint: the
 /// values measured on the people for choices (0.791, 0.758, 0.709; 41.7, 31.2, 35.0), less 0.01 and
 /// plus 1.
 const BOUNDS: [(f64, f64); 3] = [(0.781, 42.7), (0.748, 32.2), (0.699, 36.0)];

@@ -8,7 +8,8 @@ use core::ops::Range;
 use glam::Vec3;
 
 /// A facet faces a direction only if it does so by more than this sine: the normal of a sliver is
-/// mostly rounding error. Ours: a hundred times the rounding error of hulls of a few centimetres.
+/// mostly rounding error. Our choice: a hundred times the rounding error of hulls of a few
+/// centimetres.
 const EDGE_ON: f32 = 1e-4;
 
 /// The plane of a facet.

@@ -13,7 +13,7 @@ use crate::format::{
 #[derive(Clone, Copy)]
 pub(super) struct UncutChannel {
     spacing: u32,
-    /// The least of its knots, in steps; the value of a channel without knots.
+    /// The smallest of its knots, in steps; the value of a channel without knots.
     least: i32,
     base_width: u32,
     widest: u32,

@@ -11,7 +11,7 @@ pub use expanded::Expanded;
 pub use uncut::UncutClip;
 
 use crate::codebook::{CodeTable, Codebook};
-use crate::format::{CLIP_LOOP, CLIP_TAKE, FormatError};
+use crate::format::{CLIP_LOOP, CLIP_UNCUT, FormatError};
 use crate::pose::Pose;
 
 /// A motion in a pack.
@@ -54,7 +54,7 @@ impl<'a> Clip<'a> {
     pub(crate) fn over(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
         match bytes.first() {
             Some(&CLIP_LOOP) => Loop::over(bytes, codebook).map(Self::Loop),
-            Some(&CLIP_TAKE) => UncutClip::over(bytes, codebook).map(Self::Uncut),
+            Some(&CLIP_UNCUT) => UncutClip::over(bytes, codebook).map(Self::Uncut),
             _ => Err(FormatError::new(0, "clip kind 1 (loop) or 2 (uncut)")),
         }
     }

@@ -13,7 +13,7 @@ use super::knots::{KnotRun, KnotValue, UncutChannel, UncutMoment};
 use crate::bits::BitReader;
 use crate::codebook::Codebook;
 use crate::format::{
-    CLIP_TAKE, END_BYTES, FormatError, TAKE_CHANNELS, TAKE_HEADER_BYTES, u16_at, u32_at,
+    CLIP_UNCUT, END_BYTES, FormatError, UNCUT_CHANNELS, UNCUT_HEADER_BYTES, u16_at, u32_at,
 };
 use crate::pose::Pose;
 use crate::rotation::product;
@@ -37,15 +37,15 @@ impl<'a> UncutClip<'a> {
     /// If its parts do not fit into the bytes.
     pub(super) fn over(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
         let (Some(header), Some(rest)) = (
-            bytes.get(..TAKE_HEADER_BYTES),
-            bytes.get(TAKE_HEADER_BYTES..),
+            bytes.get(..UNCUT_HEADER_BYTES),
+            bytes.get(UNCUT_HEADER_BYTES..),
         ) else {
             return Err(FormatError::new(
                 bytes.len(),
                 "an uncut clip's header of 22 bytes",
             ));
         };
-        debug_assert_eq!(header.first(), Some(&CLIP_TAKE), "the caller looked");
+        debug_assert_eq!(header.first(), Some(&CLIP_UNCUT), "the caller looked");
         if u32_at(header, 10) == 0 {
             return Err(FormatError::new(10, "a knot interval above 0 microseconds"));
         }
@@ -58,7 +58,7 @@ impl<'a> UncutClip<'a> {
         };
         let (table_bytes, blocks) = take
             .check_table()
-            .map_err(|error| error.behind(TAKE_HEADER_BYTES))?;
+            .map_err(|error| error.behind(UNCUT_HEADER_BYTES))?;
         let blocks_at = usize::try_from(blocks)
             .ok()
             .and_then(|blocks| blocks.checked_mul(END_BYTES)?.checked_add(table_bytes));
@@ -83,14 +83,14 @@ impl<'a> UncutClip<'a> {
     /// Checks every field of the blocks.
     pub(super) fn check(&self) -> Result<(), FormatError> {
         self.check_blocks()
-            .map_err(|error| error.behind(TAKE_HEADER_BYTES))
+            .map_err(|error| error.behind(UNCUT_HEADER_BYTES))
     }
 
     /// Checks all channels, and returns the bytes of the table and the number of blocks.
     fn check_table(&self) -> Result<(usize, u64), FormatError> {
         let mut bits = BitReader::new(self.table);
         let mut blocks = 0;
-        for _ in 0..TAKE_CHANNELS {
+        for _ in 0..UNCUT_CHANNELS {
             let Some(channel) = UncutChannel::read(&mut bits) else {
                 return Err(FormatError::new(
                     bits.position() / 8,
@@ -119,7 +119,7 @@ impl<'a> UncutClip<'a> {
                 ));
             };
             let (mut channels, mut bits) = (BitReader::new(self.table), BitReader::new(block));
-            for _ in 0..TAKE_CHANNELS {
+            for _ in 0..UNCUT_CHANNELS {
                 let run = UncutChannel::read(&mut channels)
                     .and_then(|channel| KnotRun::read(&mut bits, &channel, intervals, number));
                 if run.is_none() {

@@ -10,21 +10,21 @@ use heapless::HistoryBuf;
 /// Steps in the window to which a wave is fitted: Hann's window separates a wave from one of twice
 /// its period if it spans two periods of the latter.
 const STEPS: f32 = 4.0;
-/// The least share of the change that one wave must explain. Ours: among the people used for
-/// tuning, nearly all walks reach it from each view, and some with the wrong period do not.
+/// The minimum share of the change that one wave must explain. Our choice: among the people used
+/// for tuning, nearly all walks reach it from each view, and some with the wrong period do not.
 const LEAST_REGULAR: f32 = 0.25;
-/// The least share in a window of few samples, times their number: the strongest wave of white
-/// noise stays below it in most windows. Ours.
+/// The minimum share in a window of few samples, times the number of samples: the strongest wave of
+/// white noise stays below it in most windows. Our choice.
 const OF_NOISE: f32 = 14.0;
 /// The upper bound of that share: clean walks seen from the side reach it in ten samples.
 const MOST_REGULAR: f32 = 0.5;
-/// The least swing of the outline of walking legs. Ours: nine of ten walkers seen from in front
-/// reach three times as much.
+/// The minimum swing of the outline of walking legs. Our choice: nine of ten walkers seen from in
+/// front reach three times as much.
 const LEAST_SWING: f32 = 0.03;
-/// Steps after a peak from which the next one is sought. Ours: a closer one is the same peak.
+/// Steps after a peak from which the next one is sought. Our choice: a closer one is the same peak.
 const NEXT_FROM: f32 = 0.6;
-/// The share of a step by which the next peak may be early or late. Ours: beyond it the walker
-/// stopped, turned or was lost, and a new cycle begins.
+/// The share of a step by which the next peak may be early or late. Our choice: beyond it the
+/// walker stopped, turned or was lost, and a new cycle begins.
 const TOLERANCE: f32 = 0.3;
 /// Fits of the wave in a step of the fastest walker.
 const LOOKS_A_STEP: f32 = 3.0;

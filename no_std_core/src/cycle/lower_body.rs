@@ -13,9 +13,9 @@ pub struct LowerBody {
     pub width: f32,
 }
 
-/// Shares of the figure's height that are measured, as numerator and denominator. Ours: among the
-/// people used for tuning, of the half, the third and the fifth, pixels swing most steadily in the
-/// third and the width in the fifth.
+/// Shares of the figure's height that are measured, as numerator and denominator. Our choice: among
+/// the people used for tuning, of the half, the third and the fifth, pixels swing most steadily in
+/// the third and the width in the fifth.
 const THIRD: (usize, usize) = (1, 3);
 const FIFTH: (usize, usize) = (1, 5);
 

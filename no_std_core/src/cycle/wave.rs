@@ -8,13 +8,13 @@
 use crate::budget::{CYCLE_FREQUENCIES, CYCLE_FREQUENCY_STEP_HZ, CYCLE_LOWEST_HZ, CYCLE_SAMPLES};
 use core::f32::consts::TAU;
 
-/// The swing of the width, as a share of its mean, from which the width alone is used. Ours: for
-/// the people used for tuning it is 0.17 or more from 45, 90 or 135 degrees, and 0.05 (median) from
-/// in front or behind. Values from 0.09 to 0.16 make no difference.
+/// The swing of the width, as a share of its mean, from which the width alone is used. Our choice:
+/// for the people used for tuning it is 0.17 or more from 45, 90 or 135 degrees, and 0.05 (median)
+/// from in front or behind. Values from 0.09 to 0.16 make no difference.
 const WIDE_SWING: f32 = 0.12;
-/// The weight of the pixels beside the width below that swing. Ours: from in front they swing by
-/// 0.04 of their mean and more steadily than the width; 2 and 3 find most cycles of the people used
-/// for tuning.
+/// The weight of the pixels beside the width below that swing. Our choice: from in front they swing
+/// by 0.04 of their mean and more steadily than the width; 2 and 3 find most cycles of the people
+/// used for tuning.
 const PIXELS_WEIGHT: f32 = 3.0;
 
 /// The measurements of one sample: width and pixels; both 0 if nobody is visible.

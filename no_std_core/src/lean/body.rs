@@ -60,7 +60,7 @@ struct LeanHull {
     /// The ends of its points and facets.
     points_end: u16,
     facets_end: u16,
-    /// The least and greatest coordinate of its points along each axis, in the body's units.
+    /// The minimum and maximum coordinate of its points along each axis, in the body's units.
     bounds: [[i8; 2]; 3],
 }
 

@@ -63,7 +63,7 @@ impl RowSpan {
     }
 
     /// Returns the first column in which it covers samples at this place in their pixels, and the
-    /// column after the last; in a `NARROW` window its bits.
+    /// column after the last; in a `NARROW` window, the stored bits of both.
     #[inline]
     fn columns<const NARROW: bool>(self, place: f32) -> [u32; 2] {
         let Self(sides) = self;

@@ -9,7 +9,7 @@ use crate::silhouette::Size;
 use glam::{Vec2, Vec3};
 
 /// A figure before a camera, the window that it is drawn into, and the image that is cut out.
-pub(crate) struct Sitting<'a, F, W: Pixels> {
+pub(crate) struct FramedFigure<'a, F, W: Pixels> {
     pub figure: &'a F,
     pub camera: &'a Camera,
     /// The number of the view among those given to [`Fill::look`].
@@ -18,7 +18,7 @@ pub(crate) struct Sitting<'a, F, W: Pixels> {
     pub image: &'a mut W::Image,
 }
 
-impl<F, W: Fill<F>> Sitting<'_, F, W> {
+impl<F, W: Fill<F>> FramedFigure<'_, F, W> {
     /// Draws the figure, which has this extent, and returns its placement and the share of it
     /// outside the image.
     pub fn draw(

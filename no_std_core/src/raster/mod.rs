@@ -33,7 +33,7 @@ pub use any::AnyWindow;
 use core::{fmt, slice};
 pub use error::DrawError;
 pub use framing::projected;
-use framing::{Sitting, check_jitter};
+use framing::{FramedFigure, check_jitter};
 use glam::Vec2;
 pub use placement::{Extent, Placement};
 pub use rows::SampleImages;
@@ -264,7 +264,7 @@ impl<W: Pixels> Renderer<W> {
         } = view;
         check_jitter(*jitter)?;
         let extent = self.window.extent(figure, camera)?;
-        let mut sitting = Sitting {
+        let mut sitting = FramedFigure {
             figure,
             camera,
             view: number,

@@ -4,7 +4,7 @@
     reason = "intrinsics; a value of the type exists only after the processor was checked"
 )]
 
-use super::{Edges, Lanes, LineEnds, Two, Wide};
+use super::{Edges, Lanes, LineEnds, TwoHalves, Wide};
 use crate::budget::MAX_HULL_POINTS;
 use core::arch::x86_64::*;
 
@@ -187,7 +187,7 @@ impl Lanes<8> for Avx2 {
     }
 }
 
-impl Wide for Two<Avx2> {
+impl Wide for TwoHalves<Avx2> {
     type Half = Avx2;
 
     super::cuts::edge_by_edge!();

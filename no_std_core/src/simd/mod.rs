@@ -24,7 +24,7 @@ pub(crate) use avx512::Avx512;
 pub(crate) use neon::Neon;
 pub(crate) use portable::Portable;
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-pub(crate) use two::Two;
+pub(crate) use two::TwoHalves;
 
 use edges::ends_one_by_one;
 pub(crate) use edges::{Edges, LineEnds};
@@ -41,11 +41,11 @@ pub struct Simd(SimdKind);
 pub(crate) enum SimdKind {
     Portable(Portable),
     #[cfg(target_arch = "x86_64")]
-    Avx2(Two<Avx2>),
+    Avx2(TwoHalves<Avx2>),
     #[cfg(target_arch = "x86_64")]
     Avx512(Avx512),
     #[cfg(target_arch = "aarch64")]
-    Neon(Two<Neon>),
+    Neon(TwoHalves<Neon>),
 }
 
 impl Simd {
@@ -62,11 +62,11 @@ impl Simd {
     pub fn available() -> impl Iterator<Item = Self> {
         #[cfg(target_arch = "x86_64")]
         let wider = [
-            Avx2::detect().map(|half| SimdKind::Avx2(Two(half))),
+            Avx2::detect().map(|half| SimdKind::Avx2(TwoHalves(half))),
             Avx512::detect().map(SimdKind::Avx512),
         ];
         #[cfg(target_arch = "aarch64")]
-        let wider = [Some(SimdKind::Neon(Two(Neon)))];
+        let wider = [Some(SimdKind::Neon(TwoHalves(Neon)))];
         #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
         let wider = [None];
         core::iter::once(Self::PORTABLE).chain(wider.into_iter().flatten().map(Self))
@@ -108,7 +108,7 @@ macro_rules! compiled {
 
             #[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
             pub fn avx2(
-                lanes: crate::simd::Two<crate::simd::Avx2>,
+                lanes: crate::simd::TwoHalves<crate::simd::Avx2>,
                 $($argument: $type),*
             ) $(-> $result)? {
                 super::$name(lanes, $($argument),*)

@@ -4,7 +4,7 @@
     reason = "intrinsics; every processor of the target has the instructions"
 )]
 
-use super::{Lanes, Two, Wide};
+use super::{Lanes, TwoHalves, Wide};
 use core::arch::aarch64::*;
 
 /// A 64-bit ARM processor.
@@ -187,7 +187,7 @@ impl Lanes<8> for Neon {
     }
 }
 
-impl Wide for Two<Neon> {
+impl Wide for TwoHalves<Neon> {
     type Half = Neon;
 
     super::cuts::edge_by_edge!();

@@ -6,7 +6,7 @@ const HALF: usize = LANES / 2;
 
 /// Two halves of eight lanes, to each of which every operation is applied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Two<H>(pub H);
+pub(crate) struct TwoHalves<H>(pub H);
 
 #[inline(always)]
 fn halves<T>(from: &[T; LANES]) -> [&[T; HALF]; 2] {
@@ -27,7 +27,7 @@ fn halves_mut<T>(to: &mut [T; LANES]) -> [&mut [T; HALF]; 2] {
     }
 }
 
-impl<H: Lanes<HALF>> Lanes<LANES> for Two<H> {
+impl<H: Lanes<HALF>> Lanes<LANES> for TwoHalves<H> {
     type Floats = [H::Floats; 2];
     type Words = [H::Words; 2];
     type Mask = [H::Mask; 2];

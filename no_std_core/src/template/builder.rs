@@ -100,7 +100,7 @@ impl TemplateBuilder {
 }
 
 impl<M> TemplateBuilder<M> {
-    /// Most frames of one template, as counters hold: four minutes at 30 Hz.
+    /// The maximum number of frames in one template, as counters hold: four minutes at 30 Hz.
     pub const MAX_FRAMES: u32 = FrameSums::MAX_FRAMES;
 
     const fn keeping(kind: TemplateKind, size: Size, frames: u32, memory: M) -> Self {
@@ -122,7 +122,7 @@ impl<M> TemplateBuilder<M> {
         self
     }
 
-    /// Sets by how much of 255 silhouettes fade in a frame, for [`TemplateKind::Msi`].
+    /// Sets how much silhouettes fade per frame, of 255, for [`TemplateKind::Msi`].
     #[must_use]
     pub const fn with_decrement(mut self, decrement: u8) -> Self {
         self.decrement = decrement;

@@ -30,7 +30,7 @@ pub struct GeiTally {
 }
 
 impl GeiTally {
-    /// Most frames of one cycle.
+    /// The maximum number of frames in one cycle.
     pub const MAX_FRAMES: u32 = 1 << (TALLY_DIGITS - 1);
 
     /// Makes a tally without frames.

@@ -46,7 +46,7 @@ enum SumKind {
 }
 
 impl FrameSums {
-    /// Most frames, for which the planes can count ninths.
+    /// The maximum number of frames for which the planes can count ninths.
     pub const MAX_FRAMES: u32 = 0xffff / 9;
 
     pub const fn new(size: Size, simd: Simd) -> Self {

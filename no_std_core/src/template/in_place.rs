@@ -36,7 +36,7 @@ impl fmt::Display for BufferTooSmall {
 impl core::error::Error for BufferTooSmall {}
 
 impl<'a> GeiInPlace<'a> {
-    /// Most frames of one GEI: the range of a byte.
+    /// The maximum number of frames in one GEI: the range of a byte.
     pub const MAX_FRAMES: u8 = u8::MAX;
 
     /// Makes a builder without frames in the first bytes of `buffer`.

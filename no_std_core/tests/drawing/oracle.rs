@@ -168,7 +168,7 @@ fn azimuths_a_million_turns_apart_are_the_same_viewpoint() {
 /// A convex figure in the image: hulls of points, x to the right and y down, pixels.
 struct Picture {
     hulls: Vec<Vec<V2>>,
-    /// The most columns that it takes; an even number.
+    /// The maximum number of columns that it takes; an even number.
     columns: usize,
 }
 
@@ -265,11 +265,11 @@ fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 #[derive(Clone, Copy)]
 struct Figures {
     frames: usize,
-    /// The most hulls of a figure.
+    /// The maximum number of hulls in a figure.
     hulls: usize,
     /// Their width and depth as multiples of a person's.
     stretch: f64,
-    /// The most columns that they take; wider figures are left out.
+    /// The maximum number of columns that they take; wider figures are left out.
     columns: usize,
 }
 

@@ -25,7 +25,7 @@ const SCALE: f32 = 64.0;
 const FLOOR: f32 = 215.0;
 /// The columns that stay empty on both sides.
 const MARGIN: f32 = 8.0;
-/// The greatest number of frames: ten seconds.
+/// The maximum number of frames: ten seconds.
 const MOST: u32 = 250;
 /// The JPEG quality, as of cameras that compress each frame. Our choice.
 const QUALITY: u8 = 90;

@@ -14,7 +14,7 @@ use crate::report::write_png;
 use crate::score::Model;
 use crate::segment::{SegmentSettings, Segmenter, Video};
 use crate::sequences::is_pack_or_folder;
-use crate::sweep::{TAKE_FPS, jobs};
+use crate::sweep::{UNCUT_FPS, jobs};
 use edgegait_core::pack::Pack;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -97,7 +97,7 @@ impl PathArgs {
         let video = Video::open(&path)?;
         let fps = self.fps.or(video.fps().map(|fps| fps as f32));
         let given = GivenVideo {
-            fps: fps.unwrap_or(TAKE_FPS as f32),
+            fps: fps.unwrap_or(UNCUT_FPS as f32),
             video: path,
             background,
         };

@@ -7,7 +7,7 @@ use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
 use std::fmt;
 
-/// Greatest difference to expect from half precision, whose numbers have 11 bits. Our choice.
+/// The greatest difference to expect from half precision, whose numbers have 11 bits. Our choice.
 const HALF_PRECISION: f64 = 0.02;
 
 /// The results as text.

@@ -7,7 +7,7 @@ use crate::dataset::{
     Contents, DatasetFormat, DatasetRun, DatasetWriter, IndexRow, Item, ResultHeader, Tree,
 };
 use crate::error::{Error, Result};
-use crate::sequences::{Form, SequenceSource, Shown, ViewLabel};
+use crate::sequences::{Form, SequenceSource, ShownCounts, ViewLabel};
 use crate::sweep::{Settings, Wanted};
 use crate::template::Template;
 use crate::template::augment::{Variant, varied};
@@ -20,7 +20,7 @@ const AT_ONCE: usize = 16;
 
 /// The templates of a sequence, in the requested order, and statistics of the images in one of
 /// them.
-type SequenceTemplates = (Vec<Vec<u8>>, Shown);
+type SequenceTemplates = (Vec<Vec<u8>>, ShownCounts);
 
 /// Sweeps the tree at `path`.
 pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
@@ -123,13 +123,13 @@ fn stored(
     wanted: &Wanted,
     variants: &[Variant],
     writer: &mut DatasetWriter,
-) -> Result<Shown> {
+) -> Result<ShownCounts> {
     let sequences = source.sequences();
     let all: Vec<usize> = (0..sequences.list.len()).collect();
     let progress = Progress::new("sequences", all.len());
-    let mut shown = Shown {
+    let mut shown = ShownCounts {
         clipped: Some(0.0),
-        ..Shown::default()
+        ..ShownCounts::default()
     };
     for numbers in all.chunks(AT_ONCE * rayon::current_num_threads().max(1)) {
         let templates = |&number: &usize| {
@@ -190,7 +190,7 @@ fn templates(
     settings: Settings,
     wanted: &Wanted,
 ) -> Result<SequenceTemplates> {
-    let (mut templates, mut shown) = (Vec::new(), Shown::default());
+    let (mut templates, mut shown) = (Vec::new(), ShownCounts::default());
     for &template in &wanted.templates {
         let form = Form {
             settings: Settings {

@@ -6,7 +6,7 @@ use crate::dataset::{DatasetWriter, IndexRow, Item};
 use crate::error::Result;
 use crate::files::hex;
 use crate::people::variation::CYCLES_OF_A_TAKE;
-use crate::sweep::{Job, Settings, Swept, View, Wanted, is_take, sweep_each};
+use crate::sweep::{Job, Settings, Swept, View, Wanted, is_uncut, sweep_each};
 use crate::template::augment::{Variant, varied};
 use edgegait_core::pack::Pack;
 use sha2::{Digest as _, Sha256};
@@ -170,7 +170,7 @@ impl<'w> SweepWork<'w> {
                 let subject = subjects[walk.subject].name;
                 writer.belongs(subject, "train");
                 let take =
-                    (!is_take(self.pack, job.walk)).then_some(job.variation / CYCLES_OF_A_TAKE);
+                    (!is_uncut(self.pack, job.walk)).then_some(job.variation / CYCLES_OF_A_TAKE);
                 let take = take_name(walk.name, job.condition_name(), take);
                 let row = IndexRow::of_job(self.pack, job, settings.seed, swept.frames)?;
                 let templates = swept.templates.chunks_exact(of_view);

@@ -5,7 +5,7 @@ use crate::train::{TrainMethod, feature_choice};
 
 /// A training method, with its options.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum How {
+pub(super) enum FittingMethod {
     /// A linear method on principal components.
     Linear(TrainMethod),
     FeatureChoice,
@@ -13,7 +13,7 @@ pub(super) enum How {
     ViewTransformation,
 }
 
-impl How {
+impl FittingMethod {
     /// Returns whether the method uses principal components.
     pub(super) const fn has_components(self) -> bool {
         matches!(self, Self::Linear(_) | Self::ViewTransformation)

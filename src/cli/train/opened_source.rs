@@ -99,7 +99,7 @@ impl TrainArgs {
 
     /// Rejects flags that no source can use, templates that cannot be trained on, and sources with
     /// different templates.
-    pub(super) fn check(&self, opened: &[Opened], making: &Making) -> Result<()> {
+    pub(super) fn check(&self, opened: &[Opened], making: &TemplateSettings) -> Result<()> {
         let has = |kind| opened.iter().any(|source| source.kind() == kind);
         if !has("tree") {
             let flags = [("--partition", self.partition.is_some())].into_iter();
@@ -177,7 +177,7 @@ impl TrainArgs {
         &self,
         source: Opened,
         selection: &Selection,
-        making: &Making,
+        making: &TemplateSettings,
     ) -> Result<ChosenSource> {
         let mut header = ResultHeader::new("train", self.common.seed);
         let is_seen = |angles: (f64, f64)| {
@@ -245,7 +245,7 @@ fn nothing(source: &Opened) -> Error {
 }
 
 /// The settings of templates, and their viewpoints.
-pub(super) struct Making {
+pub(super) struct TemplateSettings {
     pub settings: Settings,
     pub augmentation: Augmentation,
     pub views: Views,

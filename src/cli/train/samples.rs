@@ -1,7 +1,7 @@
 //! Samples of one source of `train`: a pack, a tree, or a dataset.
 
 use super::TrainArgs;
-use super::opened_source::{ChosenSource, Making, Opened};
+use super::opened_source::{ChosenSource, Opened, TemplateSettings};
 use crate::cli::progress::Progress;
 use crate::dataset::{Dataset, ResultHeader};
 use crate::error::{Error, Result};
@@ -21,7 +21,7 @@ impl TrainArgs {
         &self,
         chosen: ChosenSource,
         share: CycleShare,
-        making: &Making,
+        making: &TemplateSettings,
     ) -> Result<(Samples, ResultHeader)> {
         let ChosenSource {
             source,
@@ -50,7 +50,7 @@ impl TrainArgs {
         source: PackSource,
         walks: &[usize],
         share: CycleShare,
-        making: &Making,
+        making: &TemplateSettings,
         header: ResultHeader,
     ) -> Result<(Samples, ResultHeader)> {
         let pack = Pack::parse(&source.bytes)?;
@@ -81,10 +81,10 @@ impl TrainArgs {
         path: &Path,
         recordings: Recordings,
         share: CycleShare,
-        making: &Making,
+        making: &TemplateSettings,
         mut header: ResultHeader,
     ) -> Result<(Samples, ResultHeader)> {
-        let Making {
+        let TemplateSettings {
             settings,
             augmentation,
             ..

@@ -2,7 +2,7 @@
 
 use super::TrainArgs;
 use super::mix::SharedSource;
-use super::opened_source::{ChosenSource, Making};
+use super::opened_source::{ChosenSource, TemplateSettings};
 use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
 use crate::train::{CycleShare, MixPart, Samples, joined, strangers};
@@ -58,7 +58,7 @@ impl fmt::Display for SourceResult {
 pub(super) fn gathered(args: &TrainArgs) -> Result<Gathered> {
     let shared = args.mix.of(&args.sources, args.common.seed)?;
     refuse_twice(&args.sources)?;
-    let making = Making {
+    let making = TemplateSettings {
         settings: args.draw.settings(args.common.seed)?,
         augmentation: args.augmentation()?,
         views: args.views.views("side")?,

@@ -7,9 +7,9 @@ use glam::DVec3;
 /// The hand that carries the suitcase.
 pub(crate) const CARRYING_HAND: Joint = Joint::RightHand;
 
-/// Breadth, height and depth of a backpack, metres. Ours: a full day pack of about 25 l.
+/// Breadth, height and depth of a backpack, metres. Our choice: a full day pack of about 25 l.
 const BACKPACK_M: DVec3 = DVec3::new(0.32, 0.46, 0.20);
-/// Thickness, height and length of a shoulder bag, metres. Ours.
+/// Thickness, height and length of a shoulder bag, metres. Our choice.
 const BAG_M: DVec3 = DVec3::new(0.12, 0.30, 0.38);
 /// Thickness, height and length of a suitcase, metres: the largest common cabin luggage
 /// (recalled).
@@ -17,7 +17,7 @@ const SUITCASE_M: DVec3 = DVec3::new(0.20, 0.40, 0.55);
 /// The depth to which a load sinks into the body, metres, so that no gap shows between them.
 const OVERLAP_M: f64 = 0.03;
 
-/// Adds a backpack. Strength 1: 32 cm broad, 46 cm tall and 20 cm deep (ours), its top at the
+/// Adds a backpack. Strength 1: 32 cm broad, 46 cm tall and 20 cm deep (our choice), its top at the
 /// height of the shoulders; sizes grow with the strength. One hull of 16 points, on the thorax.
 pub(crate) fn backpack(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
@@ -41,7 +41,7 @@ pub(crate) fn backpack(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 }
 
 /// Adds a bag that hangs from the right shoulder to the left hip. Strength 1: 12 cm thick,
-/// 30 cm tall and 38 cm long (ours); sizes grow with the strength. One hull of 16 points, on
+/// 30 cm tall and 38 cm long (our choice); sizes grow with the strength. One hull of 16 points, on
 /// the pelvis.
 pub(crate) fn shoulder_bag(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {

@@ -6,8 +6,8 @@ use edgegait_core::pack::Sex;
 use edgegait_core::skeleton::{Joint, Skeleton};
 use glam::DVec3;
 
-/// The factor on a person's mass at strength 1. Ours: two standard deviations of the body mass
-/// index in ANSUR II are 29 % of the mean for men and 27 % for women.
+/// The factor on a person's mass at strength 1. Our choice: two standard deviations of the body
+/// mass index in ANSUR II are 29 % of the mean for men and 27 % for women.
 const MASS_FACTOR: f64 = 1.3;
 /// The ranges of stature, metres, and body mass index that the regressions cover, less rounding.
 const STATURE_M: (f64, f64) = (0.5, 2.5);
@@ -15,7 +15,7 @@ const BMI: (f64, f64) = (12.001, 59.999);
 /// The height of the lumbar joint (at the iliac crests) above the navel, where waists are
 /// measured, metres: ANSUR II's means are 0.005 for men and 0.016 for women.
 const NAVEL_M: f64 = 0.010;
-/// Residual standard deviations of the build at strength 1. Ours.
+/// Residual standard deviations of the build at strength 1. Our choice.
 const BUILD_SD: f64 = 2.0;
 /// Loss of stature between the ages of 30 and 80, metres: men, women. Sorkin, Muller & Andres
 /// (1999), Am. J. Epidemiol. 150:969-977, abstract.

@@ -8,12 +8,12 @@ use super::picture::BitPicture;
 use glam::DVec2;
 
 /// The figure's middle, focal lengths to the right of and below the optical axis, and the larger
-/// of its height and width, focal lengths. Ours: a figure near the border of an action camera's
-/// image, 39 degrees off the axis, which takes half of the image's height.
+/// of its height and width, focal lengths. Our choice: a figure near the border of an action
+/// camera's image, 39 degrees off the axis, which takes half of the image's height.
 const PLACE: DVec2 = DVec2::new(0.8, 0.2);
 const HEIGHT: f64 = 0.7;
 
-/// k1 at strength -1. Ours, after action cameras.
+/// k1 at strength -1. Our choice, after action cameras.
 const K1: f64 = 0.3;
 /// k2 at strengths -1 and 1: enough for the distorted radius to grow with the radius.
 const K2: f64 = 0.08;

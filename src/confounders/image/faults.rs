@@ -11,16 +11,16 @@ use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 
-/// Area of all holes together at strength 1, as a share of the figure's area. Ours.
+/// Area of all holes together at strength 1, as a share of the figure's area. Our choice.
 const HOLES_AREA: f64 = 0.25;
 /// The number of holes.
 const HOLES: usize = 6;
 /// Area of all blobs together at strength 1, as a share of the figure's area; about half of it
-/// lies on the figure. Ours.
+/// lies on the figure. Our choice.
 const BLOBS_AREA: f64 = 0.5;
 /// The number of blobs.
 const BLOBS: usize = 3;
-/// Share of samples that salt and pepper flip at strength 1. Ours.
+/// Share of samples that salt and pepper flip at strength 1. Our choice.
 const TURNED: f64 = 0.1;
 
 /// Cuts six elliptic holes, together a quarter of the figure's area at strength 1, less where

@@ -18,12 +18,12 @@ use edgegait_core::skeleton::Joint;
 use glam::{DVec2, Vec2, Vec3};
 
 /// Margins above and below, and on each side, in pixels, for effects that widen the figure: 16 %
-/// and 28 % of a figure of 50 rows. Ours: enough for lens distortion.
+/// and 28 % of a figure of 50 rows. Our choice: enough for lens distortion.
 const ABOVE: usize = 8;
 const BESIDE: usize = 14;
 
-/// The most pixels from the image's corner to any point along an axis; the core has the same
-/// limit for columns.
+/// The maximum number of pixels from the image's corner to any point along an axis; the core has
+/// the same limit for columns.
 const MAX_REACH: f64 = MAX_FIGURE_COLUMNS as f64;
 
 /// A rectangle in a fine picture, in samples; y runs down.

@@ -6,8 +6,8 @@ use glam::DVec2;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
-/// The disc's radius at strength 1, metres. Ours: 1.8 % of a stature of 1.7 m, or two pixels of
-/// a figure 110 pixels high.
+/// The disc's radius at strength 1, metres. Our choice: 1.8 % of a stature of 1.7 m, or two pixels
+/// of a figure 110 pixels high.
 const RADIUS_M: f64 = 0.03;
 
 /// Removes what is nearer to the background than 3 cm at strength 1.

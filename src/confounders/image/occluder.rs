@@ -12,11 +12,11 @@ use glam::{Mat3, Vec3};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
-/// Level distance from the walker's path towards the camera, metres. Ours: as between two people
-/// who pass each other.
+/// Level distance from the walker's path towards the camera, metres. Our choice: as between two
+/// people who pass each other.
 const DISTANCE_M: f32 = 1.0;
 
-/// Height of a pillar, and its width at strength 1, metres. Ours: as on railway platforms.
+/// Height of a pillar, and its width at strength 1, metres. Our choice: as on railway platforms.
 const PILLAR_HEIGHT_M: f32 = 3.0;
 const PILLAR_WIDTH_M: f32 = 0.5;
 /// The largest sideways offset of a pillar, seen from the camera, metres.

@@ -6,7 +6,7 @@ use glam::DVec2;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 
-/// The number of rows of a figure at strength 1. Ours.
+/// The number of rows of a figure at strength 1. Our choice.
 const ROWS: f64 = 10.0;
 
 /// Replaces samples by cells, which are on if at least half of their samples are. Cells are as

@@ -7,7 +7,7 @@ use edgegait_core::outline::{clipped, convex};
 use edgegait_core::skeleton::Joint;
 use glam::{Vec2, Vec3};
 
-/// The least elevation of the sun, degrees: shadows are then 11 times as long as the figure is
+/// The minimum elevation of the sun, degrees: shadows are then 11 times as long as the figure is
 /// high.
 const LEAST_ELEVATION_DEG: f32 = 5.0;
 

@@ -22,7 +22,7 @@ const ARMS: [[Joint; 4]; 2] = [
     ],
 ];
 
-/// The share of its swing that an arm keeps under a heavy load. Ours.
+/// The share of its swing that an arm keeps under a heavy load. Our choice.
 const LOADED_SWING: f64 = 0.15;
 
 /// Holds the right arm still. Strength 0..=1: the share that clavicle, shoulder, elbow and wrist

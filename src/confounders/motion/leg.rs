@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 /// The share of its length to which a leg may be stretched, since nearly straight knees bend too
-/// fast. Ours: knees are bent by 16 degrees there.
+/// fast. Our choice: knees are bent by 16 degrees there.
 const BENT: f64 = 0.99;
 
 /// The joints of a leg in the walker's space, with their orientations.

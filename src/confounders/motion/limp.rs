@@ -20,15 +20,15 @@ const STIFFNESS: [(Joint, f64); 4] = [
 ];
 
 /// Lean of the trunk over the right leg while it bears weight, degrees: Duchenne's limp, which
-/// clinicians call marked at 10 degrees (ours).
+/// clinicians call marked at 10 degrees (our choice).
 const SWAY_DEG: f64 = 10.0;
 
 /// Difference of the ankles' heights at which most of the weight is on the lower foot, metres.
-/// Ours: half of the rise of a heel before its toes lift.
+/// Our choice: half of the rise of a heel before its toes lift.
 const BEARING_M: f64 = 0.06;
 
-/// Modulation of time at strength 1. Ours: the single support of the right leg lasts 0.68 of the
-/// left leg's, where each was 38 % of the cycle (healthy walkers: within 0.05 of 1; hemiplegic
+/// Modulation of time at strength 1. Our choice: the single support of the right leg lasts 0.68 of
+/// the left leg's, where each was 38 % of the cycle (healthy walkers: within 0.05 of 1; hemiplegic
 /// walkers: 0.5 to 0.9, as recalled).
 const HURRY: f64 = 0.25;
 

@@ -10,8 +10,8 @@ use edgegait_core::skeleton::Joint;
 /// stride length grows with the rest.
 const FREQUENCY_POWER: f64 = 0.58;
 
-/// The factor on speed at strength 1 of [`speed`]. Ours: 5 km/h become 7.5 or 3.3, the range in
-/// which people walk.
+/// The factor on speed at strength 1 of [`speed`]. Our choice: 5 km/h become 7.5 or 3.3, the range
+/// in which people walk.
 const SPEED_RATIO: f64 = 1.5;
 
 /// The ratio of walking speeds at 80 years or more and in the twenties: 0.97 to 1.36 m/s for men,

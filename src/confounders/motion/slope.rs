@@ -8,7 +8,8 @@ use edgegait_core::pose::Pose;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3, Quat, Vec3};
 
-/// The slope at strength 1, degrees. Ours: a steep footpath; the steepest streets have 19 degrees.
+/// The slope at strength 1, degrees. Our choice: a steep footpath; the steepest streets have 19
+/// degrees.
 pub(crate) const MAX_SLOPE_DEG: f64 = 20.0;
 
 /// The ratio of the lean of pelvis, spine and thorax together to the slope's angle, forwards
@@ -26,7 +27,7 @@ const TRUNK: Lean = Lean {
 };
 
 /// The slope below which overstretched knees gradually return, degrees: knees bend forwards on
-/// steeper slopes, and poses change continuously at a level floor. Ours.
+/// steeper slopes, and poses change continuously at a level floor. Our choice.
 const UNBENT_DEG: f64 = 2.0;
 
 const LEGS: [[Joint; 3]; 2] = [

@@ -4,9 +4,9 @@
 const POSING: usize = 9;
 /// Shares of the work for each core, so that all cores end at about the same time.
 const SHARES: usize = 4;
-/// The least work in a share when a core gets several.
+/// The minimum work in a share when a core gets several.
 const LEAST_SHARE: usize = 128;
-/// The least work that is worth another core.
+/// The minimum work that is worth another core.
 const LEAST_WORK: usize = 24;
 
 /// Returns the number of shares that an amount of work is divided into.

@@ -11,7 +11,7 @@ use super::frame::GreyPicture;
 use super::{MAX_BYTES, MAX_FRAMES, MAX_SIDE, Modality, pickle};
 use crate::error::{Error, FilePlace, Remedy, Result};
 
-/// The most names that a message lists.
+/// The maximum number of names that a message lists.
 const LISTED: usize = 12;
 
 /// The files that hold the pictures of a sequence.

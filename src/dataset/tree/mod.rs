@@ -29,13 +29,13 @@ pub use layout::{Modality, TreeLayout};
 pub(super) use pickle::pickled;
 use view_name::NamedView;
 
-/// The most sequences of a tree. OU-MVLP has 288,596.
+/// The maximum number of sequences of a tree. OU-MVLP has 288,596.
 const MAX_SEQUENCES: usize = 1 << 19;
-/// The most frames of a sequence: more than five minutes at 30 frames/s.
+/// The maximum number of frames in a sequence: more than five minutes at 30 frames/s.
 const MAX_FRAMES: usize = 10_000;
-/// The most rows or columns of a picture.
+/// The maximum number of rows or columns in a picture.
 const MAX_SIDE: u32 = 4096;
-/// The most bytes that decoding a picture may take, and the most bytes of a pickle.
+/// The maximum number of bytes for decoding a picture, and of a pickle.
 const MAX_BYTES: u64 = 1 << 27;
 /// The range of all pictures of a sequence.
 const ALL: Range<usize> = 0..MAX_FRAMES;

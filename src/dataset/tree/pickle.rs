@@ -34,8 +34,8 @@ pub(in crate::dataset) fn pickled(shape: [usize; 3], bytes: &[u8]) -> Vec<u8> {
     pickle
 }
 
-/// The most instructions, and so the most values in the memo and on the stack. An array takes
-/// about 50, 20 and 12.
+/// The maximum number of instructions, and so of values in the memo and on the stack. An array
+/// takes about 50, 20 and 12.
 const MAX_STEPS: usize = 256;
 
 /// An array of bytes in C order.

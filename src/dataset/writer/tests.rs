@@ -131,7 +131,7 @@ fn a_folder_with_files_is_kept_unless_it_is_a_dataset_to_replace() {
     fs::write(dir.join("thesis.tex"), "years").unwrap();
     let refused = write(&dir, 3, Existing::Replace).unwrap_err().to_string();
     assert!(
-        refused.contains("holds thesis.tex, which is no part"),
+        refused.contains("holds thesis.tex, which is not part"),
         "{refused}"
     );
     assert_eq!(Dataset::open(&dir).unwrap().bytes(0)[0], 2);
@@ -141,7 +141,7 @@ fn a_folder_with_files_is_kept_unless_it_is_a_dataset_to_replace() {
     fs::remove_file(dir.join(MANIFEST)).unwrap();
     let refused = write(&dir, 3, Existing::Replace).unwrap_err().to_string();
     assert!(
-        refused.contains("no manifest.json, so it is no dataset"),
+        refused.contains("no manifest.json, so it is not a dataset"),
         "{refused}"
     );
 }

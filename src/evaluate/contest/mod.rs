@@ -14,7 +14,7 @@ use super::trial::Trial;
 use crate::error::{EvaluateError, Result};
 use crate::score::Contract;
 use crate::score::answers::{self, Answers, ask};
-use crate::sequences::{SequenceSource, Shown};
+use crate::sequences::{SequenceSource, ShownCounts};
 use crate::sweep::{View, Views};
 pub use baselines::Baselines;
 pub use drawn::{ContestOptions, DrawnContest, usual};
@@ -42,7 +42,7 @@ pub struct ContestOutcome {
     /// Number of sequences that were shown to any recognizer.
     pub sequences: u64,
     /// Totals of the silhouettes that were shown.
-    pub shown: Shown,
+    pub shown: ShownCounts,
     /// Caveats for the results.
     pub warnings: Vec<String>,
 }
@@ -54,7 +54,7 @@ pub(crate) struct ContestAnswers {
     /// Number of sequences that were shown to any recognizer.
     pub sequences: u64,
     /// Totals of the silhouettes that were shown.
-    pub shown: Shown,
+    pub shown: ShownCounts,
 }
 
 /// A picture that a recognizer is shown.
@@ -193,7 +193,7 @@ impl<'a> Contest<'a> {
         let sequences = self.source.sequences();
         let trials = self.trials(entrants)?;
         let mut answers = vec![Answers::default(); entrants.len()];
-        let mut shown: Option<Shown> = None;
+        let mut shown: Option<ShownCounts> = None;
         let mut all = vec![false; sequences.list.len()];
         for first in 0..entrants.len() {
             let form = entrants[first].form();
@@ -212,7 +212,7 @@ impl<'a> Contest<'a> {
                 move |sequence: usize| trial.needs(sequence)
             };
             let needs: Vec<_> = group.iter().map(|&at| needs(at)).collect();
-            let recognizers: Vec<answers::Questioned<'_>> = { group.iter() }
+            let recognizers: Vec<answers::RecognizerNeeds<'_>> = { group.iter() }
                 .zip(&needs)
                 .map(|(&at, needs)| (entrants[at].recognizer.as_ref(), needs as _))
                 .collect();

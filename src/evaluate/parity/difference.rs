@@ -7,7 +7,7 @@
 use crate::score::Distance;
 use serde::Serialize;
 
-/// The least spread, as a share of the size. A smaller one could be due to rounding in f32. Our
+/// The minimum spread, as a share of the size. A smaller one could be due to rounding in f32. Our
 /// choice: a rounding error of 1e-6, as in sums of thousands of products, is then at most a
 /// thousandth of the spread.
 const LEAST_SPREAD: f64 = 1e-3;
@@ -19,7 +19,7 @@ pub(crate) struct AnswerDifference {
     pub inputs: u64,
     /// Numbers per answer.
     pub numbers: usize,
-    /// Greatest absolute difference of two numbers.
+    /// The greatest absolute difference of two numbers.
     pub greatest: f64,
     /// Mean absolute difference of two numbers.
     pub mean: f64,
@@ -28,8 +28,8 @@ pub(crate) struct AnswerDifference {
     /// Root mean square distance of the reference's answers from their mean, at least a thousandth
     /// of their size.
     pub spread: f64,
-    /// Greatest relative difference over the inputs: the length of the difference, relative to the
-    /// spread. Infinite where the reference gives only zeros and the other side does not.
+    /// The greatest relative difference over the inputs: the length of the difference, relative to
+    /// the spread. Infinite where the reference gives only zeros and the other side does not.
     pub greatest_relative: f64,
     /// Mean relative difference over the inputs.
     pub mean_relative: f64,

@@ -27,7 +27,7 @@ pub(crate) struct ParityPart {
     pub inputs: u64,
     /// Inputs with a number that is not finite. The fields below are of the other inputs.
     pub non_finite: u64,
-    /// Greatest [`InputDifference::relative`].
+    /// The greatest [`InputDifference::relative`].
     pub greatest_relative: f64,
     pub mean_relative: f64,
 }

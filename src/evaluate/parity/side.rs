@@ -1,6 +1,6 @@
 //! A model on a runtime, and details of how it ran.
 
-use crate::score::{Arithmetic, Model, Ran};
+use crate::score::{Arithmetic, Model, ProfiledOperations};
 use crate::score::{Provider, RuntimeName};
 use serde::Serialize;
 
@@ -20,13 +20,13 @@ pub(crate) struct ParitySide {
     pub rank1: Option<f64>,
     /// What ran each operation, where the runtime was profiled.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub operators: Option<Vec<Ran>>,
+    pub operators: Option<Vec<ProfiledOperations>>,
     /// Operations that the processor ran instead of the provider.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub fell_back: Vec<Ran>,
+    pub fell_back: Vec<ProfiledOperations>,
     /// Operations of a quantised model that were run in float.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub in_float: Vec<Ran>,
+    pub in_float: Vec<ProfiledOperations>,
     /// Notes on how it ran.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
@@ -64,7 +64,7 @@ impl ParitySide {
     }
 
     /// Adds what ran each operation; `ran` is none if the runtime does not report it.
-    pub(crate) fn with_operators(mut self, ran: Option<Vec<Ran>>) -> Self {
+    pub(crate) fn with_operators(mut self, ran: Option<Vec<ProfiledOperations>>) -> Self {
         let Some(ran) = ran else {
             if self.quantized {
                 self.notes.push(
@@ -75,12 +75,12 @@ impl ParitySide {
             }
             return self;
         };
-        let chosen = |is_meant: fn(&Ran) -> bool| -> Vec<Ran> {
+        let chosen = |is_meant: fn(&ProfiledOperations) -> bool| -> Vec<ProfiledOperations> {
             ran.iter().filter(|one| is_meant(one)).cloned().collect()
         };
         if self.has_provider() {
             let provider = &self.runtime.provider;
-            self.fell_back = chosen(Ran::is_on_cpu);
+            self.fell_back = chosen(ProfiledOperations::is_on_cpu);
             self.notes.push(if self.fell_back.len() == ran.len() {
                 format!("nothing ran on {provider}: all was left to the processor")
             } else if self.fell_back.is_empty() {
@@ -112,7 +112,7 @@ impl ParitySide {
 }
 
 /// Returns a list such as `Conv 2, Gemm 1`.
-fn listed(ran: &[Ran]) -> String {
+fn listed(ran: &[ProfiledOperations]) -> String {
     let each: Vec<String> = ran
         .iter()
         .map(|one| format!("{} {}", one.operator, one.count))
@@ -141,8 +141,13 @@ mod tests {
         }
     }
 
-    fn ran(operator: &str, provider: &str, arithmetic: Arithmetic, count: usize) -> Ran {
-        Ran {
+    fn ran(
+        operator: &str,
+        provider: &str,
+        arithmetic: Arithmetic,
+        count: usize,
+    ) -> ProfiledOperations {
+        ProfiledOperations {
             operator: operator.into(),
             provider: provider.into(),
             arithmetic,
@@ -155,7 +160,7 @@ mod tests {
 
     #[test]
     fn operations_that_a_provider_left_to_the_processor_are_named() {
-        let note = |ran: &[Ran]| {
+        let note = |ran: &[ProfiledOperations]| {
             side("xnnpack", false)
                 .with_operators(Some(ran.to_vec()))
                 .notes

@@ -38,8 +38,8 @@ impl Limits {
     };
     /// Limits where a side is quantised. Our choice. A sound static quantisation is off by 0.02 to
     /// 0.03 in the mean (measured on networks of one and two convolutions, per tensor and per
-    /// channel), that of a deeper network by more, and by 0.2 at inputs whose numbers are beyond
-    /// the calibrated range. A scale of one layer that is wrong by a quarter gives 0.1 to 0.45 in
+    /// channel). Deeper networks are off by more, and by 0.2 at inputs whose numbers are beyond the
+    /// calibrated range. A scale of one layer that is wrong by a quarter gives 0.1 to 0.45 in
     /// the mean. 0.1 is a signal 20 dB above the noise.
     pub(crate) const INT8: Self = Self {
         relative_difference: 0.5,

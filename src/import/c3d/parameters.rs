@@ -12,8 +12,8 @@ use crate::error::{Error, FilePlace, Result};
 /// The groups that are kept. Subjects' names are in other groups and never decoded.
 const GROUPS: [&str; 2] = ["POINT", "TRIAL"];
 
-/// Most dimensions of a value (the C3D file format user guide, 2008, section "Parameter
-/// format").
+/// The maximum number of dimensions in a value (the C3D file format user guide, 2008, section
+/// "Parameter format").
 const MAX_DIMENSIONS: u8 = 7;
 
 /// The section's bytes with their place in the file.

@@ -12,7 +12,8 @@ use gltf::buffer::{Source, View};
 
 use crate::import::files::{MAX_BYTES, read_file};
 
-/// Most numbers of one accessor. Ours: bodies have 10 to 100 thousand vertices.
+/// The maximum number of values in one accessor. Our choice: bodies have 10 to 100 thousand
+/// vertices.
 const MAX_NUMBERS: usize = 16_000_000;
 
 /// The bytes of all buffers.
@@ -208,7 +209,7 @@ fn from_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
             shown()
         ));
     }
-    let name = percent_decoded(uri).ok_or_else(|| format!("`{}` is no file name", shown()))?;
+    let name = percent_decoded(uri).ok_or_else(|| format!("`{}` is not a file name", shown()))?;
     read_file(&folder.join(name)).map_err(|error| format!("{}: {error}", shown()))
 }
 

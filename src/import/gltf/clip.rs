@@ -7,17 +7,17 @@ use gltf::animation::{Animation, Interpolation, Property};
 
 use super::buffers::Buffers;
 
-/// Least rate at which keys are sampled, Hz, so that the curve between sparse keys is kept.
+/// The minimum rate at which keys are sampled, Hz, so that the curve between sparse keys is kept.
 const LEAST_RATE_HZ: f64 = 30.0;
 
 /// Highest rate at which uneven keys are sampled, Hz; otherwise it follows their least distance.
-/// Ours.
+/// Our choice.
 const UNEVEN_RATE_HZ: f64 = 240.0;
 
-/// Most frames times nodes. Ours: 200 MB of poses.
+/// The maximum product of frames and nodes. Our choice: 200 MB of poses.
 const MAX_POSES: f64 = 3e6;
 
-/// Most keys of all tracks. Ours: 200 MB.
+/// The maximum number of keys in all tracks. Our choice: 200 MB.
 const MAX_KEYS: usize = 5_000_000;
 
 /// The property that a track moves, in the order of a node's transform.

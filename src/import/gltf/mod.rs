@@ -25,14 +25,14 @@ mod skin;
 #[cfg(test)]
 mod tests;
 
-/// Most nodes accepted. Ours: a scene with an avatar has some hundreds.
+/// The maximum number of nodes accepted. Our choice: a scene with an avatar has some hundreds.
 const MAX_NODES: usize = 65_536;
 
-/// Most joints accepted, as for BVH.
+/// The maximum number of joints accepted, as for BVH.
 const MAX_JOINTS: usize = 4096;
 
-/// Largest deviation of a transform from a rotation, apart from a common scale. Ours: the noise of
-/// exporters is below 1e-4, and 1e-3 moves points of a body by less than 2 mm.
+/// Largest deviation of a transform from a rotation, apart from a common scale. Our choice: the
+/// noise of exporters is below 1e-4, and 1e-3 moves points of a body by less than 2 mm.
 const RIGID: f64 = 1e-3;
 
 /// Distance of a joint from its place on the parent beyond which offsets are stored frame by frame,

@@ -7,13 +7,14 @@ use gltf::{Document, Semantic};
 use super::buffers::Buffers;
 use crate::import::Skin;
 
-/// Most vertices of all meshes. Ours: bodies have 10 to 100 thousand.
+/// The maximum number of vertices of all meshes. Our choice: bodies have 10 to 100 thousand.
 const MAX_VERTICES: usize = 1_000_000;
 
-/// Most triangles of all meshes.
+/// The maximum number of triangles in all meshes.
 const MAX_TRIANGLES: usize = 4_000_000;
 
-/// Most sets of JOINTS_n and WEIGHTS_n of a mesh, four influences each. Ours: MakeHuman needs 3.
+/// The maximum number of sets of JOINTS_n and WEIGHTS_n of a mesh, four influences each. Our
+/// choice: MakeHuman needs 3.
 const MAX_SETS: u32 = 8;
 
 /// Largest deviation from 1 of the sum of a vertex's weights: eight weights as bytes, each rounded

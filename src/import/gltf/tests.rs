@@ -264,7 +264,10 @@ fn what_cannot_be_used_is_refused_with_its_reason() {
             with("/buffers/0/uri", json!("https://x/y.bin")),
             "expected a file beside the .gltf",
         ),
-        (with("/buffers/0/uri", json!("%ff.bin")), "is no file name"),
+        (
+            with("/buffers/0/uri", json!("%ff.bin")),
+            "is not a file name",
+        ),
         (
             with("/buffers/0/uri", json!("data:;base64,AAAA")),
             "bytes, found 3 (is the file truncated?)",

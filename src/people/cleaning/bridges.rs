@@ -10,10 +10,11 @@ use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DQuat;
 
 /// Longest bridge, seconds, half of it on either side of the flip. The usual low-pass of 10 Hz
-/// spreads a flip in one frame over half of it. Ours.
+/// spreads a flip in one frame over half of it. Our choice.
 const LONGEST_BRIDGE_S: f64 = 0.2;
 
-/// Largest step of a bridge as a share of the rejected step, so that its ends are not abrupt. Ours.
+/// Largest step of a bridge as a share of the rejected step, so that its ends are not abrupt. Our
+/// choice.
 const BRIDGE_SHARE: f64 = 0.5;
 
 /// Joints that carry no others, so their rotation moves no other joint.
@@ -28,10 +29,10 @@ const ENDS: [Joint; 5] = [
 /// posture and is rejected.
 const EITHER_WAY: [Joint; 2] = [Joint::LeftHand, Joint::RightHand];
 
-/// Most bridges that a warning names; it counts the others.
+/// The maximum number of bridges that a warning names; it counts the others.
 const NAMED: usize = 4;
 
-/// Bridges the flips of joints that carry no others, and returns a sentence for each bridged joint.
+/// Bridges the flips of joints without child joints, and describes each bridged joint.
 ///
 /// The fewest frames around a flip are interpolated between their neighbours, if the joint is back
 /// within 0.1 s after it; for hands, also if it stays turned. A joint with a flip that cannot be

@@ -33,7 +33,7 @@ pub(crate) enum MotionEnds {
     Open,
 }
 
-/// Returns the most by which a joint may turn between two frames at this rate, degrees.
+/// Returns the largest angle by which a joint may turn between two frames at this rate, degrees.
 #[must_use]
 pub(crate) fn largest_step_deg(rate_hz: f64) -> f64 {
     (FASTEST_DEG_S / rate_hz).min(LARGEST_STEP_DEG)

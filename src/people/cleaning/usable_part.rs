@@ -13,14 +13,14 @@ use crate::import::Motion;
 const FASTEST_ROTATION_DEG_S: f64 = 3600.0;
 
 /// Largest step accepted at any rate, degrees. Beyond it, the direction of the turn is a guess.
-/// Ours.
+/// Our choice.
 const LARGEST_STEP_DEG: f64 = 75.0;
 
 /// Fastest root accepted, m/s. The fastest sprinter reached 12.3 (Berlin 2009).
 const FASTEST_ROOT_M_S: f64 = 15.0;
 
-/// Ratio of the first step to the median one above which frame 0 is a T-pose. Ours: it finds the
-/// T-poses of the cgspeed, Character Creator and Xsens clips, and no others.
+/// Ratio of the first step to the median one above which frame 0 is a T-pose. Our choice: it finds
+/// the T-poses of the cgspeed, Character Creator and Xsens clips, and no others.
 const T_POSE_RATIO: f64 = 8.0;
 
 /// The usable part of a recording.

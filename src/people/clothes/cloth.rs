@@ -21,25 +21,25 @@ const COATED: [Joint; 9] = [
 /// How far a thick coat stands away from the body, metres: heavy outdoor clothing adds 40 mm to
 /// breadths (Pheasant 1996, "Bodyspace", as Chan's online anthropometry quotes it).
 const COAT_M: f64 = 0.020;
-/// Distance of a coat's hem below the knee, as a share of the shank. Ours.
+/// Distance of a coat's hem below the knee, as a share of the shank. Our choice.
 const COAT_HEM: f64 = 0.25;
-/// Place of the longest skirt's hem, as a share of the way from hip to ankle. Ours.
+/// Place of the longest skirt's hem, as a share of the way from hip to ankle. Our choice.
 const SKIRT_HEM: f64 = 0.90;
 /// How much wider than the leg wide trousers are all around, metres, at the hip, the knee and
-/// the ankle. Ours: a hem of about 60 cm around.
+/// the ankle. Our choice: a hem of about 60 cm around.
 const TROUSERS_M: [f64; 3] = [0.010, 0.030, 0.055];
 /// Thickness of a sole under the ball and under the heel, metres. Under the heel it is the mean
 /// of 25 mm for men and 45 mm for women (Pheasant 1996, as above); under the ball it is ours.
 const SOLE_M: [f64; 2] = [0.020, 0.035];
-/// Share of a foot's height above which it does not follow the sole. Ours.
+/// Share of a foot's height above which the foot does not follow the sole. Our choice.
 const INSTEP: f64 = 0.3;
-/// How far shoes reach beyond the toes, and beyond the foot elsewhere, metres. Ours.
+/// How far shoes reach beyond the toes, and beyond the foot elsewhere, metres. Our choice.
 const TOECAP_M: f64 = 0.025;
 const UPPER_M: f64 = 0.006;
 
 /// Puts on a closed coat or gown. At strength 1 it is 2 cm thick on trunk and arms (40 mm more
 /// breadth: heavy outdoor clothing, Pheasant 1996), and hangs from the waist to a quarter of the
-/// shank below the knees, where it stands 6 cm away from them (ours).
+/// shank below the knees, where it stands 6 cm away from them (our choice).
 ///
 /// Its thickness and its length below the hips grow with the strength. Adds one draped hull of 32
 /// points.
@@ -67,7 +67,7 @@ pub(crate) fn coat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 
 /// Puts on a skirt, taut between the legs. At strength 1 it reaches from the waist to a hem at
 /// nine tenths of the way from the hips to the ankles, where it stands 7 cm away from the legs
-/// (ours); at strength 0.5 it ends above the knees. Adds one draped hull of 32 points.
+/// (our choice); at strength 0.5 it ends above the knees. Adds one draped hull of 32 points.
 pub(crate) fn skirt(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
@@ -186,7 +186,7 @@ impl ClothCut {
 }
 
 /// Puts on wide trousers. At strength 1 legs are 1 cm wider all around at the hips, 3 cm at the
-/// knees and 5.5 cm at the ankles (ours). Moves the legs' own hulls.
+/// knees and 5.5 cm at the ankles (our choice). Moves the legs' own hulls.
 pub(crate) fn wide_trousers(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
@@ -212,8 +212,8 @@ pub(crate) fn wide_trousers(outfit: &mut Outfit, wearer: &Wearer, strength: f64)
 
 /// Puts on shoes. At strength 1 they have soles of 2 cm under the ball and 3.5 cm under the heel
 /// (the mean of Pheasant's 1996 corrections, 25 mm for men and 45 mm for women), are 2.5 cm longer
-/// than the toes, and 6 mm thick elsewhere (ours). Moves the feet's own hulls, down to where the
-/// floor has to be.
+/// than the toes, and 6 mm thick elsewhere (our choice). Moves the feet's own hulls, down to where
+/// the floor has to be.
 pub(crate) fn shoes(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;

@@ -6,11 +6,11 @@ use edgegait_core::skeleton::Joint;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// Thickness of full hair, and reach of long hair below the base of the neck, metres. Ours.
+/// Thickness of full hair, and reach of long hair below the base of the neck, metres. Our choice.
 const HAIR_M: f64 = 0.030;
 const TRESSES_M: f64 = 0.22;
 /// Width of a brim beyond the head, its thickness, the distance of a hat's crown from the head,
-/// and its height above the head, metres. Ours.
+/// and its height above the head, metres. Our choice.
 const BRIM_M: f64 = 0.070;
 const BRIM_THICK_M: f64 = 0.010;
 const CROWN_M: f64 = 0.010;
@@ -52,8 +52,8 @@ impl Round {
 const HEAD: [Joint; 1] = [Joint::Head];
 
 /// Puts on full and long hair. At strength 1 it is 3 cm thick above, behind and beside the face,
-/// and reaches down the back to 22 cm below the base of the neck (ours). Adds one draped hull of
-/// 26 points, on the head and the thorax, in place of existing long hair.
+/// and reaches down the back to 22 cm below the base of the neck (our choice). Adds one draped hull
+/// of 26 points, on the head and the thorax, in place of existing long hair.
 pub(crate) fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
@@ -113,8 +113,8 @@ pub(crate) fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 }
 
 /// Puts on a hat. At strength 1 it has a brim 7 cm wide around the head, above the brows, and a
-/// crown that ends 5 cm above the head (ours). Adds two hulls of 16 points, over hair if there is
-/// some.
+/// crown that ends 5 cm above the head (our choice). Adds two hulls of 16 points, over hair if
+/// there is some.
 pub(crate) fn hat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     let standing = RestJoints::of(&wearer.skeleton);
     let round = |along| Round::of(outfit, &standing, along);

@@ -57,7 +57,7 @@ pub(crate) fn clothes(outfit: &mut Outfit, wearer: &Wearer, ease: &Ease) {
     }
 }
 
-/// Shares of the head's height above which hair grows all around, and at the back. Ours.
+/// Shares of the head's height above which hair grows all around, and at the back. Our choice.
 const HAIRLINE: f64 = 0.75;
 const NAPE: f64 = 0.3;
 

@@ -153,8 +153,8 @@ impl AngleNorm {
                 Angle::HipFlexion => scaled(&RUNNING.hip_flexion, *hip),
                 Angle::KneeFlexion => scaled(&RUNNING.knee_flexion, *knee),
                 Angle::AnkleDorsiflexion => scaled(&RUNNING.ankle_dorsiflexion, *ankle),
-                // Frontal and transverse angles as in very fast walking (ours: the one
-                // published trial at hand has 20 degrees of cross-talk in them).
+                // Frontal and transverse angles as in very fast walking. Our choice: the
+                // one published trial at hand has 20 degrees of cross-talk in them.
                 Angle::HipAdduction => plain(&WALKING[4].hip_adduction),
                 Angle::HipRotation => plain(&WALKING[4].hip_rotation),
                 Angle::FootProgression => plain(&WALKING[4].foot_progression),

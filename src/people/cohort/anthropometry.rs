@@ -186,8 +186,8 @@ impl PopulationNorms {
     }
 }
 
-/// Most standard deviations from the mean of a plausible measurement: only mistakes, such as a
-/// wrong unit or column, are further out.
+/// The maximum number of standard deviations from the mean of a plausible measurement: only
+/// mistakes, such as a wrong unit or column, are further out.
 const PLAUSIBLE_SD: f64 = 6.0;
 
 /// Returns the range of plausible values from mean and standard deviation; without a sex, the

@@ -9,7 +9,7 @@ use crate::people::{Body, BodyHull, forward_kinematics};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
-/// How deep an arm may press into the flank, metres: skin and clothes give way. Ours.
+/// How deep an arm may press into the flank, metres: skin and clothes give way. Our choice.
 pub(super) const SOFT_TISSUE: f64 = 0.012;
 /// Indices of a ring's points that face the other arm: the inner half without its ends.
 const INNER: [usize; 3] = [3, 4, 5];

@@ -11,7 +11,7 @@ use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DVec3;
 
 /// How far the diagonal points of a trunk's ring lie out, as a share of the half
-/// axes: 0.707 is an ellipse. Ours: trunks are a little square.
+/// axes: 0.707 is an ellipse. Our choice: trunks are a little square.
 const TRUNK_DIAGONAL: f64 = 0.77;
 /// The farthest point of the buttocks above the greater trochanter, metres: the mean
 /// difference of ANSUR II's buttock and trochanterion heights.
@@ -19,28 +19,28 @@ const BUTTOCK: f64 = -0.012;
 /// The navel above the iliac crests, metres: ANSUR II's mean difference is -0.005 for men and
 /// -0.016 for women.
 const NAVEL: f64 = -0.010;
-/// How broad and deep the rib cage is at its lower end, as a share of the chest. Ours: it
+/// How broad and deep the rib cage is at its lower end, as a share of the chest. Our choice: it
 /// leaves room for the armpits.
 const FLANK: f64 = 0.96;
-/// Gap between the thighs under the crotch, metres. Ours: just enough to keep them apart when
+/// Gap between the thighs under the crotch, metres. Our choice: just enough to keep them apart when
 /// the body is quantised for its pack.
 const CROTCH_GAP: f64 = 0.004;
 /// The upper end of the patella above the epicondyles, metres: half of a patella of 4.4 cm,
 /// whose middle is at their height (ANSUR II).
 const SUPRAPATELLA: f64 = 0.022;
 /// Circumferences of hanging arms as shares of flexed arms', and of the elbow as a share of
-/// the flexed forearm's. Ours.
+/// the flexed forearm's. Our choice.
 const RELAXED_BICEPS: f64 = 0.92;
 const RELAXED_FOREARM: f64 = 0.95;
 const ELBOW: f64 = 0.88;
 /// Shoulder centre below the acromion as a share of stature (about 3.5 cm), and its distance
-/// from the midline as a share of the acromion's. Ours.
+/// from the midline as a share of the acromion's. Our choice.
 pub(in crate::people) const SHOULDER_DROP: f64 = 0.020;
 const SHOULDER_INSET: f64 = 0.90;
 /// The armpit below the shoulder centre, as a share of stature: ANSUR II's mean axilla heights
 /// are 0.064 (men) and 0.059 (women) below the acromia, less the shoulder's drop.
 const AXILLA: f64 = 0.042;
-/// Ankle joint ahead of the heel, as a share of foot length. Ours.
+/// Ankle joint ahead of the heel, as a share of foot length. Our choice.
 const HEEL: f64 = 0.22;
 /// Ball of the foot ahead of the heel, as a share of foot length (ANSUR ball of foot
 /// length over foot length, about 0.73).
@@ -51,7 +51,7 @@ const BALL: f64 = 0.73;
 /// The hip centres lie at the height of the greater trochanters and, after Harrington
 /// et al. (2007, J. Biomech. 40:595-602, equation for z), 0.33 x pelvic width + 7.3 mm
 /// from the midline; the pelvic width, between the iliac spines, is taken as 0.85 of
-/// the breadth between the crests (ours).
+/// the breadth between the crests (our choice).
 #[must_use]
 pub fn offsets(d: &Dimensions) -> [DVec3; JOINTS] {
     let hip_height = d.trochanterion_height;
@@ -241,7 +241,7 @@ fn limbs(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<(Joint, Vec<DVec3>)> 
         round(at(0.0, -0.20 * fore, 0.0), RELAXED_FOREARM * elbow),
         ring(at(0.0, -fore, 0.0), wrist, 0.74),
     ];
-    // Half-closed, as walkers carry it: 0.85 of the stretched length (ours).
+    // Half-closed, as walkers carry it: 0.85 of the stretched length (our choice).
     let (hand, palm) = (0.85 * d.hand_length, 0.5 * d.hand_breadth);
     let hand_points = [
         ring(at(0.0, 0.01, 0.0), (0.90 * wrist.0, 0.90 * wrist.1), 0.74),

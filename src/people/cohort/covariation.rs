@@ -33,7 +33,7 @@ pub(super) enum Feature {
     Bob,
     /// Peak to peak of the pelvis's sideways position, metres.
     Sway,
-    /// Least height of the toe tip in mid-swing over that in mid-stance, metres.
+    /// The minimum height of the toe tip in mid-swing over that in mid-stance, metres.
     Clearance,
     /// Head against the world, forwards, degrees.
     HeadPitch,

@@ -335,7 +335,7 @@ pub(super) const GRAVITY: f64 = 9.81;
 mod tests {
     use super::*;
 
-    /// Every 10 % of the cycle.
+    /// Returns a curve at every 10 % of the cycle.
     fn tenths(curve: &AngleCurve) -> [f64; 10] {
         std::array::from_fn(|tenth| curve.at(tenth as f64 / 10.0))
     }

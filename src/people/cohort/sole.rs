@@ -4,19 +4,19 @@ use crate::people::BodyHull;
 
 /// Range of the pitches for which a sole is tabulated, radians, and their number.
 const PITCHES: (f64, f64, usize) = (-1.8, 1.2, 601);
-/// Rounding of a sole's corners, metres: the scale of a smooth minimum. Ours, for soft tissue and
-/// shoes; a hard corner would jerk the ankle.
+/// Rounding of a sole's corners, metres: the scale of a smooth minimum. Our choice, for soft tissue
+/// and shoes; a hard corner would jerk the ankle.
 const ROUNDED_M: f64 = 0.004;
 
 /// The ankle's motion by the foot's pitch while a foot rolls without slipping.
 #[derive(Clone, Debug)]
 pub(super) struct Sole {
-    table: Vec<Rolled>,
+    table: Vec<RolledAnkle>,
 }
 
 /// The ankle's place while a foot rolls.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Rolled {
+pub(super) struct RolledAnkle {
     /// Distance ahead of its place above the flat foot, metres.
     pub ahead_m: f64,
     /// Height above the floor, metres.
@@ -47,8 +47,8 @@ impl Sole {
         };
         // Rounding leaves the height of the flat foot unchanged.
         let rounded = height(0.0) + lowest(0.0).fold(f64::MAX, f64::min);
-        let mut table: Vec<Rolled> = (0..count)
-            .map(|index| Rolled {
+        let mut table: Vec<RolledAnkle> = (0..count)
+            .map(|index| RolledAnkle {
                 ahead_m: 0.0,
                 height_m: height(least + step * index as f64) - rounded,
             })
@@ -68,14 +68,14 @@ impl Sole {
     /// Returns the ankle's place above a foot that touches the floor with its toes raised by
     /// `pitch`, radians.
     #[must_use]
-    pub(super) fn rolled(&self, pitch: f64) -> Rolled {
+    pub(super) fn rolled(&self, pitch: f64) -> RolledAnkle {
         let (least, most, count) = PITCHES;
         let at = (pitch.clamp(least, most) - least) / (most - least) * (count - 1) as f64;
         let index = (at as usize).min(count - 2);
         let share = at - index as f64;
         let (before, after) = (self.table[index], self.table[index + 1]);
         let between = |before: f64, after: f64| before + share * (after - before);
-        Rolled {
+        RolledAnkle {
             ahead_m: between(before.ahead_m, after.ahead_m),
             height_m: between(before.height_m, after.height_m),
         }

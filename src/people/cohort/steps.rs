@@ -20,7 +20,8 @@ use std::f64::consts::{PI, TAU};
 /// Share of the body's mass above the hips, and its height as a share of the way from the hips to
 /// the shoulders (Winter 2009, table 4.1: head, arms and trunk).
 const UPPER_BODY: (f64, f64) = (0.678, 0.626);
-/// Most by which toes are raised further in the swing, radians. Ours: 6 degrees.
+/// The largest amount by which toes are raised further in the swing, radians. Our choice: 6
+/// degrees.
 const MOST_TOES_UP: f64 = 0.11;
 /// Samples over a range of phases.
 const SAMPLES: usize = 48;
@@ -285,7 +286,7 @@ impl<'a> PersonSteps<'a> {
     }
 
     /// Returns the start and end of a foot's time flat on the floor, cycles: a sixth and six tenths
-    /// of a walker's stance, shorter in fast walking, and the middle of a runner's (ours).
+    /// of a walker's stance, shorter in fast walking, and the middle of a runner's (our choice).
     fn flat_phases(&self) -> [f64; 2] {
         match self.regulated.gait {
             Gait::Walk => {

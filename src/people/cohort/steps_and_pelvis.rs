@@ -43,7 +43,7 @@ pub(super) struct Regulated {
     pub bob_m: f64,
     /// Sideways sway of the pelvis, metres from side to side.
     pub sway_m: f64,
-    /// Least height of the sole above the floor in mid-swing, metres.
+    /// The minimum height of the sole above the floor in mid-swing, metres.
     pub clearance_m: f64,
     /// How much longer the left step is than the right one, metres.
     pub longer_left_m: f64,

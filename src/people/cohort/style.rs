@@ -174,8 +174,8 @@ struct AngleSpread {
     /// share that 10 walkers of CMU's motion capture and 20 of other sets have, since the norm's
     /// spread includes the repeatability of markers, and children.
     offset_sd: f64,
-    /// Spread of the logarithm of the swing. The norms have none, so it is the recorded one
-    /// (`SPREADS`). Arms have three quarters and delays of the trunk two thirds of it, since data
+    /// Spread of the logarithm of the swing. The norms have none, so it is the recorded spread
+    /// (`SPREADS`). Arms have three quarters of it and delays of the trunk two thirds, since data
     /// sets differ in how these were captured.
     amplitude: f64,
     /// Spread of the delay, cycles, from the same source.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-/// Least flexion of a knee, radians. Ours: 5 degrees, since a straight knee jerks.
+/// The minimum flexion of a knee, radians. Our choice: 5 degrees, since a straight knee jerks.
 pub(super) const LEAST_KNEE: f64 = 0.09;
 
 /// A leg in polar coordinates about its hip.
@@ -57,7 +57,7 @@ impl Swing {
     };
 
     /// Returns the offset at a share of the swing: the cubic Hermite curve of the ends, and slopes
-    /// that decay with the fifth power, so that they act only at the ends (ours).
+    /// that decay with the fifth power, so that they act only at the ends (our choice).
     pub(super) fn at(&self, share: f64) -> Polar {
         let (t, rest) = (share, 1.0 - share);
         let power = |share: f64| share * share * share * share * share;

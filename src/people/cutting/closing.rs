@@ -7,14 +7,15 @@ use crate::people::cleaning::low_pass::LowPass;
 use crate::people::retarget::RetargetedMotion;
 use crate::people::{Cycle, forward_kinematics};
 
-/// The number of frames to which every cycle is resampled. Ours.
+/// The number of frames to which every cycle is resampled. Our choice.
 pub const CYCLE_FRAMES: usize = 96;
 
-/// Least speed of a walker who travels; slower ones are taken to be on a treadmill. Ours.
+/// The minimum speed of a walker who travels; slower ones are taken to be on a treadmill. Our
+/// choice.
 const SLOWEST_TRAVEL_M_S: f64 = 0.1;
 
 /// Cut-off of the low-pass that removes the kink of a closed cycle, over the motion's own cut-off:
-/// high enough to keep what that one passed. Ours.
+/// high enough to keep what that one passed. Our choice.
 const KINK_CUT_OFF: f64 = 1.5;
 
 /// Returns the pose at a fractional frame.

@@ -15,17 +15,18 @@ use crate::people::retarget::RetargetedMotion;
 /// Possible durations of a stride, seconds: from a sprint to a slow patient's walk.
 pub(in crate::people) const STRIDE_S: std::ops::RangeInclusive<f64> = 0.35..=3.0;
 
-/// Smallest swing of an ankle past the pelvis that counts as a step, metres. Ours: every patient of
-/// the Shum set steps farther.
+/// Smallest swing of an ankle past the pelvis that counts as a step, metres. Our choice: every
+/// patient of the Shum set steps farther.
 const SMALLEST_STEP_M: f64 = 0.08;
 
-/// Least prominence of a contact, as a share of the ankle's range. Ours.
+/// The minimum prominence of a contact, as a share of the ankle's range. Our choice.
 const PROMINENCE: f64 = 0.35;
 
-/// Least prominence of a contact on a side where the recording ends. Ours.
+/// The minimum prominence of a contact on a side where the recording ends. Our choice.
 const EDGE_PROMINENCE: f64 = 0.05;
 
-/// Least depth below the pelvis of a foot on the floor, as a share of its usual maximum. Ours.
+/// The minimum depth below the pelvis of a foot on the floor, as a share of its usual maximum. Our
+/// choice.
 const LEAST_BELOW: f64 = 0.75;
 
 /// The gait events of one foot, in fractional frames, ascending.
@@ -101,7 +102,7 @@ pub(in crate::people) fn step_s(left: &FootEvents, right: &FootEvents, rate: f64
 /// Returns the two most similar poses about `stride_s` apart (within 8 %), in frames, for
 /// recordings so short that no event occurs twice. None if they are not similar.
 pub(in crate::people) fn recurrence(take: &RetargetedMotion, stride_s: f64) -> Option<(f64, f64)> {
-    /// Largest mean difference of the limbs' rotations in similar poses, radians. Ours.
+    /// Largest mean difference of the limbs' rotations in similar poses, radians. Our choice.
     const ALIKE: f64 = 0.2;
     let limbs: Vec<usize> = [
         Joint::LeftThigh,
@@ -164,7 +165,7 @@ pub(in crate::people) fn averaged_heading(pelvis: &[DQuat], sample_rate_hz: f64)
 /// Returns the speed of the belt under a walker who stays in place, m/s: the median backward speed
 /// of the soles' lowest point. None if it is too slow for a belt.
 pub(in crate::people) fn belt_mps(take: &RetargetedMotion) -> Option<f64> {
-    /// Slowest speed that counts as a belt. Ours.
+    /// Slowest speed that counts as a belt. Our choice.
     const SLOWEST_M_S: f64 = 0.2;
     let mut backwards: Vec<f64> = FeetMotion::of_take(take)
         .lowest_slides()

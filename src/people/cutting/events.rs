@@ -20,15 +20,16 @@ const LARGEST_TURN_DEG: f64 = 20.0;
 /// runners 150 to 200 (CMU 141 at a wrong 120 Hz gives 350).
 const HIGHEST_CADENCE: f64 = 220.0;
 
-/// Cadence that only sprinters exceed, steps a minute, and the least speed of a sprint, m/s. Ours.
+/// Cadence that only sprinters exceed, steps a minute, and the least speed of a sprint, m/s. Our
+/// choice.
 const QUICK_CADENCE: f64 = 200.0;
 const SPRINT_M_S: f64 = 4.5;
 
-/// Least recorded share of a stride for which the rest is interpolated. Ours.
+/// The minimum recorded share of a stride for which the rest is interpolated. Our choice.
 const LEAST_RECORDED: f64 = 0.85;
 
-/// Largest rise or fall of the pelvis over a cycle on level ground, metres. Ours: the ends of a
-/// level cycle differ by less than 0.05.
+/// Largest rise or fall of the pelvis over a cycle on level ground, metres. Our choice: the ends of
+/// a level cycle differ by less than 0.05.
 const LEVEL_M: f64 = 0.1;
 
 /// The gait cycles that were cut from one recorded motion.

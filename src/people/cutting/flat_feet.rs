@@ -11,7 +11,7 @@ use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 
 /// Start and end of a foot's flat part, as shares of its stance: after the toes come down and
-/// before the heel rises (Perry 2010: 12 and 31 % of a cycle, with a stance of 62 %). Ours: a
+/// before the heel rises (Perry 2010: 12 and 31 % of a cycle, with a stance of 62 %). Our choice: a
 /// little inside.
 const FLAT: (f64, f64) = (0.25, 0.5);
 
@@ -21,15 +21,15 @@ const WALKERS_STAND: f64 = 0.5;
 /// Fewest flat frames from which a foot is corrected.
 const FEWEST: usize = 5;
 
-/// Tilt beyond which a warning is given, degrees. Ours.
+/// Tilt beyond which a warning is given, degrees. Our choice.
 const NOTED_DEG: f64 = 10.0;
 
 /// Largest difference between the first and third quartiles of the heights of flat feet, metres;
-/// stairs and slopes exceed it. Ours.
+/// stairs and slopes exceed it. Our choice.
 const LEVEL_M: f64 = 0.025;
 
 /// Difference between the standing heights of the feet beyond which a warning is given, metres.
-/// Ours.
+/// Our choice.
 const UNEVEN_M: f64 = 0.02;
 
 /// Turns each foot of a walker by a constant rotation, so that it is level in the middle of its

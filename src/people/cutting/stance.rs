@@ -19,14 +19,14 @@ const SOLE_REACH: [f64; 3] = [-0.077, 0.149, 0.232];
 /// Speed below which a point of a sole is still, as a share of the ankle's greatest speed.
 const STILL: f64 = 0.15;
 
-/// Least value of that speed, for ankles that hardly move, m/s. Ours.
+/// The minimum value of that speed, for ankles that hardly move, m/s. Our choice.
 const STILL_M_S: f64 = 0.1;
 
 /// Height above its usual lowest place from which a sole is in the air, over hip-to-ankle length.
-/// Ours.
+/// Our choice.
 const IN_THE_AIR: f64 = 0.1;
 
-/// Shortest time of a foot off the floor, seconds. Ours: a sprinter's swing takes 0.25.
+/// Shortest time of a foot off the floor, seconds. Our choice: a sprinter's swing takes 0.25.
 const SHORTEST_SWING_S: f64 = 0.08;
 
 /// A motion for the analysis of its feet.
@@ -47,7 +47,7 @@ pub(in crate::people) type Soles = [Vec<DVec3>; 2];
 
 /// The slide of standing feet from contact to lift.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Skate {
+pub struct FootSlide {
     /// Mean slide over the stances of both feet, mm.
     pub mean_mm: f64,
     /// Slide of the worst stance, mm.
@@ -72,7 +72,7 @@ impl Walk {
     /// Returns how far the lowest points of the feet slide over the floor on `body`; none if
     /// neither foot ever stands.
     #[must_use]
-    pub fn skate(&self, body: &Body) -> Option<Skate> {
+    pub fn skate(&self, body: &Body) -> Option<FootSlide> {
         let steps = match &self.motion {
             Track::Loop(cycle) => FeetMotion::of_cycle(cycle, &body.offsets),
             Track::Uncut(span) => FeetMotion::of_span(span, &body.offsets),
@@ -221,25 +221,25 @@ impl<'a> FeetMotion<'a> {
 
     /// Returns how far the lowest points of a body's feet slide; none if neither ever stands.
     #[must_use]
-    pub(crate) fn skate_on(&self, body: &Body) -> Option<Skate> {
+    pub(crate) fn skate_on(&self, body: &Body) -> Option<FootSlide> {
         self.skate(&soles_of_body(body))
     }
 
     /// Returns how far a body's feet would slide if its legs moved in proportion to these: the part
     /// of its slide that comes from the recording.
     #[must_use]
-    pub(crate) fn own_skate(&self, body: &Body) -> Option<Skate> {
+    pub(crate) fn own_skate(&self, body: &Body) -> Option<FootSlide> {
         let ratio = leg_length_m(&body.offsets) / self.leg_m();
         let soles =
             soles_of_body(body).map(|sole| sole.iter().map(|point| *point / ratio).collect());
         let own = self.skate(&soles)?;
-        Some(Skate {
+        Some(FootSlide {
             mean_mm: own.mean_mm * ratio,
             max_mm: own.max_mm * ratio,
         })
     }
 
-    fn skate(&self, soles: &Soles) -> Option<Skate> {
+    fn skate(&self, soles: &Soles) -> Option<FootSlide> {
         let slides = self.slides(&self.stances(), soles);
         let mut paths_mm: Vec<f64> = Vec::new();
         for foot in 0..2 {
@@ -258,7 +258,7 @@ impl<'a> FeetMotion<'a> {
         }
         let mean_mm = paths_mm.iter().sum::<f64>() / paths_mm.len() as f64;
         let max_mm = paths_mm.iter().copied().fold(0.0, f64::max);
-        (!paths_mm.is_empty()).then_some(Skate { mean_mm, max_mm })
+        (!paths_mm.is_empty()).then_some(FootSlide { mean_mm, max_mm })
     }
 
     /// Returns the positions of points of the feet, by frame and foot. A cycle's first frame is

@@ -15,14 +15,14 @@ use std::f64::consts::TAU;
 const CHUNK: usize = 50;
 /// Initial step of a point, metres.
 const FIRST_STEP_M: f32 = 0.012;
-/// Greatest step of a point, metres.
+/// The greatest step of a point, metres.
 const MOST_STEP_M: f32 = 0.024;
 /// Step below which a point is at rest, metres.
 const LAST_STEP_M: f32 = 0.0008;
-/// Least step of all points after some were left out, and before the last rounds, metres.
+/// The minimum step of all points after some were left out, and before the last rounds, metres.
 const SHAKE_M: [f32; 2] = [0.004, 0.006];
-/// Most rounds over all points at the beginning, and at each number of points. Ours: three times
-/// as many add 0.0004 to the Jaccard index.
+/// The maximum number of rounds over all points at the beginning, and at each number of points. Our
+/// choice: three times as many add 0.0004 to the Jaccard index.
 const ROUNDS: [usize; 2] = [8, 20];
 /// Fewest points of a hull.
 const FEWEST: usize = 4;

@@ -28,7 +28,7 @@ pub(crate) const POINTS: std::ops::RangeInclusive<usize> = 96..=512;
 const LEVELS: [usize; 6] = [512, 384, 256, 192, 128, 96];
 /// Number of progress calls.
 pub(crate) const STEPS: usize = 100;
-/// Images that hulls are fitted to. Ours: twice as many bring no gain.
+/// Images that hulls are fitted to. Our choice: twice as many bring no gain.
 const VIEWS: usize = 400;
 /// Random poses, half of them to measure with.
 const POSES: usize = 400;

@@ -1,6 +1,6 @@
 //! Convex outlines as two chains from the top to the bottom, walked row by row.
 
-/// Most corners of a chain.
+/// The maximum number of corners in a chain.
 const CAPACITY: usize = 129;
 use glam::Vec2;
 

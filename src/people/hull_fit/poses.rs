@@ -18,7 +18,7 @@ use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Most that toes bend up, degrees: about as much as at push-off.
+/// The largest upward bend of the toes, degrees: about as much as at push-off.
 const MOST_TOE_DEG: f64 = 35.0;
 
 /// A skinned mesh whose joints are known.
@@ -199,8 +199,8 @@ impl<'a> RiggedMesh<'a> {
 }
 
 /// Returns the standard deviation of the noise on a joint's rotation about each axis, degrees.
-/// Ours: about the difference between recorded and synthetic walks, which is largest for hands,
-/// whose rest poses differ.
+/// Our choice: about the difference between recorded and synthetic walks, which is largest for
+/// hands, whose rest poses differ.
 fn spread_deg(joint: Joint) -> f64 {
     match joint {
         Joint::Pelvis | Joint::LeftClavicle | Joint::RightClavicle => 4.0,

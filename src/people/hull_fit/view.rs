@@ -9,14 +9,14 @@ use super::{FittedHulls, PosedMesh};
 use edgegait_core::skeleton::JOINTS;
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 
-/// Rows of the mesh in an image, about 1 cm of a body each. Ours: about four rows for each of a
-/// silhouette's 50.
+/// Rows of the mesh in an image, about 1 cm of a body each. Our choice: about four rows for each of
+/// a silhouette's 50.
 pub(super) const FIGURE_ROWS: f64 = 192.0;
 /// Empty pixels around the mesh.
 const MARGIN: f64 = 10.0;
 /// Rows above and below a hull for which gains are summed: as far as its points move in one visit.
 const REACH: usize = 14;
-/// Most pixels of one image.
+/// The maximum number of pixels in one image.
 const MAX_PIXELS: f64 = 2.0e6;
 
 /// A camera: orthographic, or in perspective at `distance_m` from what it looks at.

@@ -104,7 +104,7 @@ fn elbow(
     shoulder: &[DVec3],
     wrist: Option<&[DVec3]>,
 ) -> Option<Vec<DVec3>> {
-    /// Sine of the bend below which the arm has no plane. Ours: 10 degrees.
+    /// Sine of the bend below which the arm has no plane. Our choice: 10 degrees.
     const LEAST_BEND: f64 = 0.17;
     let marker = tracks.get(Site::Elbow, side)?;
     if let Some(medial) = tracks.get(Site::ElbowMedial, side) {

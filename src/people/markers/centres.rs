@@ -46,7 +46,7 @@ pub(super) fn shared_centre(
     prior: Prior<'_>,
 ) -> Option<Vec<DVec3>> {
     /// Weights of a prior against the motion. Across a hinge it need only break the tie. An ankle
-    /// turns by a quarter of a radian, so this counts about as much as the motion. Ours.
+    /// turns by a quarter of a radian, so this counts about as much as the motion. Our choice.
     const ACROSS: f64 = 0.1;
     const NEAR: f64 = 0.3;
     let mut normal = DMat3::ZERO;

@@ -8,10 +8,10 @@ use super::names::{MarkerPlace, MarkerSide, Segment, Site};
 use super::set::Marks;
 use crate::people::cleaning::low_pass::LowPass;
 
-/// A marker that would leave less than this share of the frames is left out instead. Ours.
+/// A marker that would leave less than this share of the frames is left out instead. Our choice.
 const LEAST_SHARE: f64 = 0.8;
 
-/// Fewest frames of a motion. Ours: a third of a fast stride at 60 Hz.
+/// Fewest frames of a motion. Our choice: a third of a fast stride at 60 Hz.
 const LEAST_FRAMES: usize = 8;
 
 /// Complete tracks of markers over one stretch of frames, metres, Y up.

@@ -25,12 +25,12 @@ pub(super) const MARKER_RADIUS_M: f64 = 0.007;
 const THIGH_SHARE: f64 = 0.245 / 0.491;
 
 /// Place of an ankle without a marker: between heel and toe markers, as a share of their distance,
-/// and above them, metres. Ours, for an adult: as in the cohort's bodies.
+/// and above them, metres. Our choice, for an adult: as in the cohort's bodies.
 const ANKLE_AHEAD: f64 = 0.22;
 const ANKLE_ABOVE_M: f64 = 0.04;
 
-/// Least cosine between a constructed knee or ankle axis and the pelvis's; a construction below it
-/// is rejected. Ours: 60 degrees.
+/// The minimum cosine between a constructed knee or ankle axis and the pelvis's; a construction
+/// below it is rejected. Our choice: 60 degrees.
 const LEAST_LATERAL: f64 = 0.5;
 
 /// The joints of one leg, by frame.
@@ -238,7 +238,8 @@ fn chords(wand: &[DVec3], from: &[DVec3], at: &[DVec3], depth_m: f64) -> Option<
 
 /// Returns the knees of legs of constant length that bend forward.
 fn bent(hips: &[DVec3], ankles: &[DVec3], ahead: &[DVec3]) -> Vec<DVec3> {
-    /// Length of the leg over its longest reach, so that the knee is never quite straight. Ours.
+    /// Length of the leg over its longest reach, so that the knee is never quite straight. Our
+    /// choice.
     const STRAIGHTEST: f64 = 1.005;
     let reach = each(hips, ankles, DVec3::distance);
     let leg_m = STRAIGHTEST * reach.iter().copied().fold(0.0, f64::max);
@@ -283,7 +284,7 @@ fn feet(
     ahead: &[DVec3],
     warnings: &mut Vec<String>,
 ) -> Vec<DQuat> {
-    /// Share of the frames, those with the lowest foot, in which it counts as flat. Ours.
+    /// Share of the frames, those with the lowest foot, in which it counts as flat. Our choice.
     const FLAT_SHARE: f64 = 0.15;
     let toe = toe(tracks, side);
     let heel = tracks.get(Site::Heel, side);

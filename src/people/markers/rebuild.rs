@@ -9,12 +9,13 @@ use super::set::{Mark, Marks, median};
 /// The fewest other markers from which a marker is reconstructed.
 const LEAST_OTHERS: usize = 3;
 
-/// Largest RMS deviation of a segment's markers from a rigid body, metres. Ours: skin moves by 1 to
-/// 2 cm in gait (the review of Leardini et al. 2005, Gait & Posture 21:212-225, as recalled).
+/// Largest RMS deviation of a segment's markers from a rigid body, metres. Our choice: skin moves
+/// by 1 to 2 cm in gait (the review of Leardini et al. 2005, Gait & Posture 21:212-225, as
+/// recalled).
 const RIGID_M: f64 = 0.025;
 
 /// A marker is off its segment where most of its distances to the others differ from their
-/// medians by more than this, metres. Ours: toes bend by 3 cm, labels err by more.
+/// medians by more than this, metres. Our choice: toes bend by 3 cm, labels err by more.
 const STRAY_M: f64 = 0.04;
 
 /// Drops positions that disagree with most other markers of the same segment: labels put on the

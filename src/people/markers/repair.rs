@@ -5,20 +5,21 @@ use glam::DVec3;
 use super::names::MarkerSide;
 use super::set::Marks;
 
-/// Largest speed of a marker on a walker or runner, m/s. Ours: a sprinter's foot reaches 20 to 24.
+/// Largest speed of a marker on a walker or runner, m/s. Our choice: a sprinter's foot reaches 20
+/// to 24.
 const FASTEST_M_S: f64 = 25.0;
 
-/// Tolerated labelling noise, metres. Ours.
+/// Tolerated labelling noise, metres. Our choice.
 const NOISE_M: f64 = 0.02;
 
-/// Largest acceleration of a marker, m/s^2. Ours: a runner's heel at contact has about 300.
+/// Largest acceleration of a marker, m/s^2. Our choice: a runner's heel at contact has about 300.
 const LARGEST_ACCELERATION: f64 = 800.0;
 
 /// Longest gap that is filled from the marker's own track, seconds.
 pub(super) const LONGEST_GAP_S: f64 = 0.2;
 
 /// Exchanged names make both markers of a pair jump. Exchanging them back must leave less than this
-/// share of the jump, and the jump must be longer than [`LEAST_EXCHANGE_M`]. Ours.
+/// share of the jump, and the jump must be longer than [`LEAST_EXCHANGE_M`]. Our choice.
 const EXCHANGE_SHARE: f64 = 0.4;
 const LEAST_EXCHANGE_M: f64 = 0.12;
 

@@ -22,8 +22,8 @@ impl Rigid {
     /// Returns the least-squares fit of the first points of the pairs to the second; none for fewer
     /// than 3 pairs or points on a line.
     pub(super) fn fit(pairs: &[(DVec3, DVec3)]) -> Option<Self> {
-        /// Least breadth of the points as a share of their spread; narrower ones have no
-        /// orientation. Ours.
+        /// The minimum breadth of the points as a share of their spread; narrower ones have no
+        /// orientation. Our choice.
         const LEAST_BREADTH: f64 = 0.02;
         if pairs.len() < 3 {
             return None;

@@ -21,20 +21,20 @@ const SPINE_SHARE: f64 = 0.267;
 const THORAX_SHARE: f64 = 0.35;
 /// Distance of spine and thorax behind hips and neck, as a share of the trunk: 2 cm of 58.
 const BEHIND: f64 = 0.035;
-/// Neck joint ahead of C7's marker, as a share of the way to the suprasternal notch. Ours: the
-/// vertebral body lies a little behind the middle of the neck.
+/// Neck joint ahead of C7's marker, as a share of the way to the suprasternal notch. Our choice:
+/// the vertebral body lies a little behind the middle of the neck.
 const NECK_SHARE: f64 = 0.45;
-/// Neck joint ahead of C7's marker without a notch marker, as a share of the trunk. Ours: 5 cm of
-/// 58.
+/// Neck joint ahead of C7's marker without a notch marker, as a share of the trunk. Our choice: 5
+/// cm of 58.
 const NECK_AHEAD: f64 = 0.086;
 /// Heights of C7 above the acromia and above the suprasternal notch, as shares of the trunk: ANSUR
 /// II means of cervicale, acromial and suprasternale heights over cervicale less trochanterion.
 const C7_ABOVE_ACROMIA: f64 = 0.117;
 const C7_ABOVE_NOTCH: f64 = 0.124;
-/// Sternoclavicular joints beside and behind the notch's marker, metres. Ours.
+/// Sternoclavicular joints beside and behind the notch's marker, metres. Our choice.
 const COLLAR_M: DVec3 = DVec3::new(0.02, 0.0, -0.02);
 /// Base of the skull below the middle of the four head markers, as a share of their depth from
-/// front to back. Ours: the band is worn 5 cm above the ear canals.
+/// front to back. Our choice: the band is worn 5 cm above the ear canals.
 const SKULL_DROP: f64 = 0.27;
 
 /// Returns the mean of the tracks that are present.

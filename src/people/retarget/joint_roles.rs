@@ -110,8 +110,8 @@ const FOREARM: &[&str] = &[
 const HAND: &[&str] = &["hand", "wrist"];
 const WRIST: &[&str] = &["wrist", "hand"];
 const CLAVICLE: &[&str] = &["clavicle", "collar", "shoulder", "shoulder1"];
-/// Most joints of a coarse trunk, the head included; more make it a fine trunk. MakeHuman has nine,
-/// Rigify and Xsens have six. Ours.
+/// The maximum number of joints in a coarse trunk, the head included; more make it a fine trunk.
+/// MakeHuman has nine, Rigify and Xsens have six. Our choice.
 const COARSE_TRUNK: usize = 7;
 
 /// Names of the head. Rigify numbers its trunk joints up to the head.

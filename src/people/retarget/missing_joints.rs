@@ -16,8 +16,8 @@ use crate::people::retarget::joint_roles::{LimbPair, Named, common};
 use crate::people::retarget::leg_length_m;
 use crate::people::retarget::rest_pose::{across, base_of, identity_pose};
 
-/// Stature and mass of the average adult, of whom only the proportions matter here. Ours: between
-/// ANSUR II's men and women.
+/// Stature and mass of the average adult, of whom only the proportions matter here. Our choice:
+/// between ANSUR II's men and women.
 const STATURE_M: f64 = 1.70;
 const MASS_KG: f64 = 76.0;
 

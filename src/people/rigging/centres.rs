@@ -12,10 +12,11 @@ use crate::people::cohort::body;
 /// Distance between the sections of an arm, metres.
 const STEP_M: f64 = 0.01;
 
-/// Distances from the fingertip, in hand lengths, where the thinnest section is the wrist. Ours.
+/// Distances from the fingertip, in hand lengths, where the thinnest section is the wrist. Our
+/// choice.
 const WRIST: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 
-/// The part of the upper arm, from the elbow, whose sections contain the arm alone. Ours.
+/// The part of the upper arm, from the elbow, whose sections contain the arm alone. Our choice.
 const FREE_ARM: std::ops::Range<f64> = 0.1..0.6;
 
 /// Joints of a mesh, metres, in its own pose.

@@ -22,8 +22,8 @@ use crate::import::obj::Mesh;
 use crate::import::{Motion, MotionFormat, Skin, SourceFrame, SourceJoint};
 use edgegait_core::pack::Sex;
 
-/// Statures that a mesh can have, metres: below ten times the least, so that only one decimal unit
-/// fits.
+/// The plausible statures of a mesh, metres. They span less than a factor of ten, so that only one
+/// decimal unit fits.
 const STATURE_M: std::ops::Range<f64> = 0.3..3.0;
 
 /// Units of meshes, metres (MakeHuman exports decimetres).

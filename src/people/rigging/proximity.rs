@@ -12,7 +12,7 @@ use super::centres::Centres;
 use crate::people::cohort::anthropometry::Dimensions;
 use crate::people::retarget::follow::main_child;
 
-/// Difference of distances, in thicknesses, below which two bones share a vertex. Ours.
+/// Difference of distances, in thicknesses, below which two bones share a vertex. Our choice.
 const BLEND: f64 = 0.4;
 
 /// A segment of a joint's bones, around which the joint moves vertices.

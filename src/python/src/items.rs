@@ -17,7 +17,7 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-/// Most bytes of kept people: about 50,000 with one walk each. Our choice.
+/// The maximum number of bytes of kept people: about 50,000 with one walk each. Our choice.
 const MAX_KEPT_BYTES: usize = 1 << 27;
 
 /// The items of a design or of a sweep.

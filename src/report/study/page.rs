@@ -7,7 +7,9 @@ use crate::dataset::ResultHeader;
 use crate::error::Result;
 use crate::report::html::{document, provenance};
 use crate::report::percent;
-use crate::study::{Findings, PaperOrder, Price, Recognition, SIZE, Similarity, SplitUnit, banded};
+use crate::study::{
+    ChangeEffect, Findings, PaperOrder, Recognition, SIZE, Similarity, SplitUnit, banded,
+};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
@@ -382,7 +384,7 @@ fn recognition(all: &[Recognition]) -> Markup {
     }
 }
 
-fn prices(all: &[Price]) -> Markup {
+fn prices(all: &[ChangeEffect]) -> Markup {
     html! {
         p { "Each row changes one property of S, and shows the similarity of frames to R and the share of cycles of R "
             "that are recognized after training on S. The gain is the cost of the difference. Mean differences are "

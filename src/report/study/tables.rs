@@ -2,7 +2,7 @@
 
 use crate::inspect::optional;
 use crate::report::percent;
-use crate::study::{AccuracyCurve, Findings, Price, Recognition, SimilarityGroup};
+use crate::study::{AccuracyCurve, ChangeEffect, Findings, Recognition, SimilarityGroup};
 use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
 
@@ -157,7 +157,7 @@ fn prices(findings: &Findings) -> Option<String> {
     table.row(
         "view|S with|Jaccard with R|with S as it is|S - R %|95 %|nearest pixels %|95 %".split('|'),
     );
-    for Price {
+    for ChangeEffect {
         view,
         change,
         jaccard,

@@ -6,9 +6,9 @@ use crate::score::InputLayout;
 use crate::template::{Template, TemplateShape};
 use std::path::Path;
 
-/// The most rows, columns or frames of an input.
+/// The maximum number of rows, columns or frames of an input.
 const MAX_SIDE: usize = 4096;
-/// The most equal channels of an input.
+/// The maximum number of equal channels of an input.
 const MAX_CHANNELS: usize = 16;
 
 impl Contract {

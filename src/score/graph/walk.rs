@@ -7,12 +7,12 @@ use crate::score::protobuf::{Malformed, ProtobufField, ProtobufReader};
 
 /// The deepest nesting of graphs (If, Loop, Scan) or of sequences that is accepted.
 const MAX_DEPTH: usize = 16;
-/// The most numbers of a tensor that are kept: a shape, axes or indices have no more.
+/// The maximum number of values in a tensor that are kept: a shape, axes or indices have no more.
 pub(super) const MAX_INTEGERS: u64 = 1024;
-/// The most axes of a tensor (numpy 2's limit).
+/// The maximum number of axes in a tensor (numpy 2's limit).
 pub(super) const MAX_RANK: usize = 64;
 
-/// The most class labels that are kept.
+/// The maximum number of class labels that are kept.
 const MAX_LABELS: usize = 1 << 16;
 /// The attribute in which classifiers of `ai.onnx.ml` name their classes.
 const CLASS_LABELS: &str = "classlabels_strings";

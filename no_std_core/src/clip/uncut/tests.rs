@@ -45,12 +45,12 @@ fn take(
     still: &[(usize, i32)],
 ) -> Vec<u8> {
     const WIDEST: u32 = 9;
-    let mut bytes = Vec::from([CLIP_TAKE, EIGHTH]);
+    let mut bytes = Vec::from([CLIP_UNCUT, EIGHTH]);
     bytes.extend(duration_us.to_le_bytes());
     bytes.extend(interval_us.to_le_bytes());
     bytes.extend([100, 0, 50, 0, 7, 0, 0, 0]);
     let (mut table, mut blocks) = (Bits::default(), Vec::<Bits>::new());
-    for channel in 0..TAKE_CHANNELS {
+    for channel in 0..UNCUT_CHANNELS {
         let Some((_, spacing, knots)) = moving.iter().find(|(c, ..)| *c == channel) else {
             let value = still.iter().find(|(c, _)| *c == channel).map_or(0, |s| s.1);
             table.push(SPACING_CONSTANT as i32, SPACING_BITS);
@@ -194,7 +194,7 @@ fn what_never_moves_has_no_blocks() {
     let codebook = codebook();
     let take = parse(&hour, &codebook).unwrap();
     // 61 channels of 15 bits.
-    assert_eq!(take.len_bytes(), TAKE_HEADER_BYTES + 115);
+    assert_eq!(take.len_bytes(), UNCUT_HEADER_BYTES + 115);
     assert_eq!(take.sample(1_800.0).root, Vec3::Y);
 }
 
@@ -227,12 +227,12 @@ fn fields_that_cannot_be_are_refused() {
     assert_eq!(parse(&still, &codebook).unwrap_err().byte, 10);
     // A first channel of spacing 3 whose value is 26 bits wide.
     assert_eq!(
-        refusal(TAKE_HEADER_BYTES, 3 | 26 << 2),
-        (TAKE_HEADER_BYTES, "integers of at most 25 bits")
+        refusal(UNCUT_HEADER_BYTES, 3 | 26 << 2),
+        (UNCUT_HEADER_BYTES, "integers of at most 25 bits")
     );
     // 61 channels of 15 bits and 10 for each of two that move: 935 bits of 117 bytes;
     // the end of the one block; its 9 bits of base, then a width of 15.
-    let ends_at = TAKE_HEADER_BYTES + 117;
+    let ends_at = UNCUT_HEADER_BYTES + 117;
     assert_eq!(refusal(ends_at - 1, 0xff).0, ends_at - 1);
     assert_eq!(
         refusal(ends_at, 0xff),

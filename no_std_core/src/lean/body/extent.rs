@@ -10,14 +10,13 @@ use glam::{Vec2, Vec3};
 /// roundings.
 const ROUNDING: f32 = 1e-5;
 /// The greatest sum of an orientation's squares, which is 3 except for rounding, and of the square
-/// of a joint's distance from the origin in tens of metres, at which a hull's box is trusted. Ours:
-/// farther away, boxes would have to be larger because of rounding.
+/// of a joint's distance from the origin in tens of metres, at which a hull's box is trusted. Our
+/// choice: farther away, boxes would have to be larger because of rounding.
 const MOST_SQUARES: f32 = 4.0;
 /// The greatest sum of such a joint's coordinates, metres.
 const FARTHEST_M: f32 = 40.0;
 
-/// The bounds of something in the image: to the right and upwards, and then negated to the left and
-/// downwards.
+/// Bounds in the image: the right and the upper one, then the left and the lower one, negated.
 type ExtentBounds = [f32; 4];
 
 const NOTHING: ExtentBounds = [f32::NEG_INFINITY; 4];

@@ -41,14 +41,14 @@ struct SectionCorners {
 /// Entries of the queue. Corners are computed for many columns before any is drawn, so that a
 /// processor that waits for some works on others.
 const QUEUE: usize = MAX_COLUMNS;
-/// Most entries of one column: its 90 edges in two words, eight at a time.
+/// The maximum number of entries in one column: its 90 edges in two words, eight at a time.
 const MOST: usize = 64 / 8 + 32 / 8;
 
 /// The distances to which a figure reaches from the image's centre, pixels.
 pub struct Reach {
-    /// To the right or to the left.
+    /// The distance to the right or left.
     pub across: f32,
-    /// Upwards, downwards or towards the camera, at any elevation.
+    /// The distance upwards, downwards or towards the camera, at any elevation.
     pub along: f32,
 }
 

@@ -29,17 +29,17 @@ use block::fill_hulls;
 use outline::{Strip, lay_all};
 use read::{cut, moments};
 pub use samples::SampleImages;
-use visible_facets::{Looks, look};
+use visible_facets::{VisibleFacets, look};
 
 /// Columns of a word.
 const WORD: usize = 32;
 const MAX_WORDS: usize = WINDOW_COLUMNS / WORD;
-/// Most samples of one pixel.
+/// The maximum number of samples in one pixel.
 const MAX_SAMPLES: usize = 9;
 /// Rows that are filled together.
 const BLOCK: usize = LANES / 2;
 const BLOCKS: usize = MAX_ROWS / BLOCK;
-/// Most strips of one hull, and of all hulls that wait to be filled.
+/// The maximum number of strips in one hull, and of all hulls that wait to be filled.
 const MOST_STRIPS: usize = MAX_HULL_EDGES.div_ceil(LANES);
 const MAX_STRIPS: usize = MAX_HULLS + MOST_STRIPS;
 
@@ -72,7 +72,7 @@ pub(crate) struct BitWindow {
     size: Size,
     /// Words of a row in use.
     words: usize,
-    looks: Looks,
+    looks: VisibleFacets,
     points: ImagePoints,
     /// The outlines of hulls that are not filled yet: the ends of lines in the image, metres, and
     /// the lines.
@@ -88,7 +88,7 @@ impl BitWindow {
             sampling,
             size,
             words: 0,
-            looks: Looks::NONE,
+            looks: VisibleFacets::NONE,
             points: ImagePoints::ZERO,
             ends: [const { LineEnds::NONE }; _],
             strips: [const { Strip::EMPTY }; _],
@@ -173,7 +173,7 @@ impl<'a> Fill<Figure<'a>> for BitWindow {
     }
 }
 
-compiled!(fn look(looks: &mut Looks, figure: &Figure<'_>, views: &[RenderView]));
+compiled!(fn look(looks: &mut VisibleFacets, figure: &Figure<'_>, views: &[RenderView]));
 compiled!(fn fill(window: &mut BitWindow, figure: &Figure<'_>, view: usize, placement: &Placement));
 compiled!(fn moments(window: &BitWindow) -> AreaMoments);
 compiled!(fn cut(window: &BitWindow, left: isize, frame: &mut AnySilhouette) -> u64);

@@ -11,7 +11,7 @@ use crate::simd::{LANES, Lanes, Wide};
 
 /// The facets of a figure that cameras see. 5 kB.
 #[derive(Clone, Debug)]
-pub struct Looks {
+pub struct VisibleFacets {
     /// The eyes in the frames of hulls: their positions, or their directions if they are infinitely
     /// far away.
     eyes: [[[f32; MAX_HULLS]; 3]; VIEWS_AT_ONCE],
@@ -19,7 +19,7 @@ pub struct Looks {
     facing: [[u64; MAX_HULLS]; VIEWS_AT_ONCE],
 }
 
-impl Looks {
+impl VisibleFacets {
     /// The state before any figure.
     pub const NONE: Self = Self {
         eyes: [[[0.0; MAX_HULLS]; 3]; VIEWS_AT_ONCE],
@@ -35,8 +35,8 @@ impl Looks {
 /// Finds the visible facets: those with the eye on their outer side. For an eye infinitely far away
 /// only the direction counts.
 #[inline(always)]
-pub fn look<L: Wide>(l: L, looks: &mut Looks, figure: &Figure<'_>, views: &[RenderView]) {
-    let Looks { eyes, facing } = looks;
+pub fn look<L: Wide>(l: L, looks: &mut VisibleFacets, figure: &Figure<'_>, views: &[RenderView]) {
+    let VisibleFacets { eyes, facing } = looks;
     let views = views.get(..VIEWS_AT_ONCE).unwrap_or(views);
     for (view, eyes) in views.iter().zip(&mut *eyes) {
         turn_eye(l, &figure.places, &view.camera, eyes);

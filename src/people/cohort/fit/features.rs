@@ -54,7 +54,7 @@ pub(super) struct StepFeatures {
     pub bob_m: f64,
     /// Peak to peak of the pelvis's sideways position, metres.
     pub sway_m: f64,
-    /// Least height of the toe tip in mid-swing over its height in mid-stance, metres.
+    /// The minimum height of the toe tip in mid-swing over its height in mid-stance, metres.
     pub clearance_m: f64,
     /// Delay of the arm behind the leg of the other side, cycles.
     pub arm_delay: f64,

@@ -1,8 +1,8 @@
 //! Encoding and decoding of uncut motions.
 
-use super::take_oracle::Oracle;
+use super::uncut_oracle::Oracle;
 use crate::data::{fixtures, given};
-use edgegait::encode::{EncodedClip, encode_take};
+use edgegait::encode::{EncodedClip, encode_uncut};
 use edgegait::people::cohort::Person;
 use edgegait::people::recorded::{BodyOptions, Keep, ReadOptions, Recording, subjects};
 use edgegait::people::{Cycle, Track, UncutMotion};
@@ -82,7 +82,7 @@ fn walk(
 fn encoded(span: &UncutMotion, skeleton: &Skeleton, asked_mm: f64) -> EncodedClip {
     let codebook = codebook();
     let parsed = Codebook::parse(&codebook).unwrap();
-    let encoded = encode_take(span, skeleton, &parsed, asked_mm).unwrap();
+    let encoded = encode_uncut(span, skeleton, &parsed, asked_mm).unwrap();
     assert!(encoded.max_error_mm <= asked_mm, "{}", encoded.max_error_mm);
     let oracle = Oracle::new(&encoded.bytes, &codebook);
     let found = oracle.max_error_mm(span, skeleton);
@@ -149,7 +149,7 @@ fn an_error_that_cannot_be_met_is_stated() {
     let span = walk(&cycle, 0.5, 100.0, |_| 0.0, |_| 1.0);
     let codebook = codebook();
     let parsed = Codebook::parse(&codebook).unwrap();
-    let finest = encode_take(&span, &skeleton, &parsed, 0.0).unwrap();
+    let finest = encode_uncut(&span, &skeleton, &parsed, 0.0).unwrap();
     assert!(finest.max_error_mm > 0.0 && finest.max_error_mm < 0.02);
     let found = Oracle::new(&finest.bytes, &codebook).max_error_mm(&span, &skeleton);
     assert!((found - finest.max_error_mm).abs() < 0.01, "{found}");
@@ -183,7 +183,7 @@ fn invalid_motions_are_refused_with_a_reason() {
     let refusal = |change: &dyn Fn(&mut UncutMotion)| {
         let mut span = span.clone();
         change(&mut span);
-        let error = encode_take(&span, &skeleton, &parsed, 5.0).unwrap_err();
+        let error = encode_uncut(&span, &skeleton, &parsed, 5.0).unwrap_err();
         error.to_string()
     };
     let empty = refusal(&|span| (span.roots, span.rotations) = (Vec::new(), Vec::new()));
