@@ -133,7 +133,7 @@ fn splits_are_datasets_that_share_no_person() {
         at,
         &["generate", "casia-b-like", "--people", "1", "--out", "sets"],
         2,
-        &["notes.txt", "no part of a dataset"],
+        &["notes.txt", "not part of a dataset"],
     );
 }
 

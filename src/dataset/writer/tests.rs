@@ -83,10 +83,7 @@ fn a_dataset_that_is_not_finished_waits_or_leaves_nothing() {
     assert_eq!(names(folder.path()), ["d.unfinished"]);
     let refused = begin(run(Size::S50x30, 2), false).unwrap_err();
     assert_eq!(refused.exit_code(), 2);
-    assert!(
-        refused.to_string().contains("ended before it was done"),
-        "{refused}"
-    );
+    assert!(refused.to_string().contains("did not finish"), "{refused}");
     let refused = begin(run(Size::S64x44, 2), true).unwrap_err().to_string();
     assert!(
         refused.contains(r#"settings.size is "50x30" there, "64x44" here"#),

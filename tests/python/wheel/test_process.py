@@ -60,7 +60,7 @@ def test_a_generation_that_was_interrupted_is_gone_on_with(tmp_path):
     # Interrupt when the first people are stored; all of them take some seconds.
     interrupted(make, lambda: any(path.stat().st_size > 0 for path in out.glob("train.unfinished/**/*.npy")))
     assert not (out / "train").exists()
-    with pytest.raises(ValueError, match="ended before it was done"):
+    with pytest.raises(ValueError, match="did not finish"):
         make()
     make(resume=True)
     edgegait.generate("domain-random", people=60, out=tmp_path / "again")
