@@ -2,8 +2,11 @@
 //! the commit, so that results can be traced to it.
 //!
 //! A debug build omits the commit, so that it is not rebuilt after each commit.
+//!
+//! The guide's pages are files that a web view of the repository shows, and modules of the library:
+//! their links to each other are turned into links of rustdoc here.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Inputs of a build besides the modules in `src`.
@@ -14,12 +17,48 @@ fn main() {
     for path in &sources {
         println!("cargo::rerun-if-changed={path}");
     }
+    if let Err(error) = write_guide() {
+        println!("cargo::error=src/guide: {error}");
+    }
     let is_release = std::env::var("PROFILE").is_ok_and(|profile| profile == "release");
     let commit = if is_release { commit(&sources) } else { None };
     if let Some(commit) = commit {
         let version = env!("CARGO_PKG_VERSION");
         println!("cargo::rustc-env=EDGEGAIT_VERSION={version} ({commit})");
     }
+}
+
+/// Writes the guide's pages into the build's folder, with links to other pages as rustdoc has them:
+/// `[GEI](drawing.md#templates)` becomes `[GEI](crate::guide::drawing#templates)`.
+fn write_guide() -> std::io::Result<()> {
+    let folder = PathBuf::from(std::env::var_os("OUT_DIR").unwrap_or_default()).join("guide");
+    std::fs::create_dir_all(&folder)?;
+    for entry in std::fs::read_dir("src/guide")? {
+        let path = entry?.path();
+        let Some(name) = path.file_name() else {
+            continue;
+        };
+        if path.extension().is_none_or(|extension| extension != "md") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path)?;
+        let mut parts = text.split("](");
+        let mut page = parts.next().unwrap_or_default().to_owned();
+        for part in parts {
+            page += "](";
+            let link = part.split(')').next().unwrap_or_default();
+            let is_page = !link.contains('/') && !link.contains(':');
+            match link.split_once(".md").filter(|_| is_page) {
+                Some((name, anchor)) => {
+                    page += &format!("crate::guide::{}{anchor}", name.replace('-', "_"));
+                    page += &part[link.len()..];
+                }
+                None => page += part,
+            }
+        }
+        std::fs::write(folder.join(name), page)?;
+    }
+    Ok(())
 }
 
 /// Returns all inputs of a build. The Python package, although in `src`, is not one: it depends on

@@ -2,51 +2,51 @@
 //!
 //! Begin with [first steps](first_steps). `--help` of a command describes its flags.
 
-#[doc = include_str!("architecture.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/architecture.md"))]
 pub mod architecture {}
-#[doc = include_str!("boards.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/boards.md"))]
 pub mod boards {}
-#[doc = include_str!("changelog.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/changelog.md"))]
 pub mod changelog {}
-#[doc = include_str!("confounders.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/confounders.md"))]
 pub mod confounders {}
-#[doc = include_str!("contributing.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/contributing.md"))]
 pub mod contributing {}
-#[doc = include_str!("cycles.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/cycles.md"))]
 pub mod cycles {}
-#[doc = include_str!("datasets.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/datasets.md"))]
 pub mod datasets {}
-#[doc = include_str!("designs.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/designs.md"))]
 pub mod designs {}
-#[doc = include_str!("drawing.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/drawing.md"))]
 pub mod drawing {}
-#[doc = include_str!("encoding.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/encoding.md"))]
 pub mod encoding {}
-#[doc = include_str!("first-steps.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/first-steps.md"))]
 pub mod first_steps {}
-#[doc = include_str!("formats.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/formats.md"))]
 pub mod formats {}
-#[doc = include_str!("gates.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/gates.md"))]
 pub mod gates {}
-#[doc = include_str!("importing.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/importing.md"))]
 pub mod importing {}
-#[doc = include_str!("literature.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/literature.md"))]
 pub mod literature {}
-#[doc = include_str!("models.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/models.md"))]
 pub mod models {}
-#[doc = include_str!("networks.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/networks.md"))]
 pub mod networks {}
-#[doc = include_str!("people.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/people.md"))]
 pub mod people {}
-#[doc = include_str!("protocols.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/protocols.md"))]
 pub mod protocols {}
-#[doc = include_str!("python.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/python.md"))]
 pub mod python {}
-#[doc = include_str!("results.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/results.md"))]
 pub mod results {}
-#[doc = include_str!("segmenting.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/segmenting.md"))]
 pub mod segmenting {}
-#[doc = include_str!("speed.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/speed.md"))]
 pub mod speed {}
-#[doc = include_str!("study.md")]
+#[doc = include_str!(concat!(env!("OUT_DIR"), "/guide/study.md"))]
 pub mod study {}
