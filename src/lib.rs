@@ -52,7 +52,7 @@
 //! let model = Model::open("models/side.onnx")?;
 //! let entrants = [Entrant::drawn(&model, &Runtime::rten(), Settings::default())?];
 //! let options = ContestOptions { views: Some(Views::side()?), ..ContestOptions::default() };
-//! let drawn = DrawnContest::new((&pack, &[0, 1]), &entrants, options)?;
+//! let drawn = DrawnContest::new(&pack, &[0, 1], &entrants, options)?;
 //! let outcome = drawn.contest.run(&entrants, 1, &mut |_| (), &mut |_| ())?;
 //! assert_eq!(outcome.results[0].rank1, 1.0);
 //! # Ok(())
@@ -78,7 +78,7 @@
 //!     .map(|text| Condition::of(Doses::new(dose(text).ok())));
 //! let options = ContestOptions { views: Some(Views::side()?), conditions: &rolled, ..ContestOptions::default() };
 //! let walks: Vec<usize> = (0..8).collect();
-//! let drawn = DrawnContest::new((&pack, &walks), &entrants, options)?;
+//! let drawn = DrawnContest::new(&pack, &walks, &entrants, options)?;
 //! let outcome = drawn.contest.run(&entrants, 1, &mut |_| (), &mut |_| ())?;
 //! let [level, askew] = &outcome.results[0].probe_sets[..] else {
 //!     panic!("a set of probes for each condition");
