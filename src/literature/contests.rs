@@ -197,7 +197,7 @@ pub(crate) fn judge(
             views: Some(side.clone()),
             conditions,
         };
-        probe_sets((pack, &at_known), entrants, options, plan.seed)
+        probe_sets(pack, &at_known, entrants, options, plan.seed)
     };
     let of_conditions = under(&conditions)?;
     progress();
@@ -212,7 +212,8 @@ pub(crate) fn judge(
         .map(|name| format!("[[probes]]\nname = {name:?}\ntakes = [{name:?}]\n"))
         .collect();
     let of_speeds = probe_sets(
-        (pack, &all),
+        pack,
+        &all,
         entrants,
         ContestOptions {
             protocol: Some(protocol(&format!(
@@ -225,7 +226,8 @@ pub(crate) fn judge(
     )?;
     progress();
     let of_views = probe_sets(
-        (pack, &at_known),
+        pack,
+        &at_known,
         entrants,
         ContestOptions {
             protocol: Some(Protocol::named("cross-view")?),
@@ -371,12 +373,13 @@ fn protocol(parts: &str) -> Result<Protocol> {
 }
 
 fn probe_sets(
-    walks: (&Pack<'_>, &[usize]),
+    pack: &Pack<'_>,
+    walks: &[usize],
     entrants: &[Entrant],
     options: ContestOptions<'_>,
     seed: u64,
 ) -> Result<Vec<Vec<ProbeSetResult>>> {
-    let drawn = DrawnContest::new(walks.0, walks.1, entrants, options)?;
+    let drawn = DrawnContest::new(pack, walks, entrants, options)?;
     let outcome = drawn
         .contest
         .run(entrants, seed, &mut |_| (), &mut |_| ())?;

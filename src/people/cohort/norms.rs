@@ -328,6 +328,27 @@ pub(crate) enum Angle {
     ElbowFlexion,
 }
 
+impl Angle {
+    /// All angles, in the order of [`Style`](super::style::Style)'s table.
+    pub(super) const ALL: [Self; 15] = [
+        Self::PelvicTilt,
+        Self::PelvicObliquity,
+        Self::PelvicRotation,
+        Self::HipFlexion,
+        Self::HipAdduction,
+        Self::HipRotation,
+        Self::KneeFlexion,
+        Self::AnkleDorsiflexion,
+        Self::FootProgression,
+        Self::ThoraxTilt,
+        Self::ThoraxObliquity,
+        Self::ThoraxRotation,
+        Self::ShoulderFlexion,
+        Self::ShoulderAbduction,
+        Self::ElbowFlexion,
+    ];
+}
+
 /// Acceleration of gravity, m/s2.
 pub(super) const GRAVITY: f64 = 9.81;
 

@@ -7,25 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 /// Number of angles.
-const ANGLES: usize = 15;
-
-const ALL: [Angle; ANGLES] = [
-    Angle::PelvicTilt,
-    Angle::PelvicObliquity,
-    Angle::PelvicRotation,
-    Angle::HipFlexion,
-    Angle::HipAdduction,
-    Angle::HipRotation,
-    Angle::KneeFlexion,
-    Angle::AnkleDorsiflexion,
-    Angle::FootProgression,
-    Angle::ThoraxTilt,
-    Angle::ThoraxObliquity,
-    Angle::ThoraxRotation,
-    Angle::ShoulderFlexion,
-    Angle::ShoulderAbduction,
-    Angle::ElbowFlexion,
-];
+const ANGLES: usize = Angle::ALL.len();
 
 /// A side of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -105,7 +87,7 @@ impl Style {
     pub(crate) fn random(rng: &mut ChaCha8Rng) -> Self {
         let mut style = Self::NONE;
         // Features that the recordings do not cover are drawn independently.
-        for (angle, sides) in ALL.into_iter().zip(&mut style.angles) {
+        for (angle, sides) in Angle::ALL.into_iter().zip(&mut style.angles) {
             let spread = AngleSpread::of(angle);
             let offset_sd = spread.offset_sd * normal(rng);
             let amplitude = libm::exp(spread.amplitude * normal(rng));

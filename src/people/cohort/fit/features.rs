@@ -2,7 +2,7 @@
 
 use super::super::angles::AngleNorm;
 use super::super::anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
-use super::invert::{ANGLES, SideAngles, sides};
+use super::invert::{SideAngles, sides};
 use crate::people::cohort::norms::Angle;
 use crate::people::cutting::stance::{FeetMotion, soles_of_legs};
 use crate::people::recorded::LEG_SHARE;
@@ -101,7 +101,7 @@ pub(super) fn features(cycle: &Cycle, offsets: &[DVec3; JOINTS]) -> Features {
     let speed_mps = cycle.drift_m / cycle.period_s;
     let norm = AngleNorm::at(&dimensions, 3.6 * speed_mps);
     let frames: Vec<[SideAngles; 2]> = cycle.rotations.iter().map(sides).collect();
-    let angles = ANGLES.map(|angle| against_norm(&frames, &norm, angle));
+    let angles = Angle::ALL.map(|angle| against_norm(&frames, &norm, angle));
     Features {
         steps: steps(cycle, offsets, &frames),
         joints: joints(cycle),

@@ -6,25 +6,6 @@ use crate::people::forward_kinematics;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3, EulerRot};
 
-/// The angles in the order of [`Angle`].
-pub(super) const ANGLES: [Angle; 15] = [
-    Angle::PelvicTilt,
-    Angle::PelvicObliquity,
-    Angle::PelvicRotation,
-    Angle::HipFlexion,
-    Angle::HipAdduction,
-    Angle::HipRotation,
-    Angle::KneeFlexion,
-    Angle::AnkleDorsiflexion,
-    Angle::FootProgression,
-    Angle::ThoraxTilt,
-    Angle::ThoraxObliquity,
-    Angle::ThoraxRotation,
-    Angle::ShoulderFlexion,
-    Angle::ShoulderAbduction,
-    Angle::ElbowFlexion,
-];
-
 /// The angles of one side of a pose, degrees.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SideAngles {
@@ -113,7 +94,7 @@ mod tests {
                 let norm = AngleNorm::at(&dimensions, speed_kmh);
                 let found = sides(&pose(&style, &norm, phase));
                 for (side, found) in [Side::Left, Side::Right].into_iter().zip(found) {
-                    for (angle, found) in ANGLES.into_iter().zip(found.angles) {
+                    for (angle, found) in Angle::ALL.into_iter().zip(found.angles) {
                         let mut expected = angle_of(&style, &norm, angle, side, phase);
                         // Pelvis and thorax follow the left side's angles.
                         let trunk = [

@@ -1,9 +1,9 @@
 //! The printed report of recorded walkers.
 
 use super::features::Features;
-use super::invert::ANGLES;
 use super::statistics::mean_and_sd;
 use super::walkers::ManifestTake;
+use crate::people::cohort::norms::Angle;
 use edgegait_core::skeleton::Joint;
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ type NamedNumber = (String, Box<dyn Fn(&Features) -> f64>);
 
 fn columns() -> Vec<NamedNumber> {
     let mut columns: Vec<NamedNumber> = Vec::new();
-    for (index, angle) in ANGLES.into_iter().enumerate() {
+    for (index, angle) in Angle::ALL.into_iter().enumerate() {
         let mut add = |name: &str, of: fn(&super::features::AngleFeatures) -> f64| {
             columns.push((
                 format!("{angle:?} {name}"),
