@@ -45,17 +45,19 @@ struct CsvRow<'a> {
 pub(crate) fn csv(results: &BenchResults) -> Result<Vec<u8>> {
     let mut rows = csv::Writer::from_writer(Vec::new());
     for model in &results.models {
-        rows.serialize(row(model, &model.single, (1, None, model.peak_rss_bytes)))?;
+        rows.serialize(row(model, &model.single, 1, None, model.peak_rss_bytes))?;
         for batch in model.offline.iter().chain(&model.batches) {
             rows.serialize(row(
                 model,
                 &batch.timing,
-                (batch.batch, None, batch.peak_rss_bytes),
+                batch.batch,
+                None,
+                batch.peak_rss_bytes,
             ))?;
         }
         for length in &model.lengths {
-            let size = (1, Some(length.frames), length.peak_rss_bytes);
-            rows.serialize(row(model, &length.timing, size))?;
+            let frames = Some(length.frames);
+            rows.serialize(row(model, &length.timing, 1, frames, length.peak_rss_bytes))?;
         }
     }
     let bytes = rows.into_inner();
@@ -65,7 +67,9 @@ pub(crate) fn csv(results: &BenchResults) -> Result<Vec<u8>> {
 fn row<'a>(
     model: &'a ModelResult,
     timing: &Timing,
-    (batch, frames, peak_rss_bytes): (usize, Option<usize>, Option<u64>),
+    batch: usize,
+    frames: Option<usize>,
+    peak_rss_bytes: Option<u64>,
 ) -> CsvRow<'a> {
     let times = &timing.times;
     let accuracy = model.accuracy.as_ref();

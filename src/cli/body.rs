@@ -81,7 +81,9 @@ impl BodyArgs {
         &self,
         recordings: &mut Vec<Recording>,
         measured: MeasuredPeople,
-        (points, seed, keep_going): (Option<usize>, u64, KeepGoing),
+        points: Option<usize>,
+        seed: u64,
+        keep_going: KeepGoing,
         header: &mut ResultHeader,
     ) -> Result<BodyOptions> {
         if let Some(path) = &self.bodies {
@@ -125,7 +127,7 @@ impl BodyArgs {
                     .map(|body| given.insert(subject.clone(), body))
                     .is_ok()
             });
-            let left_out = keep_going.leave_out(refused, all, ("files", "imported"))?;
+            let left_out = keep_going.leave_out(refused, all, "files", "imported")?;
             header.warnings.extend(left_out);
         }
         Ok(BodyOptions {

@@ -164,9 +164,8 @@ pub(super) fn run(args: &CohortArgs) -> Result<()> {
             } else {
                 Effort::Searched
             };
-            let people = (options.numbers(), effort);
             args.encoding
-                .encode_population(("walks", walks), people, &make)?
+                .encode_population("walks", walks, options.numbers(), effort, &make)?
         }
         Some(bytes) => EncodedPack::usual(bytes.to_vec()),
         None => {

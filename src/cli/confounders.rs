@@ -2,6 +2,7 @@
 
 use super::args::{Common, FileArgs, ViewArgs};
 use super::cache::CacheArgs;
+use super::contest::InputSource;
 use super::drawing::DrawArgs;
 use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
@@ -138,8 +139,13 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
         )));
     }
     let mut header = ResultHeader::new("confounders", seed).with("runtime", runtime.name().name);
-    let (setup, cache) = ((&args.draw, seed, None), args.cache.cache());
-    let entrants = load(&models, (&runtime, &cache), setup, &mut header)?;
+    let inputs = InputSource {
+        draw: &args.draw,
+        seed,
+        stored: None,
+    };
+    let cache = args.cache.cache();
+    let entrants = load(&models, &runtime, &cache, inputs, &mut header)?;
     let source_args = SourceArgs::new(data, args.selection.clone());
     let source = source_args.load()?;
     let pack = Pack::parse(&source.bytes)?;

@@ -59,13 +59,21 @@ pub(super) struct ContestArgs {
     pub held: Option<PackSource>,
 }
 
-/// How inputs of recognizers are made: the drawing flags, a seed, and stored templates, if any.
-pub(super) type Setup<'a> = (&'a DrawArgs, u64, Option<StoredTemplates>);
+/// How inputs of recognizers are made.
+#[derive(Clone, Copy)]
+pub(super) struct InputSource<'a> {
+    /// The flags with which inputs are drawn.
+    pub draw: &'a DrawArgs,
+    /// The seed with which inputs are drawn.
+    pub seed: u64,
+    /// The stored templates that are the inputs, or `None` if inputs are drawn.
+    pub stored: Option<StoredTemplates>,
+}
 
 /// The recognizers that take part.
 pub(super) struct Participants<'a> {
     /// Loads the recognizers, and states their files in the header.
-    pub load: &'a dyn Fn(Setup<'_>, &mut ResultHeader) -> Result<Vec<Entrant>>,
+    pub load: &'a dyn Fn(InputSource<'_>, &mut ResultHeader) -> Result<Vec<Entrant>>,
     /// Whether the baselines take part as well.
     pub with_baselines: bool,
     /// The viewpoints of probes if neither flags nor the protocol state them; without these, the
@@ -117,8 +125,12 @@ impl ContestArgs {
         if let Some(folder) = data.as_ref().filter(|path| path.is_dir()) {
             self.conditions.refuse_for_folders()?;
             let (source, stored) = self.folder(folder, protocol.as_ref(), &mut header)?;
-            let setup = (&self.draw, seed, stored);
-            let mut entrants = (field.load)(setup, &mut header)?;
+            let inputs = InputSource {
+                draw: &self.draw,
+                seed,
+                stored,
+            };
+            let mut entrants = (field.load)(inputs, &mut header)?;
             let hinted = |error, is_tree| match error {
                 // About an image that is read, not about a file that is written.
                 Error::Input { ref path, .. } | Error::Io { ref path, .. }
@@ -146,7 +158,7 @@ impl ContestArgs {
             }
             let contest = Contest::new(source, protocol)?;
             if field.with_baselines {
-                add_baselines(&contest, &mut entrants, (None, seed), &mut header)?;
+                add_baselines(&contest, &mut entrants, None, seed, &mut header)?;
             }
             return work(&contest, &entrants, header).map_err(|error| hinted(error, is_tree));
         }
@@ -155,8 +167,12 @@ impl ContestArgs {
             .as_ref()
             .and_then(|protocol| protocol.conditions.as_deref());
         let conditions = self.conditions.load(usual, &mut header)?;
-        let setup = (&self.draw, seed, None);
-        let mut entrants = (field.load)(setup, &mut header)?;
+        let inputs = InputSource {
+            draw: &self.draw,
+            seed,
+            stored: None,
+        };
+        let mut entrants = (field.load)(inputs, &mut header)?;
         let source_args = SourceArgs {
             held: self.held.clone(),
             ..SourceArgs::new(data, self.selection.clone())
@@ -187,7 +203,7 @@ impl ContestArgs {
             .with("probes", probes);
         header.warnings.extend(warnings);
         if field.with_baselines {
-            add_baselines(&contest, &mut entrants, (Some(&pack), seed), &mut header)?;
+            add_baselines(&contest, &mut entrants, Some(&pack), seed, &mut header)?;
         }
         if let Some(entrant) = entrants.first() {
             header = header.drawn(&entrant.settings);
@@ -288,7 +304,7 @@ impl ContestArgs {
         let (recordings, refused) = recordings.readable(&forms, &|| progress.step())?;
         let warnings = self
             .keep_going
-            .leave_out(refused, all, ("sequences", "read"))?;
+            .leave_out(refused, all, "sequences", "read")?;
         if !warnings.is_empty() {
             let count = warnings.len();
             header.warnings.extend(warnings);
@@ -380,10 +396,11 @@ impl ContestArgs {
 fn add_baselines(
     contest: &Contest<'_>,
     entrants: &mut Vec<Entrant>,
-    known_by: (Option<&Pack<'_>>, u64),
+    pack: Option<&Pack<'_>>,
+    seed: u64,
     header: &mut ResultHeader,
 ) -> Result<()> {
-    let baselines = contest.baselines(entrants, known_by)?;
+    let baselines = contest.baselines(entrants, pack, seed)?;
     entrants.extend(baselines.entrants);
     header.warnings.extend(baselines.warnings);
     Ok(())

@@ -37,7 +37,7 @@ pub(super) fn encoded_people(
                 } else {
                     all
                 };
-                warnings.extend(keep_going.leave_out(errors, all, ("walks", "encoded"))?);
+                warnings.extend(keep_going.leave_out(errors, all, "walks", "encoded")?);
             }
             other => return other,
         }

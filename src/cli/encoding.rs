@@ -69,8 +69,8 @@ impl EncodingArgs {
         let tries = self.budget_bytes.map_or(1, |_| BUDGET_TRIES);
         let walks: usize = people.iter().map(|subject| subject.walks.len()).sum();
         let progress = Progress::new("encoding", STEPS_OF_WALK * walks * tries);
-        let goal = (self.goal(), self.hull_points.map(usize::from));
-        encoded(people, goal, &|| progress.step())
+        let hull_points = self.hull_points.map(usize::from);
+        encoded(people, self.goal(), hull_points, &|| progress.step())
     }
 
     /// Encodes the people of these numbers separately, with a progress bar named `what` that counts
@@ -80,8 +80,10 @@ impl EncodingArgs {
     /// The same as [`encode_population`], and for flags that compare packs.
     pub(super) fn encode_population(
         &self,
-        (what, walks): (&'static str, usize),
-        (people, effort): (Range<usize>, Effort),
+        what: &'static str,
+        walks: usize,
+        people: Range<usize>,
+        effort: Effort,
         make: &(dyn Fn(usize) -> Result<Subject> + Sync),
     ) -> Result<EncodedPack> {
         if self.budget_bytes.is_some() || self.max_gei_rmse.is_some() {
@@ -100,8 +102,7 @@ impl EncodingArgs {
             }
             Ok(subject)
         };
-        let goal = (max_error_mm, effort);
-        let bytes = encode_population(people, &thinner, goal, &|| progress.step())?;
+        let bytes = encode_population(people, &thinner, max_error_mm, effort, &|| progress.step())?;
         Ok(EncodedPack {
             bytes,
             max_error_mm,

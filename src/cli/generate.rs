@@ -13,7 +13,7 @@ use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Result};
 use crate::people::cohort::DEFAULT_SEED;
 use crate::people::variation::CYCLES_OF_A_TAKE;
-use crate::sweep::{Swept, View, sweep_each};
+use crate::sweep::{SweepRequest, Swept, View, sweep_each};
 use crate::template::Template;
 use edgegait_core::pack::{Pack, Sex};
 use edgegait_core::silhouette::Size;
@@ -268,24 +268,20 @@ fn draw(
     progress: &Progress,
 ) -> Result<()> {
     let make = |at: usize| design.subject(people[at].0);
-    let bytes = encode_population(
-        0..people.len(),
-        &make,
-        (MAX_ERROR_MM, Effort::Quick),
-        &|| {},
-    )?;
+    let bytes = encode_population(0..people.len(), &make, MAX_ERROR_MM, Effort::Quick, &|| {})?;
     let pack = Pack::parse(&bytes)?;
     let (walks, settings) = (pack.walks().collect::<Vec<_>>(), design.settings);
     let subjects: Vec<_> = pack.subjects().collect();
     let wanted = &design.images.wanted;
     let jobs = design.jobs(&pack);
+    let request = SweepRequest { settings, wanted };
     let mut last = None;
     let mut at = 0;
     sweep_each(
         &pack,
         &jobs,
         |job| design.views_of(&pack, job),
-        (settings, wanted),
+        request,
         |_, views, swept| Ok((views.to_vec(), swept)),
         |job, (views, swept): (Vec<View>, Swept)| {
             let walk = walks[job.walk];

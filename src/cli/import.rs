@@ -231,8 +231,8 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
     let mut header = ResultHeader::new("import", args.common.seed)
         .with("track", args.track.name())
         .with("low_pass_hz", args.low_pass_hz);
-    let kinds = ("files", "imported");
-    header.warnings = args.keep_going.leave_out(refused, files.len(), kinds)?;
+    let (keep_going, all) = (args.keep_going, files.len());
+    header.warnings = keep_going.leave_out(refused, all, "files", "imported")?;
     header.warnings.extend(unmeasured);
     for recording in &recordings {
         header.inputs.push(InputFile::of(&recording.path)?);
@@ -241,7 +241,9 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
     let body = args.body.options(
         &mut recordings,
         measured,
-        (points, args.common.seed, args.keep_going),
+        points,
+        args.common.seed,
+        args.keep_going,
         &mut header,
     )?;
     let (people, encoded) = encoded_people(

@@ -28,7 +28,8 @@ impl KeepGoing {
         self,
         mut refused: Vec<Error>,
         all: usize,
-        (what, done): (&str, &str),
+        what: &str,
+        done: &str,
     ) -> Result<Vec<String>> {
         if refused.is_empty() || (self.keep_going && refused.len() < all) {
             return Ok(refused

@@ -4,7 +4,7 @@ mod text;
 
 use super::Ending;
 use super::args::{Common, FileArgs};
-use super::contest::{ContestArgs, Participants, Setup};
+use super::contest::{ContestArgs, InputSource, Participants};
 use super::keep_going::with_hint;
 use super::progress::Progress;
 use super::recognizers::{entrant, is_baseline, sort_inputs, with_contracts};
@@ -113,7 +113,7 @@ pub(super) fn run(args: &ParityArgs) -> Result<Ending> {
     );
     let planned = planned(&paths, &engines, args.ort_lib.as_deref(), &mut header)?;
     let field = Participants {
-        load: &|setup, _| load(&planned, setup),
+        load: &|inputs, _| load(&planned, inputs),
         with_baselines: false,
         views: Some(Views::grid("10 of parity", AZIMUTHS_DEG, ELEVATIONS_DEG)?),
     };
@@ -269,10 +269,9 @@ impl Planned {
 }
 
 /// Loads each model on its runtime; an error names the side.
-fn load(planned: &[Planned], setup: Setup<'_>) -> Result<Vec<Entrant>> {
+fn load(planned: &[Planned], inputs: InputSource<'_>) -> Result<Vec<Entrant>> {
     let each = planned.iter().enumerate().map(|(at, one)| {
-        let (draw, seed, stored) = setup;
-        entrant(&one.model, &one.runtime, (draw, seed, stored))
+        entrant(&one.model, &one.runtime, inputs)
             .map_err(|error| with_hint(error, &format!("side {}: {}", at + 1, one.runtime.name())))
     });
     each.collect()

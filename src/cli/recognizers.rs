@@ -1,6 +1,6 @@
 //! Loads the recognizers of a command: named models, the pixel baseline, or the shipped models.
 
-use super::contest::Setup;
+use super::contest::InputSource;
 use crate::cache::Cache;
 use crate::dataset::{InputFile, ResultHeader};
 use crate::error::{Error, Result};
@@ -51,14 +51,15 @@ pub(super) fn is_baseline(path: &Path) -> bool {
 /// drawn.
 pub(super) fn load(
     paths: &[PathBuf],
-    (runtime, cache): (&Runtime, &Cache),
-    (draw, seed, stored): Setup<'_>,
+    runtime: &Runtime,
+    cache: &Cache,
+    inputs: InputSource<'_>,
     header: &mut ResultHeader,
 ) -> Result<Vec<Entrant>> {
-    let settings = draw.settings(seed)?;
+    let settings = inputs.draw.settings(inputs.seed)?;
     let mut entrants = Vec::new();
     if paths.iter().any(|path| is_baseline(path)) {
-        entrants.push(Entrant::pixels(stored, settings));
+        entrants.push(Entrant::pixels(inputs.stored, settings));
     }
     let (firmware, files): (Vec<&PathBuf>, Vec<&PathBuf>) =
         paths.iter().partition(|path| Firmware::is_one(path));
@@ -83,7 +84,7 @@ pub(super) fn load(
         let model = model.named(name);
         header.inputs.extend(model.inputs()?);
         header.warnings.extend(model.warnings());
-        let entrant = entrant(&model, runtime, (draw, seed, stored))?;
+        let entrant = entrant(&model, runtime, inputs)?;
         entrants.push(Entrant {
             recognizer: CachedRecognizer::of(entrant.recognizer, &model, cache)?,
             ..entrant
@@ -92,7 +93,7 @@ pub(super) fn load(
     let of_models = names.len() - firmware.len();
     for (one, name) in firmware.into_iter().zip(&names[of_models..]) {
         header.inputs.push(one.input().clone());
-        entrants.push(entrant_of(Box::new(one.named(name)), (draw, seed, stored))?);
+        entrants.push(entrant_of(Box::new(one.named(name)), inputs)?);
     }
     Ok(entrants)
 }
@@ -101,7 +102,8 @@ pub(super) fn load(
 ///
 /// # Errors
 /// If its contract needs inputs that are not stored or cannot be drawn.
-fn entrant_of(recognizer: Box<dyn Recognizer>, (draw, seed, stored): Setup<'_>) -> Result<Entrant> {
+fn entrant_of(recognizer: Box<dyn Recognizer>, inputs: InputSource<'_>) -> Result<Entrant> {
+    let InputSource { draw, seed, stored } = inputs;
     let contract = recognizer.contract();
     let settings = match stored {
         Some(stored) => Entrant::stored_settings_of(contract, stored, draw.settings(seed)?)?,
@@ -121,14 +123,14 @@ fn entrant_of(recognizer: Box<dyn Recognizer>, (draw, seed, stored): Setup<'_>) 
 pub(super) fn with_held(
     mut entrants: Vec<Entrant>,
     held: &[Arc<dyn Recognizer>],
-    setup: Setup<'_>,
+    inputs: InputSource<'_>,
 ) -> Result<Vec<Entrant>> {
     for one in held {
         let name = one.name();
         if entrants.iter().any(|other| other.recognizer.name() == name) {
             return Err(Error::Usage(format!("two recognizers are called {name:?}")));
         }
-        entrants.push(entrant_of(Box::new(HeldRecognizer(one.clone())), setup)?);
+        entrants.push(entrant_of(Box::new(HeldRecognizer(one.clone())), inputs)?);
     }
     Ok(entrants)
 }
@@ -222,10 +224,11 @@ pub(super) fn told_apart(all: Vec<(String, PathBuf)>) -> Result<Vec<String>> {
 pub(super) fn entrant(
     model: &Model,
     runtime: &Runtime,
-    (draw, seed, stored): Setup<'_>,
+    inputs: InputSource<'_>,
 ) -> Result<Entrant> {
+    let InputSource { draw, seed, stored } = inputs;
     match stored {
-        Some(stored) => Entrant::stored(model, runtime, (stored, draw.settings(seed)?)),
+        Some(stored) => Entrant::stored(model, runtime, stored, draw.settings(seed)?),
         None => {
             let settings = draw.settings_for(model.contract(), seed)?;
             Entrant::drawn(model, runtime, settings)

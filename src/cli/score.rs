@@ -91,13 +91,13 @@ pub(super) fn run_with(args: &ScoreArgs, held: &[Arc<dyn Recognizer>]) -> Result
         .with("provider", runtime.name().provider);
     let cache = args.cache.cache();
     let field = Participants {
-        load: &|setup, header| {
+        load: &|inputs, header| {
             let loaded = if models.is_empty() && !held.is_empty() {
                 Vec::new()
             } else {
-                load(&models, (&runtime, &cache), setup, header)?
+                load(&models, &runtime, &cache, inputs, header)?
             };
-            with_held(loaded, held, setup)
+            with_held(loaded, held, inputs)
         },
         with_baselines: !args.no_baselines,
         views: None,

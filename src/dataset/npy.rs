@@ -38,7 +38,8 @@ pub fn write_npy<D: Dimension>(path: impl AsRef<Path>, array: &ArrayView<'_, u8,
 pub(super) fn template_bytes(
     path: &Path,
     bytes: &[u8],
-    (template, stated): (Template, Option<Size>),
+    template: Template,
+    stated: Option<Size>,
 ) -> Result<(usize, Size, usize)> {
     let refuse = |problem: String| Error::input(path, problem);
     if header_is_hostile(bytes) {
@@ -148,12 +149,15 @@ mod tests {
         bytes
     }
 
-    const GEIS: (Template, Option<Size>) = (Template::Gei, None);
-
     fn refusal(header: &str, data: usize) -> String {
-        template_bytes(Path::new("geis.npy"), &npy(header, data), GEIS)
-            .unwrap_err()
-            .to_string()
+        template_bytes(
+            Path::new("geis.npy"),
+            &npy(header, data),
+            Template::Gei,
+            None,
+        )
+        .unwrap_err()
+        .to_string()
     }
 
     #[test]
@@ -187,7 +191,7 @@ mod tests {
             3000,
         );
         assert_eq!(
-            template_bytes(Path::new("g"), &bytes, GEIS).unwrap(),
+            template_bytes(Path::new("g"), &bytes, Template::Gei, None).unwrap(),
             (bytes.len() - 3000, Size::S50x30, 2)
         );
     }
@@ -225,9 +229,17 @@ mod tests {
             ),
             "geis.npy: expected C order, found Fortran order (save numpy.ascontiguousarray of it)"
         );
-        assert!(template_bytes(Path::new("g"), b"", GEIS).is_err());
-        assert!(template_bytes(Path::new("g"), b"\x93NUMPY\x01\x00", GEIS).is_err());
-        assert!(template_bytes(Path::new("g"), b"PK\x03\x04 a zip of some length", GEIS).is_err());
+        assert!(template_bytes(Path::new("g"), b"", Template::Gei, None).is_err());
+        assert!(template_bytes(Path::new("g"), b"\x93NUMPY\x01\x00", Template::Gei, None).is_err());
+        assert!(
+            template_bytes(
+                Path::new("g"),
+                b"PK\x03\x04 a zip of some length",
+                Template::Gei,
+                None
+            )
+            .is_err()
+        );
     }
 
     #[test]
@@ -237,6 +249,6 @@ mod tests {
         assert!(refusal(&"(".repeat(60_000), 10).contains("without nesting"));
         let mut version_2 = b"\x93NUMPY\x02\x00\xff\xff\xff\xff".to_vec();
         version_2.extend([b'('; 100]);
-        assert!(template_bytes(Path::new("g"), &version_2, GEIS).is_err());
+        assert!(template_bytes(Path::new("g"), &version_2, Template::Gei, None).is_err());
     }
 }

@@ -53,7 +53,7 @@ impl Dataset {
         let stated = Size::ALL
             .into_iter()
             .find(|size| stated.is_some_and(|stated| stated == size.name()));
-        let (first, size, count) = template_bytes(&npy_path, &npy, (template, stated))?;
+        let (first, size, count) = template_bytes(&npy_path, &npy, template, stated)?;
         if has_manifest && count != manifest.geis {
             return Err(Error::input(
                 npy_path,

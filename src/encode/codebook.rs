@@ -120,7 +120,8 @@ impl Code {
     pub(super) fn entry(
         &self,
         target: &EncodingTarget<'_>,
-        (template, quantised): (Option<usize>, &Quantised),
+        template: Option<usize>,
+        quantised: &Quantised,
         parsed: &Codebook<'_>,
     ) -> Result<(Vec<u8>, JointErrors)> {
         let template = template.map_or(0, |number| number + 1);

@@ -284,8 +284,7 @@ impl SharedTables {
             .zip(quantised)
             .enumerate()
             .map(|(clip, (target, quantised))| {
-                let what = (self.templates.of[clip], quantised);
-                code.entry(target, what, &parsed)
+                code.entry(target, self.templates.of[clip], quantised, &parsed)
             })
             .collect::<Result<Vec<_>>>()?
             .into_iter()

@@ -79,7 +79,8 @@ pub fn read_population_code() {
 pub fn encode_population(
     people: Range<usize>,
     make: &(dyn Fn(usize) -> Result<Subject> + Sync),
-    (max_error_mm, effort): (f64, Effort),
+    max_error_mm: f64,
+    effort: Effort,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<u8>> {
     let code = &*CODE;
@@ -96,15 +97,7 @@ pub fn encode_population(
         for numbers in numbers.chunks(AT_ONCE) {
             let encoded = numbers
                 .par_iter()
-                .map(|&number| {
-                    one(
-                        code,
-                        &parsed,
-                        make(number)?,
-                        (max_error_mm, effort),
-                        progress,
-                    )
-                })
+                .map(|&number| one(code, &parsed, make(number)?, max_error_mm, effort, progress))
                 .collect::<Result<Vec<_>>>()?;
             for person in encoded {
                 let clips = person.clips.into_iter().map(|(bytes, own)| {
@@ -139,7 +132,8 @@ fn one(
     code: &Code,
     parsed: &Codebook<'_>,
     subject: Subject,
-    (max_error_mm, effort): (f64, Effort),
+    max_error_mm: f64,
+    effort: Effort,
     progress: &(dyn Fn() + Sync),
 ) -> Result<EncodedPerson> {
     let bodies = Bodies::encode(&subject, body_error_mm(max_error_mm))?;
@@ -147,7 +141,7 @@ fn one(
     let clips = subject.walks.iter().map(|walk| {
         let clip = match &walk.motion {
             Track::Loop(cycle) => EncodingTarget::new(cycle, skeleton.clone())
-                .and_then(|target| encoded(code, parsed, &target, (max_error_mm, effort))),
+                .and_then(|target| encoded(code, parsed, &target, max_error_mm, effort)),
             Track::Uncut(_) => Err(EncodeError::UncutInPopulation.into()),
         };
         progress();
@@ -166,7 +160,8 @@ fn encoded(
     code: &Code,
     parsed: &Codebook<'_>,
     target: &EncodingTarget<'_>,
-    (max_error_mm, effort): (f64, Effort),
+    max_error_mm: f64,
+    effort: Effort,
 ) -> Result<(Vec<u8>, JointErrors)> {
     let template = nearest(code, target);
     let mean = template.map(|number| &code.templates[number].mean);
@@ -183,7 +178,7 @@ fn encoded(
             }
         };
         let quantised = quantised.ok_or(EncodeError::TurnsTooFar)?;
-        let (bytes, errors) = code.entry(target, (template, &quantised), parsed)?;
+        let (bytes, errors) = code.entry(target, template, &quantised, parsed)?;
         let worst = worst(&errors);
         // An error within the bound in f64 may exceed it in the core's f32. Errors far beyond the
         // bound mean that the format has no finer steps.
@@ -232,7 +227,7 @@ mod tests {
     fn pack(options: &CohortOptions, max_error_mm: f64, effort: Effort) -> Result<Vec<u8>> {
         let people = options.first..options.first + options.people;
         let make = |number| subject(options, number);
-        encode_population(people, &make, (max_error_mm, effort), &|| {})
+        encode_population(people, &make, max_error_mm, effort, &|| {})
     }
 
     #[test]
@@ -324,7 +319,7 @@ mod tests {
             let found = quickly(&target, &CODE.frames, None, from, most_mm);
             let found = found.expect("a cycle");
             let (_, errors) = CODE
-                .entry(&target, (None, &found), &parsed)
+                .entry(&target, None, &found, &parsed)
                 .expect("a clip");
             let worst = worst(&errors);
             assert!((0.3 * most_mm..1.01 * most_mm).contains(&worst), "{worst}");
@@ -339,7 +334,7 @@ mod tests {
             made.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
             subject(&options, number)
         };
-        let error = encode_population(5..40_000, &make, (5.0, Effort::Searched), &|| {});
+        let error = encode_population(5..40_000, &make, 5.0, Effort::Searched, &|| {});
         let error = error.expect_err("80,000 walks").to_string();
         assert!(error.contains("5..32117"), "{error}");
         assert_eq!(made.into_inner(), 1);

@@ -59,7 +59,8 @@ impl Distance {
     #[must_use]
     pub(crate) fn over_gallery(
         self,
-        (probe, view): (&[f32], Option<usize>),
+        probe: &[f32],
+        view: Option<usize>,
         gallery: &[&[f32]],
         person: &dyn Fn(usize) -> usize,
         parts: usize,
@@ -187,16 +188,16 @@ mod tests {
         let gallery: [&[f32]; 3] = [&[1.0, 5.0, 2.0], &[3.0, 1.0, 2.0], &[2.0, 2.0, 3.0]];
         let person = |entry: usize| [0, 1, 0][entry];
         // Part 0: entry 0; part 1: entry 1; part 2: entries 0 and 1, and the tie goes to entry 0.
-        let found = Distance::Votes.over_gallery((&probe, None), &gallery, &person, 3);
+        let found = Distance::Votes.over_gallery(&probe, None, &gallery, &person, 3);
         let third = 1.0 / 3.0;
         assert_eq!(found, [1.0 - 2.0 * third, 1.0 - third, 1.0 - 2.0 * third]);
         // An entry that is not finite gets no vote, and no distance.
         let broken: [&[f32]; 2] = [&[f32::NAN, 0.0, 0.0], &[9.0, 9.0, 9.0]];
-        let found = Distance::Votes.over_gallery((&probe, None), &broken, &|entry| entry, 3);
+        let found = Distance::Votes.over_gallery(&probe, None, &broken, &|entry| entry, 3);
         assert!(found[0].is_nan());
         assert_eq!(found[1], 1.0 - third);
         // Under other distances the entries do not depend on each other.
-        let found = Distance::Euclidean.over_gallery((&probe, None), &gallery, &person, 1);
+        let found = Distance::Euclidean.over_gallery(&probe, None, &gallery, &person, 1);
         assert_eq!(found[0], 30.0_f64.sqrt());
     }
 
@@ -207,7 +208,7 @@ mod tests {
         let gallery: [&[f32]; 2] = [&[3.0, 1.0, 4.0, 1.0], &[0.0, 1.0, 0.0, 3.0]];
         let found = |view| {
             let person = |entry: usize| entry;
-            Distance::View.over_gallery((&probe, view), &gallery, &person, 2)
+            Distance::View.over_gallery(&probe, view, &gallery, &person, 2)
         };
         assert_eq!(found(Some(0)), [5.0, 0.0]);
         assert_eq!(found(Some(1)), [0.0, 2.0]);

@@ -79,13 +79,7 @@ pub(super) fn judge(
         let mut told = |probe: usize, meeting: &ProbeComparison| {
             tell(trial.answered(recognizer, &set.name, probe, meeting));
         };
-        let sums = sums(
-            recognizer,
-            &trial,
-            answers,
-            (&probes, keep_pairs),
-            &mut told,
-        );
+        let sums = sums(recognizer, &trial, answers, &probes, keep_pairs, &mut told);
         add(&mut all_by_view, &sums.by_view);
         add_confusions(&mut confused[0], &sums.confused);
         if set.clean {
@@ -191,7 +185,8 @@ fn sums(
     recognizer: &dyn Recognizer,
     trial: &Trial<'_>,
     answers: &Answers,
-    (probes, keep_pairs): (&[usize], bool),
+    probes: &[usize],
+    keep_pairs: bool,
     tell: &mut dyn FnMut(usize, &ProbeComparison),
 ) -> ProbeSums {
     let sequences = trial.sequences;

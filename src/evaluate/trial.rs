@@ -206,13 +206,14 @@ impl<'a> Trial<'a> {
         }
         let contract = recognizer.contract();
         let seen_from = self.sequences.view_label(probe).angles_deg();
-        let found = (answers.embedding(probe), contract.view_number(seen_from));
+        let (embedding, seen_from) = (answers.embedding(probe), contract.view_number(seen_from));
         let of = |(view, gallery): (Option<usize>, Vec<usize>)| {
             let label = |at: usize| self.sequences.subject(gallery[at]);
             let others = gallery.iter().map(|&other| answers.embedding(other));
             let others: Vec<&[f32]> = others.collect();
+            let distance = contract.distance;
             let distances =
-                { contract.distance }.over_gallery(found, &others, &label, answers.parts);
+                distance.over_gallery(embedding, seen_from, &others, &label, answers.parts);
             meeting(view, distances, &label, person)
         };
         self.galleries(probe).into_iter().map(of).collect()

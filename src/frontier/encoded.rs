@@ -46,7 +46,8 @@ pub(crate) struct EncodedPack {
 /// As [`encode_subjects`] and [`encode_within`], and if nothing meets [`EncodingGoal::GeiRmse`].
 pub(crate) fn encoded(
     people: &[Subject],
-    (goal, hull_points): (EncodingGoal, Option<usize>),
+    goal: EncodingGoal,
+    hull_points: Option<usize>,
     progress: &(dyn Fn() + Sync),
 ) -> Result<EncodedPack> {
     check_walks(people)?;

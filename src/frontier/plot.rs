@@ -3,7 +3,7 @@
 use super::FrontierPoint;
 use super::pareto::{ConfigurationCost, pareto};
 use crate::report::axis_ticks::{LogAxis, NUMBER, RING, labels};
-use crate::report::drawing::{Axes, LINES, to_tenth};
+use crate::report::drawing::{Axes, LINES, LineStyle, to_tenth};
 use crate::report::standalone::standalone;
 use maud::{Markup, html};
 
@@ -50,7 +50,7 @@ fn colour(points: &[FrontierPoint], raster: &str) -> &'static str {
         }
     }
     let index = names.iter().position(|name| *name == raster);
-    LINES[index.unwrap_or(0) % LINES.len()].0
+    LINES[index.unwrap_or(0) % LINES.len()].colour
 }
 
 fn chart(points: &[FrontierPoint]) -> Markup {
@@ -73,7 +73,7 @@ fn chart(points: &[FrontierPoint]) -> Markup {
         text.axis x=(CHART.left + CHART.width / 2.0) y=(HEIGHT - 12.0) text-anchor="middle" {
             "time of a GEI on one thread, us"
         }
-        (CHART.curve(best, front(points).into_iter().map(share), ("#8b9097", "none")))
+        (CHART.curve(best, front(points).into_iter().map(share), LineStyle::new("#8b9097", "none")))
         @for (point, (x, y)) in points.iter().zip(&places) {
             @let colour = colour(points, point.raster);
             circle cx=(to_tenth(*x)) cy=(to_tenth(*y)) r=(DOT) stroke=(colour)

@@ -85,7 +85,9 @@ pub(crate) fn absolute(
 pub(crate) fn relative(
     between: BaselineChange,
     bound: Bound,
-    (measure, judge, is_paired): (FigureKind, Option<Judge>, bool),
+    measure: FigureKind,
+    judge: Option<Judge>,
+    is_paired: bool,
 ) -> GateOutcome {
     // The separate intervals of two values with the same seed say little about their difference.
     let usual = if measure.is_timed() || is_paired {
@@ -201,7 +203,9 @@ mod tests {
             relative(
                 BaselineChange::apart(new, old),
                 Bound::RatioAtMost(limit),
-                (TIME, None, false),
+                TIME,
+                None,
+                false,
             )
         };
         let quiet = about(10.0, 0.0);
@@ -218,26 +222,28 @@ mod tests {
 
     #[test]
     fn not_worse_is_missed_beyond_the_interval_alone() {
-        let hits = (FigureKind::of("rank1"), None, true);
-        let of = |value: f64, by: f64, how| {
+        let rank1 = FigureKind::of("rank1");
+        let of = |value: f64, by: f64, measure, judge, is_paired| {
             let difference = about(value, by);
             let between = BaselineChange {
                 ratio: Estimate::exact(f64::NAN),
                 difference,
             };
-            relative(between, Bound::NotWorse, how)
+            relative(between, Bound::NotWorse, measure, judge, is_paired)
         };
-        assert_eq!(of(-0.1, 0.05, hits), Missed);
-        assert_eq!(of(-0.1, 0.15, hits), CannotTell);
-        assert_eq!(of(0.1, 0.05, hits), Holds);
-        assert_eq!(of(-0.1, 0.15, (hits.0, Some(Judge::Value), true)), Missed);
-        assert_eq!(of(1.0, 0.5, (TIME, None, false)), Missed);
-        assert_eq!(of(-1.0, 0.5, (TIME, None, false)), Holds);
+        assert_eq!(of(-0.1, 0.05, rank1, None, true), Missed);
+        assert_eq!(of(-0.1, 0.15, rank1, None, true), CannotTell);
+        assert_eq!(of(0.1, 0.05, rank1, None, true), Holds);
+        assert_eq!(of(-0.1, 0.15, rank1, Some(Judge::Value), true), Missed);
+        assert_eq!(of(1.0, 0.5, TIME, None, false), Missed);
+        assert_eq!(of(-1.0, 0.5, TIME, None, false), Holds);
         let apart = |new, old| {
             relative(
                 BaselineChange::apart(new, old),
                 Bound::NotWorse,
-                (TIME, None, false),
+                TIME,
+                None,
+                false,
             )
         };
         let (fast, slow) = (about(1.0, 0.1), about(2.0, 0.1));
@@ -260,14 +266,15 @@ mod tests {
             (Bound::DifferenceAtLeast(2.0), Holds),
             (Bound::DifferenceAtLeast(2.5), Missed),
         ] {
-            let how = (FigureKind::of("bytes"), None, false);
-            assert_eq!(relative(between, bound, how), outcome, "{bound}");
+            let found = relative(between, bound, FigureKind::of("bytes"), None, false);
+            assert_eq!(found, outcome, "{bound}");
         }
         // A ratio of values below 0 is meaningless.
         for both in [(0.5, -0.01), (-0.5, 0.01), (-2.0, -1.0)] {
             let below = BaselineChange::apart(Estimate::exact(both.0), Estimate::exact(both.1));
-            let how = (FigureKind::of("spread"), None, false);
-            assert_eq!(relative(below, Bound::RatioAtMost(1.2), how), CannotTell);
+            let spread = FigureKind::of("spread");
+            let found = relative(below, Bound::RatioAtMost(1.2), spread, None, false);
+            assert_eq!(found, CannotTell);
         }
         let nothing = BaselineChange::apart(Estimate::exact(0.0), Estimate::exact(0.0));
         assert_eq!(nothing.ratio, Estimate::exact(1.0));

@@ -228,7 +228,7 @@ fn beside(
     } else if is_cut {
         (GateOutcome::CannotTell, unsure)
     } else {
-        let outcome = relative(between, bound, (measure, limit.judge, paired.is_some()));
+        let outcome = relative(between, bound, measure, limit.judge, paired.is_some());
         let below_0 =
             "a ratio of values below 0 is meaningless (use difference_at_most or another bound)";
         let is_untold = is_ratio && between.ratio.value.is_nan();

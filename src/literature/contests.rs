@@ -148,12 +148,7 @@ impl ContestPlan {
             ..CohortOptions::default()
         };
         let make = |number| cohort::subject(&options, number);
-        encode_population(
-            people.clone(),
-            &make,
-            (MAX_ERROR_MM, Effort::Quick),
-            progress,
-        )
+        encode_population(people.clone(), &make, MAX_ERROR_MM, Effort::Quick, progress)
     }
 }
 

@@ -50,8 +50,14 @@ impl Cycle {
     /// reach is put as near as possible in its direction.
     #[must_use]
     pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS], lifts: [f64; 2]) -> Self {
-        let motion = (&self.root[..], &self.rotations[..]);
-        let moved = Moved::of(motion, (own, target, lifts), MotionEnds::Meet);
+        let moved = Moved::of(
+            &self.root,
+            &self.rotations,
+            own,
+            target,
+            lifts,
+            MotionEnds::Meet,
+        );
         Self {
             drift_m: self.drift_m * moved.ratio,
             root: moved.roots,
@@ -67,8 +73,15 @@ impl Cycle {
         target: &[DVec3; JOINTS],
         lifts: [f64; 2],
     ) -> TooShort {
-        let motion = (&self.root[..], &self.rotations[..]);
-        Moved::of(motion, (own, target, lifts), MotionEnds::Meet).too_short
+        Moved::of(
+            &self.root,
+            &self.rotations,
+            own,
+            target,
+            lifts,
+            MotionEnds::Meet,
+        )
+        .too_short
     }
 }
 
@@ -77,8 +90,14 @@ impl UncutMotion {
     /// offsets, as [`Cycle::onto`] does.
     #[must_use]
     pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS], lifts: [f64; 2]) -> Self {
-        let motion = (&self.roots[..], &self.rotations[..]);
-        let moved = Moved::of(motion, (own, target, lifts), MotionEnds::Open);
+        let moved = Moved::of(
+            &self.roots,
+            &self.rotations,
+            own,
+            target,
+            lifts,
+            MotionEnds::Open,
+        );
         Self {
             roots: moved.roots,
             rotations: moved.rotations,
@@ -93,8 +112,15 @@ impl UncutMotion {
         target: &[DVec3; JOINTS],
         lifts: [f64; 2],
     ) -> TooShort {
-        let motion = (&self.roots[..], &self.rotations[..]);
-        Moved::of(motion, (own, target, lifts), MotionEnds::Open).too_short
+        Moved::of(
+            &self.roots,
+            &self.rotations,
+            own,
+            target,
+            lifts,
+            MotionEnds::Open,
+        )
+        .too_short
     }
 }
 
@@ -109,8 +135,11 @@ struct Moved {
 
 impl Moved {
     fn of(
-        (roots, rotations): (&[DVec3], &[[DQuat; JOINTS]]),
-        (own, target, lifts): (&[DVec3; JOINTS], &[DVec3; JOINTS], [f64; 2]),
+        roots: &[DVec3],
+        rotations: &[[DQuat; JOINTS]],
+        own: &[DVec3; JOINTS],
+        target: &[DVec3; JOINTS],
+        lifts: [f64; 2],
         ends: MotionEnds,
     ) -> Self {
         let [own_leg_m, target_leg_m] = [own, target].map(leg_length_m);
@@ -477,8 +506,17 @@ mod tests {
             let mut target = legs(1.0);
             target[Joint::LeftThigh.index()].x = half_m;
             target[Joint::RightThigh.index()].x = -half_m;
-            let motion = (&straight.root[..], &straight.rotations[..]);
-            Moved::of(motion, (&legs(1.0), &target, [0.0; 2]), MotionEnds::Meet)
+            let Cycle {
+                root, rotations, ..
+            } = &straight;
+            Moved::of(
+                root,
+                rotations,
+                &legs(1.0),
+                &target,
+                [0.0; 2],
+                MotionEnds::Meet,
+            )
         };
         assert!(on_hips(0.1).too_short.mm < 1e-6);
         // The hips come down: by 2.2 cm, and by a tenth of the leg at most.

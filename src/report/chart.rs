@@ -80,16 +80,16 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
             text.axis x="297" y="250" text-anchor="middle" {
                 "angle from the nearest training viewpoint, degrees"
             }
-            @for (result, (colour, dashes)) in curves.iter().zip(LINES) {
+            @for (result, style) in curves.iter().zip(LINES) {
                 @let points = result.by_angle.iter().map(|bin| (bin.middle_deg() / farthest, bin.rank1));
-                (axes.curve(&result.name, points, (colour, dashes)))
+                (axes.curve(&result.name, points, style))
                 @for bin in &result.by_angle {
                     @let (low, high) = bin.intervals.shown();
                     @let y_of = |rate| axes.place((bin.middle_deg() / farthest, rate));
                     @let [(x, y), (_, low_y), (_, high_y)] = [bin.rank1, low, high].map(y_of);
-                    line.error stroke=(colour) x1=(to_tenth(x)) x2=(to_tenth(x))
+                    line.error stroke=(style.colour) x1=(to_tenth(x)) x2=(to_tenth(x))
                         y1=(to_tenth(low_y)) y2=(to_tenth(high_y)) {}
-                    circle cx=(to_tenth(x)) cy=(to_tenth(y)) r="3.2" fill=(colour) {
+                    circle cx=(to_tenth(x)) cy=(to_tenth(y)) r="3.2" fill=(style.colour) {
                         title {
                             (result.name) ", " (where_is(bin)) ": " (percent(bin.rank1)) " % of "
                             (bin.probes) ", " (percent(low)) " to " (percent(high))
@@ -130,8 +130,8 @@ pub(super) fn curves(
                 (axes.across(&percents(RATES)))
                 (axes.below(ticks))
                 text.axis x="204" y="250" text-anchor="middle" { (axis) }
-                @for ((name, points), look) in curves.iter().zip(LINES) {
-                    (axes.curve(name, points.iter().copied(), look))
+                @for ((name, points), style) in curves.iter().zip(LINES) {
+                    (axes.curve(name, points.iter().copied(), style))
                 }
             }
             figcaption { (what) }
@@ -143,10 +143,10 @@ pub(super) fn curves(
 pub(super) fn legend(names: &[&str]) -> Markup {
     html! {
         div.legend {
-            @for (name, (colour, dashes)) in names.iter().zip(LINES) {
+            @for (name, style) in names.iter().zip(LINES) {
                 span {
                     svg.key viewBox="0 0 34 10" aria-hidden="true" {
-                        path.curve d="M1 5L33 5" stroke=(colour) stroke-dasharray=(dashes) {}
+                        path.curve d="M1 5L33 5" stroke=(style.colour) stroke-dasharray=(style.dashes) {}
                     }
                     " " (name)
                 }

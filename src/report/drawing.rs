@@ -3,15 +3,30 @@
 use maud::{Markup, html};
 use std::fmt::Write;
 
-/// The colours and dashes of lines: Okabe and Ito's colours (2008), safe for the colour-blind, on a
-/// light or dark background. The dashes distinguish lines in grey.
-pub(crate) const LINES: [(&str, &str); 6] = [
-    ("#0072b2", "none"),
-    ("#d55e00", "7 3"),
-    ("#009e73", "2 3"),
-    ("#cc79a7", "9 3 2 3"),
-    ("#e69f00", "4 4"),
-    ("#56b4e9", "1 2"),
+/// How a line of a chart is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LineStyle {
+    /// The colour, as in CSS.
+    pub colour: &'static str,
+    /// The lengths of dashes and gaps, as in SVG's `stroke-dasharray`.
+    pub dashes: &'static str,
+}
+
+impl LineStyle {
+    pub(crate) const fn new(colour: &'static str, dashes: &'static str) -> Self {
+        Self { colour, dashes }
+    }
+}
+
+/// The styles of lines: Okabe and Ito's colours (2008), safe for the colour-blind, on a light or
+/// dark background. The dashes distinguish lines in grey.
+pub(crate) const LINES: [LineStyle; 6] = [
+    LineStyle::new("#0072b2", "none"),
+    LineStyle::new("#d55e00", "7 3"),
+    LineStyle::new("#009e73", "2 3"),
+    LineStyle::new("#cc79a7", "9 3 2 3"),
+    LineStyle::new("#e69f00", "4 4"),
+    LineStyle::new("#56b4e9", "1 2"),
 ];
 
 /// The beginning of every chart in its own file, by which the program recognizes its files.
@@ -81,7 +96,7 @@ impl Axes {
         &self,
         name: &str,
         points: impl IntoIterator<Item = (f64, f64)>,
-        (colour, dashes): (&str, &str),
+        style: LineStyle,
     ) -> Markup {
         let mut path = String::new();
         for point in points {
@@ -90,7 +105,7 @@ impl Axes {
             // Writing to a string cannot fail.
             let _ = write!(path, "{command}{x:.1} {y:.1}");
         }
-        html! { path.curve d=(path) stroke=(colour) stroke-dasharray=(dashes) { title { (name) } } }
+        html! { path.curve d=(path) stroke=(style.colour) stroke-dasharray=(style.dashes) { title { (name) } } }
     }
 }
 
@@ -108,7 +123,11 @@ mod tests {
         };
         assert_eq!(axes.place((0.25, 1.0)), (35.0, 20.0));
         assert_eq!(axes.place((2.0, -1.0)), (110.0, 220.0));
-        let curve = axes.curve("a", [(0.0, 0.0), (1.0, 0.5)], ("#000", "none"));
+        let curve = axes.curve(
+            "a",
+            [(0.0, 0.0), (1.0, 0.5)],
+            LineStyle::new("#000", "none"),
+        );
         assert!(
             curve
                 .into_string()

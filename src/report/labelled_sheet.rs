@@ -265,7 +265,7 @@ fn ink(sheet: &mut RgbImage, (x, y): (u32, u32), covered: f32) {
 
 /// Returns the colour of a class, the same as that of a chart's line.
 fn colour(class: usize) -> Rgb {
-    let (text, _) = LINES[class % LINES.len()];
+    let text = LINES[class % LINES.len()].colour;
     let [_, rgb @ ..] = u32::from_str_radix(&text[1..], 16).map_or([0; 4], u32::to_be_bytes);
     image::Rgb(rgb)
 }

@@ -48,7 +48,7 @@ pub(crate) fn contact_sheet<P: AsRef<[u8]>>(
     for (row, cells) in rows.iter().enumerate() {
         for column in 0..columns {
             let cell = cells.get(column).map_or(&[][..], AsRef::as_ref);
-            draw(&mut sheet, (row, column), (cell, size), scale);
+            draw(&mut sheet, row, column, cell, size, scale);
         }
     }
     Ok(sheet)
@@ -154,12 +154,7 @@ fn sheet_side(cells: usize, pixels: usize, scale: u32) -> Option<u32> {
         .filter(|_| cells > 0 && scale > 0)
 }
 
-fn draw(
-    sheet: &mut GrayImage,
-    (row, column): (usize, usize),
-    (pixels, size): (&[u8], Size),
-    scale: u32,
-) {
+fn draw(sheet: &mut GrayImage, row: usize, column: usize, pixels: &[u8], size: Size, scale: u32) {
     let step = scale as usize;
     let columns = size.columns();
     let (top, left) = (

@@ -1,6 +1,6 @@
 //! Charts of Rank-1 against the strength of each confounder, as one picture (SVG).
 
-use super::drawing::{Axes, LINES, Tick, percents, to_tenth};
+use super::drawing::{Axes, LINES, LineStyle, Tick, percents, to_tenth};
 use super::percent;
 use super::standalone::{LETTER, standalone};
 use crate::evaluate::strengths::ConfounderResult;
@@ -21,9 +21,9 @@ const NAME: f64 = 22.0;
 const TICKS: f64 = 26.0;
 /// Height of a line of text, pixels.
 const LINE: f64 = 24.0;
-/// Width of the key of a line, and the look of the line at chance.
+/// Width of the key of a line, and the style of the line at chance.
 const KEY: f64 = 28.0;
-const CHANCE: (&str, &str) = ("#9aa4b0", "4 4");
+const CHANCE: LineStyle = LineStyle::new("#9aa4b0", "4 4");
 
 /// Draws the charts of all confounders by class, with a line for each recognizer and a dashed line
 /// at chance; `classes` is the number of people to choose from.
@@ -53,10 +53,10 @@ pub(super) fn svg(results: &[ConfounderResult], classes: usize) -> String {
 /// Draws the key of the lines.
 fn legend(recognizers: &[String]) -> Markup {
     let title = "rank-1 against strength:";
-    let looks = LINES.into_iter().cycle();
-    let names = recognizers.iter().map(String::as_str).zip(looks);
+    let styles = LINES.into_iter().cycle();
+    let names = recognizers.iter().map(String::as_str).zip(styles);
     let mut x = MARGIN + LETTER.0 * title.len() as f64;
-    let keys = names.chain([("chance", CHANCE)]).map(|(name, look)| {
+    let keys = names.chain([("chance", CHANCE)]).map(|(name, style)| {
         let key = Axes {
             left: x,
             top: MARGIN + 8.0,
@@ -66,7 +66,7 @@ fn legend(recognizers: &[String]) -> Markup {
         let text = x + KEY + 6.0;
         x = text + LETTER.0 * name.chars().count() as f64 + GAP;
         html! {
-            (key.curve(name, [(0.0, 0.0), (1.0, 0.0)], look))
+            (key.curve(name, [(0.0, 0.0), (1.0, 0.0)], style))
             text.axis x=(text) y=(MARGIN + 12.0) { (name) }
         }
     });
@@ -99,12 +99,12 @@ fn chart(result: &ConfounderResult, column: usize, y: f64, chance: f64) -> Marku
         text.axis x=(to_tenth(axes.left)) y=(to_tenth(y + NAME - 7.0)) { (result.name) }
         (axes.across(&rates)) (axes.upwards(&strengths)) (axes.below(&strengths))
         (axes.curve("chance", [(0.0, chance), (1.0, chance)], CHANCE))
-        @for ((at, name), look) in curves {
+        @for ((at, name), style) in curves {
             @let points = result.by_strength.iter().map(|of| (of.strength, of.recognizers[at].rank1));
-            (axes.curve(name, points.clone().map(|(strength, rate)| (place(strength), rate)), look))
+            (axes.curve(name, points.clone().map(|(strength, rate)| (place(strength), rate)), style))
             @for (strength, rate) in points {
                 @let (x, y) = axes.place((place(strength), rate));
-                circle cx=(to_tenth(x)) cy=(to_tenth(y)) r="2.4" fill=(look.0) {
+                circle cx=(to_tenth(x)) cy=(to_tenth(y)) r="2.4" fill=(style.colour) {
                     title { (name) ", " (strength) ": " (percent(rate)) " %" }
                 }
             }

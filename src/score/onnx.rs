@@ -221,7 +221,12 @@ fn inputs<'a>(
 type ModelOutputs = (OutputTensor, Option<OutputTensor>);
 
 impl OrtRecognizer {
-    pub(super) fn load(ort: &Ort, model: &Model, how: (Provider, usize)) -> Result<Self> {
+    pub(super) fn load(
+        ort: &Ort,
+        model: &Model,
+        provider: Provider,
+        threads: usize,
+    ) -> Result<Self> {
         let refuse = |error: ort::Error| {
             Error::input(
                 model.path(),
@@ -229,7 +234,7 @@ impl OrtRecognizer {
             )
         };
         let ports = model.ports().clone();
-        let session = builder(ort, how)
+        let session = builder(ort, provider, threads)
             .and_then(|mut builder| builder.commit_from_memory(model.bytes()))
             .map_err(refuse)?;
         let options = RunOptions::new()
@@ -241,7 +246,7 @@ impl OrtRecognizer {
                 options,
                 ready: None,
             }),
-            runtime: ort.runtime_name(how.0),
+            runtime: ort.runtime_name(provider),
             contract: model.contract().clone(),
             at_once: model.at_once(),
             ports,
@@ -398,10 +403,11 @@ impl OrtRecognizer {
 pub(super) fn profile(
     ort: &Ort,
     model: &Model,
-    how: (Provider, usize),
+    provider: Provider,
+    threads: usize,
     input: &[f32],
 ) -> Result<Vec<ProfiledOperations>> {
-    let times = operator_times(ort, model, how, input, 1)?;
+    let times = operator_times(ort, model, provider, threads, input, 1)?;
     Ok(times.into_iter().map(|one| one.ran).collect())
 }
 
@@ -410,7 +416,8 @@ pub(super) fn profile(
 pub(super) fn operator_times(
     ort: &Ort,
     model: &Model,
-    how: (Provider, usize),
+    provider: Provider,
+    threads: usize,
     input: &[f32],
     runs: usize,
 ) -> Result<Vec<OperatorTime>> {
@@ -428,7 +435,7 @@ pub(super) fn operator_times(
     };
     let folder = Staging::temporary()?;
     let written = || -> ort::Result<String> {
-        let mut session = builder(ort, how)?
+        let mut session = builder(ort, provider, threads)?
             .with_profiling(folder.path().join("profile"))?
             .commit_from_memory(model.bytes())?;
         for _ in 0..runs {
@@ -451,7 +458,7 @@ fn selected(ports: &Ports) -> OutputSelector {
     }
 }
 
-fn builder(ort: &Ort, (provider, threads): (Provider, usize)) -> ort::Result<SessionBuilder> {
+fn builder(ort: &Ort, provider: Provider, threads: usize) -> ort::Result<SessionBuilder> {
     let builder = Session::builder(&ort.environment)?.with_inter_threads(1)?;
     Ok(match provider {
         Provider::Cpu => builder.with_intra_threads(threads)?,

@@ -91,8 +91,8 @@ impl Runtime {
         match &self.engine {
             Engine::Rten => Err(ChoiceError::BareEmbedded.into()),
             Engine::Ort(ort, provider) => {
-                let how = (*provider, self.threads);
-                onnx::OrtRecognizer::load(ort, model, how)?.into_bare(input, outputs)
+                let threads = self.threads;
+                onnx::OrtRecognizer::load(ort, model, *provider, threads)?.into_bare(input, outputs)
             }
         }
     }
@@ -107,7 +107,7 @@ impl Runtime {
         match &self.engine {
             Engine::Rten => Ok(None),
             Engine::Ort(ort, provider) => {
-                onnx::profile(ort, model, (*provider, self.threads), input).map(Some)
+                onnx::profile(ort, model, *provider, self.threads, input).map(Some)
             }
         }
     }
@@ -127,8 +127,8 @@ impl Runtime {
         match &self.engine {
             Engine::Rten => Ok(None),
             Engine::Ort(ort, provider) => {
-                let how = (*provider, self.threads);
-                onnx::operator_times(ort, model, how, input, runs.max(1)).map(Some)
+                let threads = self.threads;
+                onnx::operator_times(ort, model, *provider, threads, input, runs.max(1)).map(Some)
             }
         }
     }
@@ -141,8 +141,8 @@ impl Runtime {
         Ok(match &self.engine {
             Engine::Rten => Box::new(rten::RtenRecognizer::load(model, self.threads)?),
             Engine::Ort(ort, provider) => {
-                let how = (*provider, self.threads);
-                Box::new(onnx::OrtRecognizer::load(ort, model, how)?)
+                let threads = self.threads;
+                Box::new(onnx::OrtRecognizer::load(ort, model, *provider, threads)?)
             }
         })
     }

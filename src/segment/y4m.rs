@@ -23,16 +23,22 @@ enum Chroma {
     None,
 }
 
-/// A video that is read frame by frame.
-pub(super) struct Y4m<R> {
-    reader: R,
-    /// The path that errors name.
-    path: PathBuf,
+/// The size and the colours of a video's frames.
+#[derive(Clone, Copy)]
+struct FrameFormat {
     columns: u32,
     rows: u32,
     chroma: Chroma,
     /// Whether bytes use their full range, not only 16 to 235 or 240.
     full: bool,
+}
+
+/// A video that is read frame by frame.
+pub(super) struct Y4m<R> {
+    reader: R,
+    /// The path that errors name.
+    path: PathBuf,
+    format: FrameFormat,
     /// The frame rate, if the first line states it.
     fps: Option<f64>,
     /// Bytes read so far.
@@ -49,10 +55,12 @@ impl<R: BufRead> Y4m<R> {
         let mut video = Self {
             reader,
             path: path.to_path_buf(),
-            columns: 0,
-            rows: 0,
-            chroma: Chroma::Shared(2, 2),
-            full: false,
+            format: FrameFormat {
+                columns: 0,
+                rows: 0,
+                chroma: Chroma::Shared(2, 2),
+                full: false,
+            },
             fps: None,
             at: 0,
             hash: Sha256::new(),
@@ -68,24 +76,24 @@ impl<R: BufRead> Y4m<R> {
             let tag = letters.next().unwrap_or(' ');
             let value = letters.as_str();
             match tag {
-                'W' => video.columns = video.side(parameter, value)?,
-                'H' => video.rows = video.side(parameter, value)?,
+                'W' => video.format.columns = video.side(parameter, value)?,
+                'H' => video.format.rows = video.side(parameter, value)?,
                 'F' => video.fps = rate(value),
-                'C' => video.chroma = video.chroma_of(value)?,
+                'C' => video.format.chroma = video.chroma_of(value)?,
                 'I' if !matches!(value, "p" | "?") => {
                     return Err(video.refuse(format!(
                         "expected whole frames (Ip), found {parameter}, interlaced fields (deinterlace first, as ffmpeg -vf yadif does)"
                     )));
                 }
-                'X' if is_full(value) => video.full = true,
+                'X' if is_full(value) => video.format.full = true,
                 _ => {}
             }
         }
-        let pixels = u64::from(video.columns) * u64::from(video.rows);
+        let pixels = u64::from(video.format.columns) * u64::from(video.format.rows);
         if pixels == 0 || pixels > u64::from(MAX_PIXELS) {
             return Err(video.refuse(format!(
                 "expected a width (W) and a height (H) of 1 to {MAX_PIXELS} pixels in all, found {}x{}",
-                video.columns, video.rows
+                video.format.columns, video.format.rows
             )));
         }
         Ok(video)
@@ -93,7 +101,7 @@ impl<R: BufRead> Y4m<R> {
 
     /// Returns the columns and rows of each frame.
     pub(super) const fn size(&self) -> (u32, u32) {
-        (self.columns, self.rows)
+        (self.format.columns, self.format.rows)
     }
 
     /// Returns the frame rate, if the first line states it.
@@ -126,8 +134,11 @@ impl<R: BufRead> Y4m<R> {
                 None => break,
             }
         }
-        let look = self.look();
-        Ok(frames.par_iter().map(|planes| rgb(planes, look)).collect())
+        let format = self.format;
+        Ok(frames
+            .par_iter()
+            .map(|planes| rgb(planes, format))
+            .collect())
     }
 
     /// Reads the bytes of the next frame; none at the end.
@@ -138,8 +149,12 @@ impl<R: BufRead> Y4m<R> {
         if line != "FRAME" && !line.starts_with("FRAME ") {
             return Err(self.refuse("expected FRAME, found something else"));
         }
-        let luma = self.columns as usize * self.rows as usize;
-        let length = luma + 2 * self.chroma.pixels(self.columns, self.rows);
+        let luma = self.format.columns as usize * self.format.rows as usize;
+        let length = luma
+            + 2 * self
+                .format
+                .chroma
+                .pixels(self.format.columns, self.format.rows);
         // Memory grows with the bytes present, since a header may lie.
         let mut bytes = Vec::new();
         let mut read = self.reader.by_ref().take(length as u64);
@@ -159,13 +174,8 @@ impl<R: BufRead> Y4m<R> {
     /// # Errors
     /// As [`Self::read`].
     pub(super) fn frame(&mut self) -> Result<Option<RgbImage>> {
-        let look = self.look();
-        Ok(self.planes()?.map(|planes| rgb(&planes, look)))
-    }
-
-    /// Returns the parameters of the conversion to colours.
-    const fn look(&self) -> (u32, u32, Chroma, bool) {
-        (self.columns, self.rows, self.chroma, self.full)
+        let format = self.format;
+        Ok(self.planes()?.map(|planes| rgb(&planes, format)))
     }
 
     /// Reads a line without its end; none at the end of the video.
@@ -235,7 +245,13 @@ fn rate(value: &str) -> Option<f64> {
 
 /// Converts a frame to RGB (Rec. ITU-R BT.601-7, 2.5.1 and 2.5.3). A shared colour is used for each
 /// of its pixels.
-fn rgb(planes: &[u8], (columns, rows, chroma, full): (u32, u32, Chroma, bool)) -> RgbImage {
+fn rgb(planes: &[u8], format: FrameFormat) -> RgbImage {
+    let FrameFormat {
+        columns,
+        rows,
+        chroma,
+        full,
+    } = format;
     let luma = columns as usize * rows as usize;
     let colour = chroma.pixels(columns, rows);
     let (luma, rest) = planes.split_at(luma);

@@ -15,11 +15,20 @@ use std::path::Path;
 
 mod cycles;
 
+/// A whole recording of a tree, or a gait cycle of it.
+#[derive(Clone)]
+struct RecordingPart {
+    /// The recording's number in the tree.
+    number: usize,
+    /// Its frames, from 0; up to `usize::MAX` if it is whole.
+    frames: Range<usize>,
+}
+
 /// The recordings of a tree with their labels.
 pub struct Recordings {
     tree: Tree,
-    /// For each sequence its number in the tree, and the range of its frames.
-    parts: Vec<(usize, Range<usize>)>,
+    /// The part of the tree that each sequence is.
+    parts: Vec<RecordingPart>,
     pub(super) sequences: Sequences,
     /// For each sequence of the tree its gait cycles; empty where none were searched or found.
     cycles: Vec<Vec<Range<usize>>>,
@@ -108,7 +117,7 @@ impl Recordings {
                     seed: 0,
                 });
                 labels.push(take, origin, view);
-                parts.push((number, frames));
+                parts.push(RecordingPart { number, frames });
             };
             match self.cycles.get(number).map_or(&[][..], Vec::as_slice) {
                 [] => push(None, 0..usize::MAX),
@@ -126,7 +135,7 @@ impl Recordings {
 
     /// Returns the numbers of the tree's sequences that are kept at least in part, ascending.
     fn numbers(&self) -> Vec<usize> {
-        let mut numbers: Vec<usize> = self.parts.iter().map(|(number, _)| *number).collect();
+        let mut numbers: Vec<usize> = self.parts.iter().map(|part| part.number).collect();
         numbers.dedup();
         numbers
     }
@@ -216,7 +225,7 @@ impl Recordings {
             ("PROBE_SET", &partition.probes),
         ] {
             if let Some(names) = names {
-                warnings.extend(lacking((path, set), names, &recordings)?);
+                warnings.extend(lacking(path, set, names, &recordings)?);
             }
         }
         let set = |names: &Option<Vec<String>>| {
@@ -226,8 +235,7 @@ impl Recordings {
             gallery: set(&partition.gallery),
             probes: set(&partition.probes),
         });
-        let (tested, more) =
-            Self { roles, ..self }.of_people((path, "TEST_SET"), &partition.test)?;
+        let (tested, more) = Self { roles, ..self }.of_people(path, "TEST_SET", &partition.test)?;
         Ok((tested, more.into_iter().chain(warnings).collect()))
     }
 
@@ -237,13 +245,18 @@ impl Recordings {
     /// # Errors
     /// If the tree has none of the people.
     pub fn trained(self, partition: &Partition, path: &Path) -> Result<(Self, Option<String>)> {
-        self.of_people((path, "TRAIN_SET"), &partition.train)
+        self.of_people(path, "TRAIN_SET", &partition.train)
     }
 
     /// Keeps the people of one set of a partition.
-    fn of_people(self, set: (&Path, &str), people: &[String]) -> Result<(Self, Option<String>)> {
+    fn of_people(
+        self,
+        path: &Path,
+        set: &str,
+        people: &[String],
+    ) -> Result<(Self, Option<String>)> {
         let subjects: HashSet<String> = self.sequences.subjects.iter().cloned().collect();
-        let warning = lacking(set, people, &subjects)?;
+        let warning = lacking(path, set, people, &subjects)?;
         let people: HashSet<&String> = people.iter().collect();
         let kept: HashSet<usize> = self.numbers().into_iter().collect();
         let is_kept = |number, sequence: &TreeSequence| {
@@ -345,10 +358,10 @@ impl Recordings {
             })
             .collect();
         let (mut kept, mut refused) = (HashSet::new(), Vec::new());
-        for ((number, _), result) in self.parts.iter().zip(results) {
+        for (part, result) in self.parts.iter().zip(results) {
             match result {
                 Ok(()) => {
-                    kept.insert(*number);
+                    kept.insert(part.number);
                 }
                 Err(Error::Usage(problem)) => return Err(Error::Usage(problem)),
                 Err(error) => refused.push(error),
@@ -393,24 +406,23 @@ impl Recordings {
     /// Returns a sequence in a form, and counts of its silhouettes.
     fn template(&self, number: usize, form: &Form) -> Result<(Vec<u8>, ShownCounts)> {
         let (size, framing) = (form.settings.size, form.settings.framing);
-        let part = self.parts[number].clone();
-        let recording = part.0;
+        let RecordingPart { number, frames } = self.parts[number].clone();
         let found = if self.as_stored {
-            self.tree.stored_of(part, size)?
+            self.tree.stored_of(number, frames, size)?
         } else {
-            self.tree.silhouettes_of(part, size, framing)?
+            self.tree.silhouettes_of(number, frames, size, framing)?
         };
         let frames = found.frames;
         let brightest = found.pixels.iter().copied().max().unwrap_or(0);
         if frames == 0 || brightest == 0 {
             return Err(Error::input(
-                self.tree.folder(recording),
+                self.tree.folder(number),
                 "expected a figure in some frame, pixels of 128 to 255, found none (leave the sequence out; pixels of 0 and 1 need to be 0 and 255)",
             ));
         }
         if brightest == 1 {
             return Err(Error::input(
-                self.tree.folder(recording),
+                self.tree.folder(number),
                 "expected pixels from 0 to 255, found only 0 and 1 (multiply them by 255)",
             ));
         }
@@ -422,7 +434,7 @@ impl Recordings {
         let (template, most) = (form.settings.template, Builder::MAX_FRAMES as usize);
         if frames > most && ![Template::Gei, Template::Silhouettes].contains(&template) {
             return Err(Error::input(
-                self.tree.folder(recording),
+                self.tree.folder(number),
                 format!(
                     "expected at most {most} frames for {}, found {frames}",
                     template.plural()
@@ -462,7 +474,8 @@ pub(crate) fn in_form(silhouettes: Vec<u8>, form: &Form) -> Result<Vec<u8>> {
 /// Returns a warning with the number of a partition set's names that are not in the tree, if there
 /// are any. A set without any name in the tree is an error.
 fn lacking(
-    (path, set): (&Path, &str),
+    path: &Path,
+    set: &str,
     names: &[String],
     known: &HashSet<String>,
 ) -> Result<Option<String>> {

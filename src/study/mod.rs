@@ -169,7 +169,8 @@ const CHANGES: [(&str, &str); 11] = [
 ];
 
 /// The numbers of takes of each person of the built-in cohort, and of cycles of each take.
-const COHORT: (u32, u32) = (3, 3);
+const COHORT_TAKES: u32 = 3;
+const COHORT_CYCLES: u32 = 3;
 
 /// Returns about how often [`run`] calls `progress`.
 pub(crate) fn steps(plan: &StudyPlan, choices: &Choices) -> usize {
@@ -207,7 +208,7 @@ pub(crate) fn run(
     let twins = walkers.with_bodies(bodies, 0.0)?;
     let others = other_twins(&walkers, bodies, plan.dressed.as_ref())?;
     for seen in &plan.views {
-        let camera = (seen.view, seen.distance_m);
+        let (view, distance_m) = (seen.view, seen.distance_m);
         let shown: Vec<_> = plan
             .shown
             .iter()
@@ -216,11 +217,11 @@ pub(crate) fn run(
         let framings = with_box(&choices.framings);
         let synthetic: Vec<Vec<Example>> = framings
             .iter()
-            .map(|framing| twins.seen(camera, *framing, None))
+            .map(|framing| twins.seen(view, distance_m, *framing, None))
             .collect::<Result<_>>()?;
         for (number, &masks) in choices.masks.iter().enumerate() {
             let seed = choices.seeds.first().copied().unwrap_or(1);
-            let real = real_cycles::read(&plan.tree, &shown, (masks, seed), &framings, progress)?;
+            let real = real_cycles::read(&plan.tree, &shown, masks, seed, &framings, progress)?;
             findings.counts.push(CycleCounts {
                 view: seen.name.clone(),
                 masks: masks.name(),
@@ -249,7 +250,8 @@ pub(crate) fn run(
                         setting,
                         both,
                         experiments(number),
-                        (augmentation, &choices.seeds),
+                        augmentation,
+                        &choices.seeds,
                         progress,
                     )?;
                     findings.recognition.extend(found);
@@ -354,16 +356,15 @@ pub(crate) fn run_synthetic(
     choices: &Choices,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Findings> {
-    let (twins, people) = Twins::of_cohort(COHORT, progress)?;
+    let (twins, people) = Twins::of_cohort(COHORT_TAKES, COHORT_CYCLES, progress)?;
     let mut findings = Findings {
         people,
         ..Findings::default()
     };
     for &azimuth in azimuths_deg {
         let (name, view) = (format!("{azimuth:03}"), View::new(azimuth, 0.0)?);
-        let camera = (view, distance_m);
         for (number, &framing) in choices.framings.iter().enumerate() {
-            let synthetic = twins.seen(camera, framing, None)?;
+            let synthetic = twins.seen(view, distance_m, framing, None)?;
             for &augmentation in &choices.augmentations {
                 let both = RealAndSynthetic {
                     real: &[],
@@ -378,7 +379,8 @@ pub(crate) fn run_synthetic(
                     setting,
                     both,
                     experiments(0),
-                    (augmentation, &choices.seeds),
+                    augmentation,
+                    &choices.seeds,
                     progress,
                 )?;
                 findings.recognition.extend(found);
@@ -408,7 +410,8 @@ fn recognized(
     setting: StudySetting<'_>,
     both: RealAndSynthetic<'_>,
     experiments: impl Iterator<Item = Experiment>,
-    (augmentation, seeds): (Augmentation, &[u64]),
+    augmentation: Augmentation,
+    seeds: &[u64],
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Recognition>> {
     let mut found = Vec::new();
@@ -439,9 +442,9 @@ fn prices(
         return Err(Error::Missing("a seed and a framing"));
     };
     let RealAndSynthetic { real, synthetic } = both;
-    let camera = (seen.view, seen.distance_m);
+    let (view, distance_m) = (seen.view, seen.distance_m);
     let mut prices = Vec::new();
-    let mut add = |change: &str, (own, changed): (Option<f64>, &[Example])| -> Result<()> {
+    let mut add = |change: &str, own: Option<f64>, changed: &[Example]| -> Result<()> {
         let jaccard = mean_likeness(real, changed);
         let price = ChangeEffect::of(
             &seen.name,
@@ -456,22 +459,19 @@ fn prices(
         prices.extend(price.map(|price| ChangeEffect { own, ..price }));
         Ok(())
     };
-    add("as they are", (None, synthetic))?;
+    add("as they are", None, synthetic)?;
     for (name, twins) in others {
-        add(name, (None, &twins.seen(camera, framing, None)?))?;
+        add(name, None, &twins.seen(view, distance_m, framing, None)?)?;
     }
     for (name, written) in CHANGES {
         let dose = dose(written).map_err(Error::Usage)?;
         let condition = Condition::of(Doses::new([dose]));
-        let changed = twins.seen(camera, framing, Some(&condition))?;
-        add(name, (Some(own(synthetic, &changed)), &changed))?;
+        let changed = twins.seen(view, distance_m, framing, Some(&condition))?;
+        add(name, Some(own(synthetic, &changed)), &changed)?;
     }
     let right = |example: &Example| example.with_frames(|frame| shifted(frame, 1, 0));
     let moved: Vec<Example> = synthetic.iter().map(right).collect();
-    add(
-        "a shift of one column",
-        (Some(own(synthetic, &moved)), &moved),
-    )?;
+    add("a shift of one column", Some(own(synthetic, &moved)), &moved)?;
     prices.extend(differences::shared(&seen.name, real, synthetic, seed)?);
     Ok(prices)
 }

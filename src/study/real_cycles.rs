@@ -41,7 +41,8 @@ pub(crate) struct RealCycles {
 pub(crate) fn read(
     tree: &Tree,
     takes: &[&ShownTake],
-    (masks, seed): (Masks, u64),
+    masks: Masks,
+    seed: u64,
     framings: &[FramingMode],
     progress: &(dyn Fn() + Sync),
 ) -> Result<RealCycles> {

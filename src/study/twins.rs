@@ -205,7 +205,8 @@ fn pack(people: &[Subject], progress: &(dyn Fn() + Sync)) -> Result<Vec<u8>> {
     encode_population(
         0..people.len(),
         &make,
-        (MAX_ERROR_MM, Effort::Quick),
+        MAX_ERROR_MM,
+        Effort::Quick,
         progress,
     )
 }
@@ -217,7 +218,8 @@ impl Twins {
     /// # Errors
     /// Never.
     pub(crate) fn of_cohort(
-        (takes, cycles): (u32, u32),
+        takes: u32,
+        cycles: u32,
         progress: &(dyn Fn() + Sync),
     ) -> Result<(Self, Vec<String>)> {
         let options = CohortOptions {
@@ -249,7 +251,8 @@ impl Twins {
     /// If a figure cannot be drawn.
     pub(crate) fn seen(
         &self,
-        (view, distance_m): (View, f64),
+        view: View,
+        distance_m: f64,
         framing: FramingMode,
         condition: Option<&Condition>,
     ) -> Result<Vec<Example>> {

@@ -3,7 +3,7 @@
 use super::column_images::SweepColumns;
 use super::painted_view::PaintedView;
 use super::posed_frames::{FramedView, PosedFrames};
-use super::views::{View, by_azimuth};
+use super::views::{ListedViews, by_azimuth};
 use crate::error::{ChoiceError, Error, Result};
 use edgegait_core::raster::columns::{self, Azimuth, ElevationImages};
 use edgegait_core::raster::{Rasterizer, Renderer};
@@ -27,51 +27,54 @@ impl Columns {
         }
     }
 
-    /// Returns the GEIs of the numbered views, and `None` for the others.
-    pub(super) fn see(
+    /// Returns the GEIs of the views that are drawn, and `None` for the others.
+    pub(super) fn paint(
         &mut self,
-        film: &mut PosedFrames<'_>,
-        views: &[View],
-        numbers: &[usize],
+        posed: &mut PosedFrames<'_>,
+        views: &ListedViews<'_>,
     ) -> Result<Vec<Option<PaintedView>>> {
-        let mut seen = vec![None; views.len()];
-        for group in by_azimuth(views, numbers)? {
-            let sights: Vec<FramedView<'_>> = group
+        let list = views.list();
+        let mut painted = vec![None; list.len()];
+        for group in by_azimuth(list, &views.drawn())? {
+            let framed_views: Vec<FramedView<'_>> = group
                 .views
                 .iter()
-                .map(|&at| film.sight(&views[at]))
+                .map(|&at| posed.framed_view(&list[at]))
                 .collect::<Result<_>>()?;
-            let mut clipped = vec![0.0; sights.len()];
+            let mut clipped = vec![0.0; framed_views.len()];
             self.tally.clear();
-            for frame in 0..film.len() {
+            for frame in 0..posed.len() {
                 let images = self.tally.next_frame().ok_or_else(too_many)?;
-                let together = (sights.as_slice(), &group.azimuth);
-                let shares = film.draw_elevations(frame, together, &mut self.renderer, images)?;
+                let azimuth = &group.azimuth;
+                let renderer = &mut self.renderer;
+                let shares =
+                    posed.draw_elevations(frame, &framed_views, azimuth, renderer, images)?;
                 for (sum, share) in clipped.iter_mut().zip(shares) {
                     *sum += share;
                 }
             }
             for (elevation, (&at, clipped)) in group.views.iter().zip(clipped).enumerate() {
-                seen[at] = Some(PaintedView {
+                painted[at] = Some(PaintedView {
                     templates: vec![self.tally.gei(elevation).pixels().to_vec()],
                     clipped,
                     ..PaintedView::default()
                 });
             }
         }
-        Ok(seen)
+        Ok(painted)
     }
 
     /// Draws one frame from one view.
     pub(super) fn frame(
         &mut self,
-        film: &PosedFrames<'_>,
+        posed: &PosedFrames<'_>,
         frame: usize,
-        sight: FramedView<'_>,
+        view: FramedView<'_>,
     ) -> Result<AnySilhouette> {
-        let azimuth = Azimuth::new(&[sight.viewpoint()])?;
+        let azimuth = Azimuth::new(&[view.viewpoint()])?;
         let mut images = ElevationImages::empty(self.renderer.measure.size());
-        film.draw_elevations(frame, (&[sight], &azimuth), &mut self.renderer, &mut images)?;
+        let renderer = &mut self.renderer;
+        posed.draw_elevations(frame, &[view], &azimuth, renderer, &mut images)?;
         Ok(AnySilhouette::Binary(images.silhouette(0)))
     }
 }

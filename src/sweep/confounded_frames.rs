@@ -20,32 +20,31 @@ impl PosedFrames<'_> {
     pub(super) fn segmented(
         &self,
         index: usize,
-        sight: &FramedView<'_>,
+        framed_view: &FramedView<'_>,
         renderer: &mut FineRenderer,
     ) -> Result<Option<Framed>> {
-        let seen = self.seen(index, sight)?;
-        let framed = self.confounded(index, sight, seen, renderer);
-        framed.map_err(|error| self.refusal(sight.view(), error))
+        let render_view = self.render_view(index, framed_view)?;
+        let framed = self.confounded(index, framed_view, render_view, renderer);
+        framed.map_err(|error| self.refusal(framed_view.requested(), error))
     }
 
     fn confounded(
         &self,
         index: usize,
-        sight: &FramedView<'_>,
-        seen: raster::RenderView,
+        framed_view: &FramedView<'_>,
+        render_view: raster::RenderView,
         renderer: &mut FineRenderer,
     ) -> std::result::Result<Option<Framed>, DrawError> {
         let (posed, extras, plan) = (&self.frames[index], &self.extras[index], self.plan);
-        let (view, frame) = (
-            (sight.view().azimuth_deg, sight.view().elevation_deg),
-            self.sources[index],
-        );
+        let requested = framed_view.requested();
+        let view = (requested.azimuth_deg, requested.elevation_deg);
+        let frame = self.sources[index];
         let shadow = extras.shadow();
         let others: Vec<&Figure<'_>> = shadow.iter().collect();
         let size = self.settings.size;
-        let fine = match Fine::of(&posed.figure, &others, seen, size) {
+        let fine = match Fine::of(&posed.figure, &others, render_view, size) {
             Err(DrawError::TooNear(_) | DrawError::TooWide(_)) => {
-                Fine::of(&posed.figure, &[], seen, size)?
+                Fine::of(&posed.figure, &[], render_view, size)?
             }
             fine => fine?,
         };
@@ -56,7 +55,7 @@ impl PosedFrames<'_> {
         if let Some(shadow) = &shadow {
             picture.join(&in_sight(&fine, renderer, shadow)?);
         }
-        for other in self.in_front(index, sight) {
+        for other in self.in_front(index, framed_view) {
             let other = other.figure(self.walker.crossing());
             picture.remove(&in_sight(&fine, renderer, &other)?);
         }
@@ -97,7 +96,7 @@ impl PosedFrames<'_> {
     }
 
     /// Returns the occluders between the camera and the walker.
-    pub(super) fn in_front(&self, index: usize, sight: &FramedView<'_>) -> Vec<InFront> {
+    pub(super) fn in_front(&self, index: usize, framed_view: &FramedView<'_>) -> Vec<InFront> {
         let (posed, extras, plan) = (&self.frames[index], &self.extras[index], self.plan);
         let (stride_m, _) = self.walker.stride();
         let mut all = Vec::new();
@@ -107,13 +106,18 @@ impl PosedFrames<'_> {
             all.push(InFront::Pillar(pillar.body(
                 extras.strides,
                 stride_m,
-                sight.viewpoint(),
+                framed_view.viewpoint(),
             )));
         }
         if let Some(strength) = plan.strength(ConfounderKind::MovingOccluder) {
             let mut rng = plan.of_cycle(ConfounderKind::MovingOccluder);
             let crossing = Crossing::new(strength, &mut rng);
-            let pose = crossing.pose(&posed.model, extras.strides, stride_m, sight.viewpoint());
+            let pose = crossing.pose(
+                &posed.model,
+                extras.strides,
+                stride_m,
+                framed_view.viewpoint(),
+            );
             all.push(InFront::Walker(Box::new(pose)));
         }
         all

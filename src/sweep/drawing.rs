@@ -3,7 +3,8 @@
 use super::columns::Columns;
 use super::painted_view::PaintedView;
 use super::posed_frames::{FramedView, PosedFrames};
-use super::{Raster, Settings, Swept, View, Wanted};
+use super::views::ListedViews;
+use super::{Raster, Settings, Swept, Wanted};
 use crate::confounders::image::FineRenderer;
 use crate::error::Result;
 use crate::template::{Builder, Template};
@@ -16,16 +17,14 @@ const VIEWS_AT_ONCE: usize = 16;
 
 /// A painter for each kind of [`Raster`].
 pub(super) enum Painter {
-    Each(Box<Brush>, Vec<Vec<Builder>>),
+    Each(Box<Brush>),
     Columns(Box<Columns>),
 }
 
 impl Painter {
     pub(super) fn new(settings: &Settings) -> Self {
         match settings.rasterizer {
-            Raster::Each(rasterizer) => {
-                Self::Each(Box::new(Brush::new(rasterizer, settings.size)), Vec::new())
-            }
+            Raster::Each(rasterizer) => Self::Each(Box::new(Brush::new(rasterizer, settings.size))),
             Raster::Columns => Self::Columns(Box::new(Columns::new(settings.size))),
         }
     }
@@ -33,72 +32,153 @@ impl Painter {
     /// Makes the requested outputs of the posed frames. Equal views are drawn once.
     pub(super) fn sweep(
         &mut self,
-        film: &mut PosedFrames<'_>,
-        (views, firsts): (&[View], &[usize]),
+        posed: &mut PosedFrames<'_>,
+        views: &ListedViews<'_>,
         wanted: &Wanted,
     ) -> Result<Swept> {
-        let drawn: Vec<usize> = (0..views.len()).filter(|&at| firsts[at] == at).collect();
-        let mut seen = match self {
-            Self::Each(brush, builders) => {
-                let seen = see(film, (views, &drawn), wanted, (brush, builders));
-                if seen.is_err() {
-                    // They hold parts of the frames that could not be drawn.
-                    builders.clear();
-                }
-                seen?
-            }
-            Self::Columns(columns) => columns.see(film, views, &drawn)?,
+        let mut painted = match self {
+            Self::Each(brush) => brush.paint(posed, views, wanted)?,
+            Self::Columns(columns) => columns.paint(posed, views)?,
         };
+        let firsts = views.firsts();
         let mut swept = Swept::default();
         for (at, &first) in firsts.iter().enumerate() {
             // The last of equal views takes the outputs; the others get copies.
             let is_last = firsts[at + 1..].iter().all(|&other| other != first);
-            let found = if is_last {
-                seen[first].take()
+            let view = if is_last {
+                painted[first].take()
             } else {
-                seen[first].clone()
+                painted[first].clone()
             };
-            let found = found.unwrap_or_default();
-            swept.clipped += found.clipped;
-            swept.empty += found.empty;
-            swept.templates.extend(found.templates);
-            swept.keypoints.push(found.keypoints);
+            let view = view.unwrap_or_default();
+            swept.clipped += view.clipped;
+            swept.empty += view.empty;
+            swept.templates.extend(view.templates);
+            swept.keypoints.push(view.keypoints);
         }
         if wanted.joints {
-            swept.joints = film.joints();
+            swept.joints = posed.joints();
         }
-        swept.frames = u32::try_from(film.len()).unwrap_or(u32::MAX);
+        swept.frames = u32::try_from(posed.len()).unwrap_or(u32::MAX);
         Ok(swept)
     }
 
     /// Draws one frame from one view.
     pub(super) fn frame(
         &mut self,
-        film: &PosedFrames<'_>,
+        posed: &PosedFrames<'_>,
         frame: usize,
-        sight: FramedView<'_>,
+        view: FramedView<'_>,
     ) -> Result<AnySilhouette> {
         match self {
-            Self::Each(brush, _) => {
-                let drawn = brush.draw(film, frame, &sight)?;
+            Self::Each(brush) => {
+                let drawn = brush.pen.draw(posed, frame, &view)?;
                 Ok(drawn
                     .frame
-                    .map_or_else(|| blank(film.size()), |frame| *frame))
+                    .map_or_else(|| blank(posed.size()), |frame| *frame))
             }
-            Self::Columns(columns) => columns.frame(film, frame, sight),
+            Self::Columns(columns) => columns.frame(posed, frame, view),
         }
     }
 }
 
 /// The painter that draws frames one by one.
 pub(super) struct Brush {
+    pen: Pen,
+    /// Builders of the requested templates for each view of a batch.
+    builders: Vec<Vec<Builder>>,
+}
+
+impl Brush {
+    fn new(rasterizer: Rasterizer, size: Size) -> Self {
+        Self {
+            pen: Pen::new(rasterizer, size),
+            builders: Vec::new(),
+        }
+    }
+
+    /// Makes the requested outputs of the views that are drawn, and `None` for the others.
+    fn paint(
+        &mut self,
+        posed: &mut PosedFrames<'_>,
+        views: &ListedViews<'_>,
+        wanted: &Wanted,
+    ) -> Result<Vec<Option<PaintedView>>> {
+        let painted = self.paint_all(posed, views, wanted);
+        if painted.is_err() {
+            // They hold parts of the frames that could not be drawn.
+            self.builders.clear();
+        }
+        painted
+    }
+
+    fn paint_all(
+        &mut self,
+        posed: &mut PosedFrames<'_>,
+        views: &ListedViews<'_>,
+        wanted: &Wanted,
+    ) -> Result<Vec<Option<PaintedView>>> {
+        let Self { pen, builders } = self;
+        let (list, numbers) = (views.list(), views.drawn());
+        let mut painted = vec![None; list.len()];
+        let frames = u32::try_from(posed.len()).unwrap_or(u32::MAX);
+        let is_fit = |builders: &Vec<Builder>| builders.iter().all(|one| one.frames() == frames);
+        if !builders.iter().all(is_fit) {
+            builders.clear();
+        }
+        while builders.len() < numbers.len().min(VIEWS_AT_ONCE) {
+            let of = |&template: &Template| Builder::new(template, posed.size(), frames);
+            builders.push(wanted.templates.iter().map(of).collect());
+        }
+        for batch in numbers.chunks(VIEWS_AT_ONCE) {
+            let mut outputs = vec![PaintedView::default(); batch.len()];
+            let framed_views: Vec<FramedView<'_>> = batch
+                .iter()
+                .map(|&at| posed.framed_view(&list[at]))
+                .collect::<Result<_>>()?;
+            for frame in 0..posed.len() {
+                pen.draw_views(posed, frame, &framed_views, |number, drawn| {
+                    let output = &mut outputs[number];
+                    output.clipped += drawn.clipped;
+                    output.empty += u64::from(drawn.frame.is_none());
+                    for builder in &mut builders[number] {
+                        match drawn.frame {
+                            Some(frame) => builder.add(frame)?,
+                            None if wanted.blanks
+                                && builder.template() == Template::Silhouettes =>
+                            {
+                                builder.add(&blank(posed.size()))?;
+                            }
+                            None => {}
+                        }
+                    }
+                    if wanted.joints {
+                        let view = &framed_views[number];
+                        let keypoints = posed.keypoints(frame, view, drawn.placement)?;
+                        output.keypoints.extend(keypoints);
+                    }
+                    Ok(())
+                })?;
+            }
+            for (&at, (builders, mut output)) in batch.iter().zip(builders.iter_mut().zip(outputs))
+            {
+                output.templates = builders.iter_mut().map(Builder::finish).collect();
+                painted[at] = Some(output);
+            }
+        }
+        Ok(painted)
+    }
+}
+
+/// Draws single frames.
+struct Pen {
     renderer: Renderer,
     /// The renderer of frames under confounders of the image, created on demand.
     fine: Option<FineRenderer>,
     framed: AnySilhouette,
 }
 
-impl Brush {
+impl Pen {
     fn new(rasterizer: Rasterizer, size: Size) -> Self {
         Self {
             renderer: Renderer::new(rasterizer, size),
@@ -111,18 +191,18 @@ impl Brush {
     /// view and the result of [`Self::draw`].
     fn draw_views(
         &mut self,
-        film: &PosedFrames<'_>,
+        posed: &PosedFrames<'_>,
         frame: usize,
-        sights: &[FramedView<'_>],
+        views: &[FramedView<'_>],
         mut take: impl FnMut(usize, DrawnFrame<'_>) -> Result<()>,
     ) -> Result<()> {
-        if !film.acts_on_images() {
-            return film.draw_views(frame, sights, &mut self.renderer, |number, drawing| {
+        if !posed.acts_on_images() {
+            return posed.draw_views(frame, views, &mut self.renderer, |number, drawing| {
                 take(number, DrawnFrame::of(drawing))
             });
         }
-        for (number, sight) in sights.iter().enumerate() {
-            take(number, self.draw(film, frame, sight)?)?;
+        for (number, view) in views.iter().enumerate() {
+            take(number, self.draw(posed, frame, view)?)?;
         }
         Ok(())
     }
@@ -130,14 +210,14 @@ impl Brush {
     /// Draws one of the posed frames.
     fn draw(
         &mut self,
-        film: &PosedFrames<'_>,
+        posed: &PosedFrames<'_>,
         frame: usize,
-        sight: &FramedView<'_>,
+        view: &FramedView<'_>,
     ) -> Result<DrawnFrame<'_>> {
-        if !film.acts_on_images() {
-            return Ok(DrawnFrame::of(film.draw(
+        if !posed.acts_on_images() {
+            return Ok(DrawnFrame::of(posed.draw(
                 frame,
-                sight,
+                view,
                 &mut self.renderer,
             )?));
         }
@@ -148,7 +228,7 @@ impl Brush {
                 self.renderer.size(),
             )?),
         };
-        let Some(framed) = film.segmented(frame, sight, fine)? else {
+        let Some(framed) = posed.segmented(frame, view, fine)? else {
             return Ok(DrawnFrame {
                 frame: None,
                 clipped: 0.0,
@@ -186,56 +266,4 @@ impl<'f> DrawnFrame<'f> {
 
 fn blank(size: Size) -> AnySilhouette {
     AnySilhouette::Binary(Silhouette::empty(size))
-}
-
-/// Makes the requested outputs of the numbered views, and returns `None` for the others.
-fn see(
-    film: &mut PosedFrames<'_>,
-    (views, numbers): (&[View], &[usize]),
-    wanted: &Wanted,
-    (brush, builders): (&mut Brush, &mut Vec<Vec<Builder>>),
-) -> Result<Vec<Option<PaintedView>>> {
-    let mut seen = vec![None; views.len()];
-    let frames = u32::try_from(film.len()).unwrap_or(u32::MAX);
-    let is_fit = |builders: &Vec<Builder>| builders.iter().all(|one| one.frames() == frames);
-    if !builders.iter().all(is_fit) {
-        builders.clear();
-    }
-    while builders.len() < numbers.len().min(VIEWS_AT_ONCE) {
-        let of = |&template: &Template| Builder::new(template, film.size(), frames);
-        builders.push(wanted.templates.iter().map(of).collect());
-    }
-    for batch in numbers.chunks(VIEWS_AT_ONCE) {
-        let mut all = vec![PaintedView::default(); batch.len()];
-        let sights: Vec<FramedView<'_>> = batch
-            .iter()
-            .map(|&at| film.sight(&views[at]))
-            .collect::<Result<_>>()?;
-        for frame in 0..film.len() {
-            brush.draw_views(film, frame, &sights, |number, drawn| {
-                let seen = &mut all[number];
-                seen.clipped += drawn.clipped;
-                seen.empty += u64::from(drawn.frame.is_none());
-                for builder in &mut builders[number] {
-                    match drawn.frame {
-                        Some(frame) => builder.add(frame)?,
-                        None if wanted.blanks && builder.template() == Template::Silhouettes => {
-                            builder.add(&blank(film.size()))?;
-                        }
-                        None => {}
-                    }
-                }
-                if wanted.joints {
-                    let keypoints = film.keypoints(frame, &sights[number], drawn.placement)?;
-                    seen.keypoints.extend(keypoints);
-                }
-                Ok(())
-            })?;
-        }
-        for (&at, (builders, mut one)) in batch.iter().zip(builders.iter_mut().zip(all)) {
-            one.templates = builders.iter_mut().map(Builder::finish).collect();
-            seen[at] = Some(one);
-        }
-    }
-    Ok(seen)
 }

@@ -20,6 +20,7 @@ mod walker;
 pub use outputs::{MAX_FRAMES, UNCUT_FPS, Wanted};
 pub use scene_view::{Scene, SceneHullKind, SceneHulls, scene};
 pub use settings::{Aim, FRAMES_PER_CYCLE, FramingMode, Jitter, Lens, Raster, Sensor, Settings};
+use views::ListedViews;
 pub use views::{View, Views};
 pub use walker::drawn;
 
@@ -31,7 +32,6 @@ use edgegait_core::silhouette::AnySilhouette;
 use glam::Vec3;
 use posed_frames::PosedFrames;
 use rayon::prelude::*;
-use std::borrow::Cow;
 use std::ops::Range;
 use walker::Dressed;
 
@@ -160,6 +160,22 @@ pub struct Swept {
     pub empty: u64,
 }
 
+/// How a sweep draws figures, and what it makes of them.
+#[derive(Clone, Copy, Debug)]
+pub struct SweepRequest<'w> {
+    /// How figures are drawn.
+    pub settings: Settings,
+    /// The outputs, which must include the settings' template.
+    pub wanted: &'w Wanted,
+}
+
+impl SweepRequest<'_> {
+    fn check(&self) -> Result<()> {
+        self.settings.check()?;
+        self.wanted.check(&self.settings)
+    }
+}
+
 /// Draws every job from every view. `map` runs on all cores and converts a job's templates;
 /// `sink` takes the results one by one, in the jobs' order. At most two jobs' templates a thread
 /// are in memory at the same time.
@@ -174,20 +190,17 @@ pub fn sweep<'c, R: Send>(
     map: impl Fn(Job<'c>, Swept) -> Result<R> + Sync,
     sink: impl FnMut(Job<'c>, R) -> Result<()>,
 ) -> Result<()> {
-    let firsts = views::firsts(views);
-    let seen = |_| Ok((Cow::Borrowed(views), Cow::Borrowed(&firsts[..])));
-    sweep_from(
-        pack,
-        jobs,
-        (settings, &Wanted::one(settings.template)),
-        seen,
-        |job, _, swept| map(job, swept),
-        sink,
-    )
+    let listed = ListedViews::new(views);
+    let request = SweepRequest {
+        settings,
+        wanted: &Wanted::one(settings.template),
+    };
+    let views_of = |_| Ok(listed.borrowed());
+    let map = |job, _: &[View], swept| map(job, swept);
+    sweep_from(pack, jobs, request, views_of, map, sink)
 }
 
-/// Draws jobs from views of their own, which `map` gets too, and makes all `wanted` outputs, which
-/// must include the settings' template.
+/// Draws jobs from views of their own, which `map` gets too, and makes all requested outputs.
 ///
 /// # Errors
 /// The errors of [`sweep`], of `views_of`, and of [`Wanted::check`].
@@ -195,45 +208,33 @@ pub fn sweep_each<'c, R: Send>(
     pack: &Pack<'_>,
     jobs: &[Job<'c>],
     views_of: impl Fn(Job<'c>) -> Result<Vec<View>> + Sync,
-    (settings, wanted): (Settings, &Wanted),
+    request: SweepRequest<'_>,
     map: impl Fn(Job<'c>, &[View], Swept) -> Result<R> + Sync,
     sink: impl FnMut(Job<'c>, R) -> Result<()>,
 ) -> Result<()> {
-    let seen = |job| {
-        let views = views_of(job)?;
-        let firsts = views::firsts(&views);
-        Ok((Cow::Owned(views), Cow::Owned(firsts)))
-    };
-    sweep_from(pack, jobs, (settings, wanted), seen, map, sink)
+    let views_of = |job| Ok(ListedViews::new(views_of(job)?));
+    sweep_from(pack, jobs, request, views_of, map, sink)
 }
-
-/// Views, and for each of them the number of the first equal one.
-type Seeing<'v> = (Cow<'v, [View]>, Cow<'v, [usize]>);
 
 fn sweep_from<'c, 'v, R: Send>(
     pack: &Pack<'_>,
     jobs: &[Job<'c>],
-    (settings, wanted): (Settings, &Wanted),
-    seen: impl Fn(Job<'c>) -> Result<Seeing<'v>> + Sync,
+    request: SweepRequest<'_>,
+    views_of: impl Fn(Job<'c>) -> Result<ListedViews<'v>> + Sync,
     map: impl Fn(Job<'c>, &[View], Swept) -> Result<R> + Sync,
     mut sink: impl FnMut(Job<'c>, R) -> Result<()>,
 ) -> Result<()> {
-    settings.check()?;
-    wanted.check(&settings)?;
+    request.check()?;
     let chunk = 2 * rayon::current_num_threads();
     for jobs in jobs.chunks(chunk.max(1)) {
         let results: Vec<Result<R>> = jobs
             .par_iter()
             .map_init(
-                || Painter::new(&settings),
+                || Painter::new(&request.settings),
                 |painter, &job| {
-                    let (views, firsts) = seen(job)?;
-                    let sights = (&*views, &*firsts);
-                    map(
-                        job,
-                        &views,
-                        swept(pack, job, (settings, wanted), sights, painter)?,
-                    )
+                    let views = views_of(job)?;
+                    let swept = swept(pack, job, request, &views, painter)?;
+                    map(job, views.list(), swept)
                 },
             )
             .collect();
@@ -257,8 +258,7 @@ impl Drawer {
     /// # Errors
     /// The errors of [`Settings::check`] and [`Wanted::check`].
     pub fn new(settings: Settings, wanted: &Wanted) -> Result<Self> {
-        settings.check()?;
-        wanted.check(&settings)?;
+        SweepRequest { settings, wanted }.check()?;
         Ok(Self {
             painter: Painter::new(&settings),
             settings,
@@ -271,14 +271,12 @@ impl Drawer {
     /// # Errors
     /// If the job cannot be drawn.
     pub fn draw(&mut self, pack: &Pack<'_>, job: Job<'_>, views: &[View]) -> Result<Swept> {
-        let firsts = views::firsts(views);
-        swept(
-            pack,
-            job,
-            (self.settings, &self.wanted),
-            (views, &firsts),
-            &mut self.painter,
-        )
+        let request = SweepRequest {
+            settings: self.settings,
+            wanted: &self.wanted,
+        };
+        let views = ListedViews::new(views);
+        swept(pack, job, request, &views, &mut self.painter)
     }
 }
 
@@ -286,10 +284,11 @@ impl Drawer {
 fn swept(
     pack: &Pack<'_>,
     job: Job<'_>,
-    (settings, wanted): (Settings, &Wanted),
-    sights: (&[View], &[usize]),
+    request: SweepRequest<'_>,
+    views: &ListedViews<'_>,
     painter: &mut Painter,
 ) -> Result<Swept> {
+    let SweepRequest { settings, wanted } = request;
     let (moments, settings) = wanted.moments(pack, job, settings)?;
     let dressed = Dressed::new(pack, job, settings.seed)?;
     if wanted.joints
@@ -304,12 +303,12 @@ fn swept(
         }
         .into());
     }
-    let mut film = PosedFrames::new(pack, job, &dressed, settings)?;
+    let mut posed = PosedFrames::new(pack, job, &dressed, settings)?;
     let frames = moments.count(settings.frames_per_cycle);
     let mut swept = Swept::default();
     for range in chunks(moments, &settings) {
-        film.pose(moments, range.clone());
-        let part = painter.sweep(&mut film, sights, wanted)?;
+        posed.pose(moments, range.clone());
+        let part = painter.sweep(&mut posed, views, wanted)?;
         if range == (0..frames) {
             return Ok(part);
         }
@@ -360,9 +359,9 @@ pub fn figures(
     settings: Settings,
 ) -> Result<Vec<Vec<Vec<Vec3>>>> {
     let dressed = Dressed::new(pack, job, settings.seed)?;
-    let mut film = PosedFrames::new(pack, job, &dressed, settings)?;
-    film.pose(moments, 0..moments.count(settings.frames_per_cycle));
-    Ok(film.figures())
+    let mut posed = PosedFrames::new(pack, job, &dressed, settings)?;
+    posed.pose(moments, 0..moments.count(settings.frames_per_cycle));
+    Ok(posed.figures())
 }
 
 /// Draws the frames of one shot from each view: `[view][frame]`.
@@ -376,21 +375,22 @@ pub fn silhouettes(
 ) -> Result<Vec<Vec<AnySilhouette>>> {
     settings.check()?;
     let dressed = Dressed::new(pack, shot.job, settings.seed)?;
-    let mut film = PosedFrames::new(pack, shot.job, &dressed, settings)?;
+    let mut posed = PosedFrames::new(pack, shot.job, &dressed, settings)?;
     let mut painter = Painter::new(&settings);
-    let firsts = views::firsts(shot.views);
+    let views = ListedViews::new(shot.views);
     let mut all = vec![Vec::new(); shot.views.len()];
     for range in chunks(shot.moments, &settings) {
-        film.pose(shot.moments, range);
+        posed.pose(shot.moments, range);
         for (at, view) in shot.views.iter().enumerate() {
-            if firsts[at] < at {
-                let known: Vec<AnySilhouette> = all[firsts[at]][all[at].len()..].to_vec();
+            let first = views.firsts()[at];
+            if first < at {
+                let known: Vec<AnySilhouette> = all[first][all[at].len()..].to_vec();
                 all[at].extend(known);
                 continue;
             }
-            let sight = film.sight(view)?;
-            for frame in 0..film.len() {
-                all[at].push(painter.frame(&film, frame, sight)?);
+            let sight = posed.framed_view(view)?;
+            for frame in 0..posed.len() {
+                all[at].push(painter.frame(&posed, frame, sight)?);
             }
         }
     }

@@ -46,15 +46,15 @@ pub(super) struct PosedFrames<'a> {
 /// A view, and the framing that all frames share there, if there is one.
 #[derive(Clone, Copy)]
 pub(super) struct FramedView<'v> {
-    view: &'v View,
+    requested: &'v View,
     viewpoint: Viewpoint,
     framing: Option<camera::Framing>,
 }
 
 impl<'v> FramedView<'v> {
     /// Returns the view as requested.
-    pub(super) const fn view(&self) -> &'v View {
-        self.view
+    pub(super) const fn requested(&self) -> &'v View {
+        self.requested
     }
 
     /// Returns the viewpoint under the job's condition.
@@ -64,7 +64,7 @@ impl<'v> FramedView<'v> {
 }
 
 impl<'a> PosedFrames<'a> {
-    /// Creates a film of the job's dressed figure, without frames.
+    /// Creates the frames of the job's dressed figure, none of which is posed.
     ///
     /// # Errors
     /// If there is no such walk or variation.
@@ -164,10 +164,10 @@ impl<'a> PosedFrames<'a> {
     pub(super) fn keypoints(
         &self,
         index: usize,
-        sight: &FramedView<'_>,
+        view: &FramedView<'_>,
         placed: Option<Placement>,
     ) -> Result<Vec<u8>> {
-        let camera = self.seen(index, sight)?.camera;
+        let camera = self.render_view(index, view)?.camera;
         let appears = |point: Vec3| {
             let image = raster::projected(&camera, point).ok()?;
             Some(placed?.place(image))
@@ -185,7 +185,7 @@ impl<'a> PosedFrames<'a> {
     ///
     /// # Errors
     /// If the condition moves the camera to an invalid viewpoint.
-    pub(super) fn sight<'v>(&mut self, view: &'v View) -> Result<FramedView<'v>> {
+    pub(super) fn framed_view<'v>(&mut self, view: &'v View) -> Result<FramedView<'v>> {
         let viewpoint = recording::viewpoint(self.plan, view)?;
         let framing = match self.settings.framing {
             FramingMode::Height => Some(camera::Framing::Height),
@@ -194,7 +194,7 @@ impl<'a> PosedFrames<'a> {
             FramingMode::Camera => None,
         };
         Ok(FramedView {
-            view,
+            requested: view,
             viewpoint,
             framing,
         })
@@ -207,7 +207,7 @@ impl<'a> PosedFrames<'a> {
     pub(super) fn draw<'r>(
         &self,
         index: usize,
-        sight: &FramedView<'_>,
+        view: &FramedView<'_>,
         renderer: &'r mut Renderer,
     ) -> Result<Drawing<'r>> {
         let posed = &self.frames[index];
@@ -215,10 +215,10 @@ impl<'a> PosedFrames<'a> {
             camera,
             framing,
             jitter,
-        } = self.seen(index, sight)?;
+        } = self.render_view(index, view)?;
         renderer
             .draw(&posed.figure, &camera, framing, jitter)
-            .map_err(|error| self.refusal(sight.view, error))
+            .map_err(|error| self.refusal(view.requested, error))
     }
 
     /// Draws one of the posed frames from several views, and gives each drawing to `take` with the
@@ -229,18 +229,22 @@ impl<'a> PosedFrames<'a> {
     pub(super) fn draw_views(
         &self,
         index: usize,
-        sights: &[FramedView<'_>],
+        views: &[FramedView<'_>],
         renderer: &mut Renderer,
         mut take: impl FnMut(usize, Drawing<'_>) -> Result<()>,
     ) -> Result<()> {
-        let views: Vec<raster::RenderView> = sights
+        let render_views: Vec<raster::RenderView> = views
             .iter()
-            .map(|sight| self.seen(index, sight))
+            .map(|view| self.render_view(index, view))
             .collect::<Result<_>>()?;
-        renderer.draw_views(&self.frames[index].figure, &views, |number, drawing| {
-            let refused = |error| self.refusal(sights[number].view, error);
-            take(number, drawing.map_err(refused)?)
-        })
+        renderer.draw_views(
+            &self.frames[index].figure,
+            &render_views,
+            |number, drawing| {
+                let refused = |error| self.refusal(views[number].requested, error);
+                take(number, drawing.map_err(refused)?)
+            },
+        )
     }
 
     /// Draws one of the posed frames at all elevations of an azimuth. Returns the share of the
@@ -252,21 +256,22 @@ impl<'a> PosedFrames<'a> {
     pub(super) fn draw_elevations(
         &self,
         index: usize,
-        (sights, azimuth): (&[FramedView<'_>], &Azimuth),
+        views: &[FramedView<'_>],
+        azimuth: &Azimuth,
         renderer: &mut SweepColumns,
         images: &mut ElevationImages,
     ) -> Result<Vec<f64>> {
-        let Some(sight) = sights.first() else {
+        let Some(view) = views.first() else {
             return Ok(Vec::new());
         };
         let posed = &self.frames[index];
-        let (_, framing) = self.placed(sight, posed)?;
+        let (_, framing) = self.placed(view, posed)?;
         let camera::Framing::Fixed {
             centre,
             pixels_per_metre,
         } = framing
         else {
-            return Err(self.refusal(sight.view, "expected one scale for all elevations"));
+            return Err(self.refusal(view.requested, "expected one scale for all elevations"));
         };
         let place = FigurePlace {
             centre,
@@ -276,20 +281,24 @@ impl<'a> PosedFrames<'a> {
         let drawn = renderer
             .columns
             .draw(&posed.figure, azimuth, &place, images);
-        drawn.map_err(|error| self.refusal(sight.view, error))?;
+        drawn.map_err(|error| self.refusal(view.requested, error))?;
         if images.is_whole() {
             return Ok(Vec::new());
         }
-        let mut clipped = |sight| {
-            let drawing = self.draw(index, sight, &mut renderer.measure)?;
+        let mut clipped = |view| {
+            let drawing = self.draw(index, view, &mut renderer.measure)?;
             Ok(f64::from(drawing.clipped_share))
         };
-        sights.iter().map(&mut clipped).collect()
+        views.iter().map(&mut clipped).collect()
     }
 
     /// Returns camera, framing and jitter of one of the posed frames.
-    pub(super) fn seen(&self, index: usize, sight: &FramedView<'_>) -> Result<raster::RenderView> {
-        let (camera, framing) = self.placed(sight, &self.frames[index])?;
+    pub(super) fn render_view(
+        &self,
+        index: usize,
+        view: &FramedView<'_>,
+    ) -> Result<raster::RenderView> {
+        let (camera, framing) = self.placed(view, &self.frames[index])?;
         let jitter = self.settings.jitter.of_frame(self.sources[index]);
         Ok(raster::RenderView {
             camera,
@@ -301,7 +310,7 @@ impl<'a> PosedFrames<'a> {
     /// Returns the camera and the framing of one frame: the sensor's, unless frames share one.
     fn placed(
         &self,
-        sight: &FramedView<'_>,
+        view: &FramedView<'_>,
         posed: &PosedWalker<'_>,
     ) -> Result<(Camera, camera::Framing)> {
         let Settings {
@@ -313,11 +322,11 @@ impl<'a> PosedFrames<'a> {
             Aim::Point(point) => point,
         };
         let camera = match lens {
-            Lens::Ortho => Camera::orthographic(sight.viewpoint),
-            Lens::Persp => Camera::perspective(sight.viewpoint, aim, sensor.distance_m as f32)
-                .map_err(|error| self.refusal(sight.view, error))?,
+            Lens::Ortho => Camera::orthographic(view.viewpoint),
+            Lens::Persp => Camera::perspective(view.viewpoint, aim, sensor.distance_m as f32)
+                .map_err(|error| self.refusal(view.requested, error))?,
         };
-        let framing = sight.framing.unwrap_or_else(|| camera::Framing::Fixed {
+        let framing = view.framing.unwrap_or_else(|| camera::Framing::Fixed {
             centre: aim,
             pixels_per_metre: sensor.pixels_per_metre(size),
         });

@@ -58,9 +58,9 @@ pub fn scene(
     frame: u32,
 ) -> Result<Scene> {
     let dressed = Dressed::new(pack, job, settings.seed)?;
-    let mut film = PosedFrames::new(pack, job, &dressed, settings)?;
-    film.pose(Moments::Cycle, 0..settings.frames_per_cycle);
-    film.scene(frame as usize % film.len(), view, dressed.parts())
+    let mut posed = PosedFrames::new(pack, job, &dressed, settings)?;
+    posed.pose(Moments::Cycle, 0..settings.frames_per_cycle);
+    posed.scene(frame as usize % posed.len(), view, dressed.parts())
 }
 
 /// Returns the hulls of a figure, each with its kind.
@@ -72,8 +72,8 @@ fn worn(figure: &Figure<'_>, parts: &[BodyPart]) -> SceneHulls {
 
 impl PosedFrames<'_> {
     fn scene(&mut self, index: usize, view: &View, parts: &[BodyPart]) -> Result<Scene> {
-        let sight = self.sight(view)?;
-        let camera = self.seen(index, &sight)?.camera;
+        let framed_view = self.framed_view(view)?;
+        let camera = self.render_view(index, &framed_view)?.camera;
         let (posed, extras) = (&self.frames[index], self.extras.get(index));
         let mut hulls = worn(&posed.figure, parts);
         let mut exposures = Vec::new();
@@ -87,7 +87,7 @@ impl PosedFrames<'_> {
             if let Some(shadow) = extras.shadow() {
                 hulls.extend(all(&shadow, SceneHullKind::Shadow));
             }
-            for other in self.in_front(index, &sight) {
+            for other in self.in_front(index, &framed_view) {
                 hulls.extend(all(
                     &other.figure(self.walker.crossing()),
                     SceneHullKind::Occluder,

@@ -4,6 +4,7 @@ use crate::error::{Error, FilePlace, Result};
 use edgegait_core::budget::MAX_ELEVATIONS;
 use edgegait_core::camera::Viewpoint;
 use edgegait_core::raster::columns::Azimuth;
+use std::borrow::Cow;
 use std::path::Path;
 
 /// A viewpoint with the angles by which the user requested it.
@@ -168,17 +169,51 @@ impl Views {
     }
 }
 
-/// Returns for each view the number of the first equal one (azimuths 0 and 360, -90 and 270 are
-/// equal): its own, or an earlier one.
-pub(super) fn firsts(views: &[View]) -> Vec<usize> {
-    let first = |(at, view): (usize, &View)| {
-        let before = views.iter().take(at);
-        let same = before
-            .into_iter()
-            .position(|other| other.viewpoint == view.viewpoint);
-        same.unwrap_or(at)
-    };
-    views.iter().enumerate().map(first).collect()
+/// Views of which each is drawn once, though the list may have it more than once: azimuths 0 and
+/// 360, or -90 and 270, are equal.
+pub(super) struct ListedViews<'v> {
+    list: Cow<'v, [View]>,
+    /// For each view the number of the first equal one: its own, or an earlier one.
+    firsts: Cow<'v, [usize]>,
+}
+
+impl<'v> ListedViews<'v> {
+    pub(super) fn new(list: impl Into<Cow<'v, [View]>>) -> Self {
+        let list = list.into();
+        let first = |(at, view): (usize, &View)| {
+            let before = list.iter().take(at);
+            let same = before
+                .into_iter()
+                .position(|other| other.viewpoint == view.viewpoint);
+            same.unwrap_or(at)
+        };
+        let firsts = list.iter().enumerate().map(first).collect();
+        Self { list, firsts }
+    }
+
+    /// Returns the same views, without copying them.
+    pub(super) fn borrowed(&self) -> ListedViews<'_> {
+        ListedViews {
+            list: Cow::Borrowed(&self.list),
+            firsts: Cow::Borrowed(&self.firsts),
+        }
+    }
+
+    /// Returns all views.
+    pub(super) fn list(&self) -> &[View] {
+        &self.list
+    }
+
+    /// Returns for each view the number of the first equal one.
+    pub(super) fn firsts(&self) -> &[usize] {
+        &self.firsts
+    }
+
+    /// Returns the numbers of the views that are drawn: the first of each set of equal ones.
+    pub(super) fn drawn(&self) -> Vec<usize> {
+        let is_first = |&at: &usize| self.firsts[at] == at;
+        (0..self.list.len()).filter(is_first).collect()
+    }
 }
 
 /// Views of one azimuth that are drawn in one pass.
@@ -245,9 +280,15 @@ mod tests {
     fn viewpoints_that_are_the_same_are_known_by_the_first() {
         let azimuths = [0.0, 90.0, 360.0, -270.0, -90.0, 270.0, -360.0, 90.1];
         let views = Views::grid("list", azimuths, [0.0]).expect("viewpoints");
-        assert_eq!(firsts(&views.list), [0, 1, 0, 1, 4, 4, 0, 7]);
+        assert_eq!(
+            ListedViews::new(views.list).firsts(),
+            [0, 1, 0, 1, 4, 4, 0, 7]
+        );
         let paper = Views::paper().expect("the grid").list;
-        assert_eq!(firsts(&paper), (0..703).collect::<Vec<_>>());
+        assert_eq!(
+            ListedViews::new(paper).firsts(),
+            (0..703).collect::<Vec<_>>()
+        );
     }
 
     #[test]

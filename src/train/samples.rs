@@ -139,8 +139,8 @@ impl Samples {
             seed: settings.seed,
             seeds: Vec::new(),
         };
-        let form = (template, Some(settings.framing));
-        rows.samples(form, (people.collect(), found), training)
+        let framing = Some(settings.framing);
+        rows.samples(template, framing, people.collect(), found, training)
     }
 
     /// Reads the templates in these ascending rows of the dataset in `folder`, if they are in the
@@ -210,8 +210,8 @@ impl Samples {
             seed: shown().next().map_or(0, |row| row.seed),
             seeds: Vec::new(),
         };
-        let form = (template, dataset.framing(folder)?);
-        rows.samples(form, (names, chosen.len()), training)
+        let framing = dataset.framing(folder)?;
+        rows.samples(template, framing, names, chosen.len(), training)
     }
 
     /// Makes templates of a tree's recordings, or of their gait cycles, framed as the settings
@@ -270,9 +270,8 @@ impl Samples {
             seed: 0,
             seeds: Vec::new(),
         };
-        let form = (template, Some(settings.framing));
-        let people = (sequences.subjects.clone(), all.len());
-        rows.samples(form, people, training)
+        let (framing, names) = (Some(settings.framing), sequences.subjects.clone());
+        rows.samples(template, framing, names, all.len(), training)
     }
 
     /// Returns the contract of a model called `name` that was fitted to these samples; `how`
@@ -361,8 +360,10 @@ impl CollectedSamples {
     /// Returns the samples of these people; `found` templates existed before a share was drawn.
     fn samples(
         self,
-        (template, framing): (Template, Option<FramingMode>),
-        (names, found): (Vec<String>, usize),
+        template: Template,
+        framing: Option<FramingMode>,
+        names: Vec<String>,
+        found: usize,
         training: Training,
     ) -> Result<Samples> {
         let columns = template.shape(self.size).numbers();

@@ -112,7 +112,7 @@ fn baselines_compare_with_the_training_or_the_gallery_of_a_recognizer() {
             warnings,
         } = drawn
             .contest
-            .baselines(&entrants, (Some(&pack), SEED))
+            .baselines(&entrants, Some(&pack), SEED)
             .expect("baselines");
         assert_eq!(warnings, [""; 0]);
         entrants.extend(added);

@@ -73,7 +73,7 @@ fn points<'a>(compared: &'a Compared) -> Vec<BoardPoint<'a>> {
         let us = single.times.p50_us;
         let board = boards.iter().position(|name| *name == met.board)?;
         Some(BoardPoint {
-            colour: LINES[board % LINES.len()].0,
+            colour: LINES[board % LINES.len()].colour,
             us,
             us_range: p50_range(single)?,
             rank1: accuracy.rank1,

@@ -6,7 +6,7 @@ use crate::dataset::{DatasetWriter, IndexRow, Item};
 use crate::error::Result;
 use crate::files::hex;
 use crate::people::variation::CYCLES_OF_A_TAKE;
-use crate::sweep::{Job, Settings, Swept, View, Wanted, is_uncut, sweep_each};
+use crate::sweep::{Job, Settings, SweepRequest, Swept, View, Wanted, is_uncut, sweep_each};
 use crate::template::augment::{Variant, varied};
 use edgegait_core::pack::Pack;
 use sha2::{Digest as _, Sha256};
@@ -53,6 +53,14 @@ pub(super) struct SweepWork<'w> {
 }
 
 impl<'w> SweepWork<'w> {
+    /// Returns how figures are drawn, and what is made of them.
+    fn request(&self) -> SweepRequest<'w> {
+        SweepRequest {
+            settings: self.settings,
+            wanted: self.wanted,
+        }
+    }
+
     /// Returns the number of cycles.
     pub(super) fn cycles(&self) -> usize {
         self.firsts.len() * self.variations.len()
@@ -119,7 +127,7 @@ impl<'w> SweepWork<'w> {
                 self.pack,
                 &jobs,
                 |_| Ok(self.views.to_vec()),
-                (self.settings, self.wanted),
+                self.request(),
                 |_, _, swept| {
                     progress.step();
                     Ok(map(swept))

@@ -35,8 +35,8 @@ impl TrainArgs {
                 self.of_tree(&path, *recordings, share, making, header)
             }
             Opened::Folder(path, SequenceSource::Dataset(geis)) => {
-                let shared = (share, making.augmentation);
-                self.of_dataset((geis.dataset(), &path), &numbers, shared, header)
+                let dataset = geis.dataset();
+                self.of_dataset(dataset, &path, &numbers, share, making.augmentation, header)
             }
             Opened::Folder(_, SequenceSource::Walks(_)) => {
                 Err(Error::Missing("a dataset or a tree"))
@@ -105,9 +105,11 @@ impl TrainArgs {
     /// Reads the templates of a dataset.
     fn of_dataset(
         &self,
-        (dataset, path): (&Dataset, &Path),
+        dataset: &Dataset,
+        path: &Path,
         rows: &[usize],
-        (share, augmentation): (CycleShare, Augmentation),
+        share: CycleShare,
+        augmentation: Augmentation,
         header: ResultHeader,
     ) -> Result<(Samples, ResultHeader)> {
         let samples = Samples::of_dataset(dataset, path, rows, share, augmentation)?;

@@ -1,7 +1,7 @@
 use super::*;
 use crate::confounders::Doses;
 use crate::confounders::dose;
-use crate::sweep::{Raster, Views, sweep_each};
+use crate::sweep::{Raster, SweepRequest, Views, sweep_each};
 use crate::template::Template;
 use edgegait_core::raster::Rasterizer;
 use std::collections::BTreeSet;
@@ -45,15 +45,19 @@ fn drawn(items: &Items, numbers: &[usize], pass: u32) -> Vec<DrawnItem> {
 /// Returns the images of a sweep of all people in one pack.
 fn swept(design: &Design, people: Range<usize>) -> Vec<Vec<u8>> {
     let make = |number| design.subject(number);
-    let how = (MAX_ERROR_MM, Effort::Quick);
-    let bytes = encode_population(people, &make, how, &|| ()).expect("people");
+    let bytes =
+        encode_population(people, &make, MAX_ERROR_MM, Effort::Quick, &|| ()).expect("people");
     let pack = Pack::parse(&bytes).expect("a pack");
+    let request = SweepRequest {
+        settings: design.settings,
+        wanted: &design.images.wanted,
+    };
     let mut all = Vec::new();
     sweep_each(
         &pack,
         &design.jobs(&pack),
         |job| design.views_of(&pack, job),
-        (design.settings, &design.images.wanted),
+        request,
         |_, _, swept| Ok(swept.templates),
         |_, templates| {
             all.extend(templates);

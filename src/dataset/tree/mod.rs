@@ -205,7 +205,7 @@ impl Tree {
         size: Size,
         framing: FramingMode,
     ) -> Result<Silhouettes> {
-        self.silhouettes_of((index, ALL), size, framing)
+        self.silhouettes_of(index, ALL, size, framing)
     }
 
     /// Checks that pictures can be brought into a framing.
@@ -226,7 +226,8 @@ impl Tree {
     /// If there is no such sequence.
     pub fn silhouettes_of(
         &self,
-        (index, frames): (usize, Range<usize>),
+        index: usize,
+        frames: Range<usize>,
         size: Size,
         framing: FramingMode,
     ) -> Result<Silhouettes> {
@@ -264,7 +265,7 @@ impl Tree {
     /// # Panics
     /// If there is no such sequence.
     pub fn stored(&self, index: usize, size: Size) -> Result<Silhouettes> {
-        self.stored_of((index, ALL), size)
+        self.stored_of(index, ALL, size)
     }
 
     /// Reads some pictures of a sequence as they are stored, by their numbers from 0; see
@@ -275,11 +276,7 @@ impl Tree {
     ///
     /// # Panics
     /// If there is no such sequence.
-    pub fn stored_of(
-        &self,
-        (index, frames): (usize, Range<usize>),
-        size: Size,
-    ) -> Result<Silhouettes> {
+    pub fn stored_of(&self, index: usize, frames: Range<usize>, size: Size) -> Result<Silhouettes> {
         let mut found = Silhouettes {
             pixels: Vec::new(),
             frames: 0,

@@ -44,7 +44,8 @@ impl Contest<'_> {
     pub fn baselines(
         &self,
         entrants: &[Entrant],
-        (pack, seed): (Option<&Pack<'_>>, u64),
+        pack: Option<&Pack<'_>>,
+        seed: u64,
     ) -> Result<Baselines> {
         let is_named = entrants
             .iter()

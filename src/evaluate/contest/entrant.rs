@@ -87,7 +87,8 @@ impl Entrant {
     pub fn stored(
         model: &Model,
         runtime: &Runtime,
-        (stored, settings): (StoredTemplates, Settings),
+        stored: StoredTemplates,
+        settings: Settings,
     ) -> Result<Self> {
         let settings = Self::stored_settings_of(model.contract(), stored, settings)?;
         Ok(Self {

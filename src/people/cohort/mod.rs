@@ -226,8 +226,8 @@ impl Person {
         // Streams of people are below 2^32, and of takes below 2^31.
         rng.set_stream((1 << 63) | (take as u64) << 32 | number as u64);
         let worn = Worn::random(&mut rng, self.sex);
-        let own = (self.sex, self.dimensions.stature, self.mass_kg);
-        let dressed = worn.put_on(&self.body, own);
+        let stature_m = self.dimensions.stature;
+        let dressed = worn.put_on(&self.body, self.sex, stature_m, self.mass_kg);
         let mut shod = self.clone();
         let is_foot = |joint| matches!(joint, Joint::LeftFoot | Joint::RightFoot);
         let hulls = shod.body.hulls.iter_mut().zip(&dressed.hulls);

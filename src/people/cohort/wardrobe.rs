@@ -134,7 +134,7 @@ impl Worn {
     }
 
     /// Returns a synthetic body in these clothes.
-    pub(super) fn put_on(&self, body: &Body, (sex, stature_m, mass_kg): (Sex, f64, f64)) -> Body {
+    pub(super) fn put_on(&self, body: &Body, sex: Sex, stature_m: f64, mass_kg: f64) -> Body {
         let wearer = Wearer {
             skeleton: Skeleton {
                 offsets: body.offsets.map(DVec3::as_vec3),

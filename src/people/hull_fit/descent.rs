@@ -47,7 +47,8 @@ pub(super) fn fit(
     skinned: &Skinned,
     examples: &[PosedMesh],
     budgets: &[usize],
-    (views, seed): (usize, u64),
+    views: usize,
+    seed: u64,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Level>> {
     if skinned.triangles.is_empty() {
@@ -161,7 +162,7 @@ impl HullDescent {
     fn visit(&mut self, hull: usize) -> bool {
         let part = &mut self.parts.hulls[hull];
         let steps = &mut self.steps[hull];
-        let at = (hull, part.joint.index());
+        let joint = part.joint.index();
         if steps.iter().all(|step| *step < LAST_STEP_M) {
             return false;
         }
@@ -179,7 +180,7 @@ impl HullDescent {
                 .map(|views| {
                     let mut gains = [0.0; 7];
                     for view in views {
-                        view.add_gains(at, index, &places, &mut gains);
+                        view.add_gains(hull, joint, index, &places, &mut gains);
                     }
                     gains
                 })
@@ -201,7 +202,7 @@ impl HullDescent {
             *step = (*step * 1.3).min(MOST_STEP_M);
             part.points[index] = places[best];
             for view in &mut self.views {
-                view.set(at, index, places[best]);
+                view.set(hull, joint, index, places[best]);
             }
         }
         self.views.par_iter_mut().for_each(|view| view.end(hull));

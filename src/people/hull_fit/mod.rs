@@ -61,7 +61,8 @@ pub(crate) fn fitted_body(
         &figure.skinned(),
         &examples,
         &budgets,
-        (VIEWS, seed),
+        VIEWS,
+        seed,
         progress,
     )?;
     let frontier = found.iter().map(|level| (level.points, level.jaccard));
@@ -210,7 +211,7 @@ mod tests {
         let boxes = boxes();
         let figure = RiggedMesh::of(&boxes).expect("a figure");
         let examples = figure.examples(40, 1).expect("poses");
-        let fit = || descent::fit(&figure.skinned(), &examples, &[128, 96], (40, 1), &|| {});
+        let fit = || descent::fit(&figure.skinned(), &examples, &[128, 96], 40, 1, &|| {});
         let levels = fit().expect("hulls");
         assert_eq!(
             levels.iter().map(|level| level.points).collect::<Vec<_>>(),

@@ -233,7 +233,8 @@ impl TrainingView {
     /// places, as shares of the mesh's area.
     pub(super) fn add_gains<const N: usize>(
         &mut self,
-        (hull, joint): (usize, usize),
+        hull: usize,
+        joint: usize,
         index: usize,
         places: &[Vec3; N],
         gains: &mut [f64; N],
@@ -292,7 +293,7 @@ impl TrainingView {
     }
 
     /// Moves a point of a hull that is taken out of the image.
-    pub(super) fn set(&mut self, (hull, joint): (usize, usize), index: usize, place: Vec3) {
+    pub(super) fn set(&mut self, hull: usize, joint: usize, index: usize, place: Vec3) {
         self.points[hull][index] = self.project(joint, place);
     }
 

@@ -108,14 +108,12 @@ pub(crate) fn command(
             messages: Mutex::new(sender.clone()),
         }));
     }
-    let functions: Vec<(Py<PyAny>, Option<usize>)> = callables
+    let functions: Vec<RecognizerFunction> = callables
         .into_iter()
         .zip(&held.recognizers)
-        .map(|((function, _), one)| {
-            (
-                function,
-                Some(one.contract().classes.len()).filter(|&count| count > 0),
-            )
+        .map(|((function, _), one)| RecognizerFunction {
+            function,
+            classes: Some(one.contract().classes.len()).filter(|&count| count > 0),
         })
         .collect();
     py.detach(move || {
@@ -138,11 +136,18 @@ pub(crate) fn command(
     })
 }
 
+/// A recognizer in Python.
+struct RecognizerFunction {
+    function: Py<PyAny>,
+    /// The number of its contract's classes, if it has any.
+    classes: Option<usize>,
+}
+
 /// Calls functions until the work is done, and checks for signals. Returns the first exception that
 /// either raised, which ends the work.
 fn served(
     messages: &Receiver<WorkerMessage>,
-    functions: &[(Py<PyAny>, Option<usize>)],
+    functions: &[RecognizerFunction],
     stop: &Stop,
 ) -> Option<PyErr> {
     let ended = || edgegait::Error::Failed("interrupted".into());
@@ -209,7 +214,7 @@ fn contract_of(json: &str) -> PyResult<Contract> {
 /// and scores, if any.
 fn call(
     py: Python<'_>,
-    (function, expected): &(Py<PyAny>, Option<usize>),
+    recognizer: &RecognizerFunction,
     input: Vec<f32>,
     shape: Vec<usize>,
     views: Vec<f32>,
@@ -219,11 +224,13 @@ fn call(
         .map_err(|error| PyValueError::new_err(error.to_string()))?;
     let input = input.into_pyarray(py);
     let answer = if views.is_empty() {
-        function.call1(py, (input,))?
+        recognizer.function.call1(py, (input,))?
     } else {
         let views = ArrayD::from_shape_vec(vec![batch, 2], views)
             .map_err(|error| PyValueError::new_err(error.to_string()))?;
-        function.call1(py, (input, views.into_pyarray(py)))?
+        recognizer
+            .function
+            .call1(py, (input, views.into_pyarray(py)))?
     };
     let (embedding, scores): (Py<PyAny>, Option<Py<PyAny>>) = answer.extract(py)?;
     let (sides, embedding) = numbers(py, &embedding, "embeddings", batch)?;
@@ -250,10 +257,13 @@ fn call(
                 "expected scores [{batch}, classes]"
             )));
         };
-        if expected.is_some_and(|expected| expected != classes) {
+        if recognizer
+            .classes
+            .is_some_and(|expected| expected != classes)
+        {
             return Err(PyValueError::new_err(format!(
                 "expected scores of the {} classes of the contract, found {classes}",
-                expected.unwrap_or_default()
+                recognizer.classes.unwrap_or_default()
             )));
         }
         (outputs.scores, outputs.classes) = (Some(scores), classes);

@@ -1,21 +1,21 @@
 //! Figures of a study: box plots, curves, overlaid silhouettes, and components as pictures.
 
 use crate::error::Result;
-use crate::report::drawing::{Axes, LINES, Tick, percents, to_tenth};
+use crate::report::drawing::{Axes, LINES, LineStyle, Tick, percents, to_tenth};
 use crate::report::{percent, png};
 use crate::study::{BoxPlot, ComparedSubspaces, Overlay, Recognition, SIZE, Similarity};
 use image::{GrayImage, Luma, Rgb, RgbImage};
 use maud::{Markup, html};
 
-/// The colours and dashes of the experiments' lines: those of all charts, and grey.
-const LOOKS: [(&str, &str); 7] = [
+/// The styles of the experiments' lines: those of all charts, and grey.
+const STYLES: [LineStyle; 7] = [
     LINES[0],
     LINES[1],
     LINES[2],
     LINES[3],
     LINES[4],
     LINES[5],
-    ("#707780", "5 2"),
+    LineStyle::new("#707780", "5 2"),
 ];
 
 /// The maximum number of people in overlays.
@@ -92,7 +92,7 @@ pub(super) fn boxes(similarity: &Similarity) -> Option<Chart> {
             @for (person, plot) in &group.people {
                 @if let Some(at) = people.iter().position(|known| known == person) {
                     @let x = axes.place((place(at), 0.0)).0 + 10.0 * number as f64 - 5.0;
-                    (one_box(x, plot, LINES[number].0, &format!("{person}, {name}"), &|index| axes.place((0.0, share(index))).1))
+                    (one_box(x, plot, LINES[number].colour, &format!("{person}, {name}"), &|index| axes.place((0.0, share(index))).1))
                 }
             }
         }
@@ -147,23 +147,23 @@ pub(super) fn accuracies(title: String, found: &[&Recognition]) -> Option<Chart>
         (axes.across(&percents([0, 25, 50, 75, 100])))
         (axes.below(&ticks))
         text.axis x="213" y="272" text-anchor="middle" { "principal components" }
-        @for (one, look) in found.iter().zip(LOOKS) {
+        @for (one, style) in found.iter().zip(STYLES) {
             @let points = one.curve.points.iter().map(|point| (share(point.components), point.accuracy));
-            (axes.curve(one.curve.experiment.name(), points, look))
+            (axes.curve(one.curve.experiment.name(), points, style))
             @if let Some(last) = one.curve.last() {
                 @let place = |rate: f64| axes.place((share(last.components), rate));
                 @if let (Some(low), Some(high)) = (last.low, last.high) {
-                    line.error stroke=(look.0) x1=(to_tenth(place(low).0)) x2=(to_tenth(place(low).0))
+                    line.error stroke=(style.colour) x1=(to_tenth(place(low).0)) x2=(to_tenth(place(low).0))
                         y1=(to_tenth(place(low).1)) y2=(to_tenth(place(high).1)) {}
                 }
-                circle cx=(to_tenth(place(last.accuracy).0)) cy=(to_tenth(place(last.accuracy).1)) r="3" fill=(look.0) {
+                circle cx=(to_tenth(place(last.accuracy).0)) cy=(to_tenth(place(last.accuracy).1)) r="3" fill=(style.colour) {
                     title { (one.curve.experiment.name()) ": " (percent(last.accuracy)) " %" }
                 }
             }
         }
-        @for (number, (one, look)) in found.iter().zip(LOOKS).enumerate() {
+        @for (number, (one, style)) in found.iter().zip(STYLES).enumerate() {
             @let y = 24.0 + 20.0 * number as f64;
-            path.curve d=(format!("M396 {y}L424 {y}")) stroke=(look.0) stroke-dasharray=(look.1) {}
+            path.curve d=(format!("M396 {y}L424 {y}")) stroke=(style.colour) stroke-dasharray=(style.dashes) {}
             text.tick x="430" y=(to_tenth(y + 4.0)) { (one.curve.experiment.name()) }
         }
     };

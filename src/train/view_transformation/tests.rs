@@ -135,7 +135,7 @@ fn the_model_file_brings_people_to_the_probes_viewpoint() {
         let found =
             contract
                 .distance
-                .over_gallery((&probe_embedding, view), &gallery, &|entry| entry, 2);
+                .over_gallery(&probe_embedding, view, &gallery, &|entry| entry, 2);
         let nearest = (0..3).min_by(|&a, &b| found[a].total_cmp(&found[b]));
         assert_eq!(nearest, Some(probe / 4), "{found:?}");
     }
