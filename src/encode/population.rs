@@ -318,9 +318,7 @@ mod tests {
         for (from, most_mm) in [(140.0, 5.0), (60.0, 1.0), (140.0, 0.3)] {
             let found = quickly(&target, &CODE.frames, None, from, most_mm);
             let found = found.expect("a cycle");
-            let (_, errors) = CODE
-                .entry(&target, None, &found, &parsed)
-                .expect("a clip");
+            let (_, errors) = CODE.entry(&target, None, &found, &parsed).expect("a clip");
             let worst = worst(&errors);
             assert!((0.3 * most_mm..1.01 * most_mm).contains(&worst), "{worst}");
         }

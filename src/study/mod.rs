@@ -471,7 +471,11 @@ fn prices(
     }
     let right = |example: &Example| example.with_frames(|frame| shifted(frame, 1, 0));
     let moved: Vec<Example> = synthetic.iter().map(right).collect();
-    add("a shift of one column", Some(own(synthetic, &moved)), &moved)?;
+    add(
+        "a shift of one column",
+        Some(own(synthetic, &moved)),
+        &moved,
+    )?;
     prices.extend(differences::shared(&seen.name, real, synthetic, seed)?);
     Ok(prices)
 }

@@ -3,10 +3,12 @@
 use crate::command::done;
 use edgegait::confounders::Conditions;
 use edgegait::design::Design;
+use edgegait::evaluate::protocol::Protocol;
 use edgegait::score::Contract;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// Returns the README and the pages of the guide.
 fn pages() -> Vec<(PathBuf, String)> {
@@ -20,6 +22,91 @@ fn pages() -> Vec<(PathBuf, String)> {
         (path, text)
     };
     paths.into_iter().map(read).collect()
+}
+
+/// Returns the kind and the text of each code block of a page, in order.
+fn blocks(text: &str) -> Vec<(&str, String)> {
+    let (mut blocks, mut open): (Vec<(&str, String)>, bool) = (Vec::new(), false);
+    for line in text.lines() {
+        if let Some(kind) = line.trim_start().strip_prefix("```") {
+            open = !open;
+            if open {
+                blocks.push((kind, String::new()));
+            }
+        } else if let (true, Some((_, block))) = (open, blocks.last_mut()) {
+            block.push_str(line);
+            block.push('\n');
+        }
+    }
+    blocks
+}
+
+/// What a shell does before the commands of a `console` block: `edgegait` is the tested program.
+/// Where a command would take a minute, it does less.
+const PRELUDE: &str = r#"set -euo pipefail
+edgegait() {
+    case $1 in
+        bench) set -- "$@" --windows 2 --window-s 0.05 --max-seconds 5 ;;
+        confounders) set -- "$@" --subjects F01,M01 --cycles 1 ;;
+        generate) set -- "$@" --people 20 ;;
+    esac
+    "$PROGRAM" "$@" || { echo "failed: edgegait $*" >&2; return 1; }
+}
+"#;
+
+/// Runs the `console` blocks of a page in one folder, after writing the files that it shows: blocks
+/// that begin with a comment with the file's name. Returns the number of blocks that ran.
+fn run_page(path: &Path, text: &str) -> usize {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    fs::copy(models.join("geinet.onnx"), at.join("mine.onnx")).expect("a model");
+    let mut ran = 0;
+    for (kind, block) in blocks(text) {
+        let name = block
+            .lines()
+            .next()
+            .and_then(|line| line.strip_prefix("# "));
+        if let Some(name) = name.filter(|name| kind == "toml" && name.ends_with(".toml")) {
+            fs::write(at.join(name), &block).expect("written");
+        }
+        if kind != "console" {
+            continue;
+        }
+        if block.contains("--runtime ort") && std::env::var_os("EDGEGAIT_ORT_LIB").is_none() {
+            continue;
+        }
+        let output = Command::new("bash")
+            .args(["-c", &format!("{PRELUDE}{block}")])
+            .env("PROGRAM", env!("CARGO_BIN_EXE_edgegait"))
+            .env("EDGEGAIT_CACHE", at.join("cache"))
+            .current_dir(at)
+            .output()
+            .expect("bash");
+        assert!(
+            output.status.success(),
+            "{}: {block}{}",
+            path.display(),
+            String::from_utf8_lossy(&output.stderr)
+        );
+        ran += 1;
+    }
+    ran
+}
+
+#[test]
+#[ignore = "a minute if the program is optimised: .ci/run runs it with --release"]
+fn the_console_blocks_of_the_guide_run() {
+    let pages = pages();
+    let ran: usize = pages.iter().map(|(path, text)| run_page(path, text)).sum();
+    assert!(ran >= 8, "{ran}");
+}
+
+#[test]
+#[should_panic(expected = "failed: edgegait render --no-such-flag")]
+fn a_console_block_with_a_command_that_fails_is_found() {
+    let page = "```console\nedgegait render --no-such-flag\nedgegait --version\n```\n";
+    run_page(Path::new("page"), page);
 }
 
 /// Returns the commands of a page: text between backticks and lines of code blocks that begin with
@@ -62,16 +149,22 @@ fn every_flag_of_every_command_in_the_guide_is_one_that_the_command_has() {
 
 #[test]
 fn the_files_that_the_guide_shows_can_be_read() {
-    let mut read = [0, 0, 0, 0];
+    let mut read = [0; 5];
     for (path, text) in pages() {
         for block in text.split("```toml\n").skip(1) {
             let block = block.split("```").next().expect("the block's end");
-            if block.contains("[views]") {
+            if block.contains("[views]") || block.contains("\nviews = {") {
                 Design::parse(&path, block).expect("a design");
                 read[2] += 1;
             } else if block.contains("[[limit]]") {
                 holds(block);
                 read[3] += 1;
+            } else if block.contains("[[probes]]") {
+                let folder = tempfile::tempdir().expect("a folder");
+                let file = folder.path().join("protocol.toml");
+                fs::write(&file, block).expect("written");
+                Protocol::named(&file.display().to_string()).expect("a protocol");
+                read[4] += 1;
             } else if block.contains("[[conditions]]") {
                 Conditions::parse(&path, block).expect("conditions");
                 read[0] += 1;
@@ -81,7 +174,7 @@ fn the_files_that_the_guide_shows_can_be_read() {
             }
         }
     }
-    assert_eq!(read, [2, 2, 1, 1]);
+    assert_eq!(read, [2, 2, 2, 2, 1]);
 }
 
 /// Checks good results against limits.
@@ -93,14 +186,14 @@ fn holds(limits: &str) {
     let results = serde_json::json!({
         "schema": 1, "command": "score", "version": "0.1.0", "seed": 1, "inputs": [], "settings": {}, "warnings": [],
         "models": [{ "name": "mine", "p50_us": 5.0, "bytes": 1000 }],
-        "recognizers": [{ "name": "mine", "probe_sets": [{ "name": "BG", "rank1": 0.7 }] }],
+        "recognizers": [{ "name": "mine", "rank1": 0.9, "probe_sets": [{ "name": "BG", "rank1": 0.7 }] }],
     });
     write("results.json", &results.to_string());
     let said = done(
         folder.path(),
         &["gate", "limits.toml", "results.json", "results.json"],
     );
-    assert!(said.contains("all 4 limits hold"), "{said}");
+    assert!(!said.contains("missed"), "{said}");
 }
 
 /// Collects the keys of objects at any depth, except for those of settings.

@@ -6,6 +6,7 @@ use edgegait::people::cohort::anthropometry::{DIMENSIONS, Dimensions};
 use edgegait::people::cohort::{Person, body};
 use edgegait_core::pack::Sex;
 use glam::{DQuat, DVec2, DVec3};
+use rayon::prelude::*;
 
 /// The size of a pixel, metres.
 const PIXEL_M: f64 = 0.005;
@@ -89,34 +90,45 @@ fn holes(picture: &Parts) -> Vec<(usize, u8)> {
     holes
 }
 
-/// A hole next to an arm is between arm and trunk. One that does not touch the trunk is between the
-/// legs, and so is a large one, up to the crotch. Others are seams.
-#[test]
-fn the_background_shows_only_between_the_limbs() {
+/// Returns the number of images that were drawn of a walker, and the seams in them.
+fn seams(walker: usize, name: &str, body: &Body, person: &Person) -> (usize, Vec<String>) {
     let (mut images, mut seams) = (0, Vec::new());
-    for (walker, (name, body, person)) in walkers().iter().enumerate() {
-        for (speed_kmh, elevation_deg) in [(5.0, 0.0), (10.0, 0.0), (5.0, 20.0)] {
-            let cycle = person.cycle(speed_kmh);
-            for view in 0..12 {
-                let azimuth_deg = 30.0 * f64::from(view);
-                let frame = (walker * 7 + view as usize * 24 + view as usize / 4 * 8) % 96;
-                let aim = cycle.root[frame];
-                let place = from_afar(azimuth_deg, elevation_deg, aim);
-                let pose = (cycle.root[frame], &cycle.rotations[frame]);
-                let picture = Parts::draw(body, pose, place, SIZE);
-                images += 1;
-                for (pixels, beside) in holes(&picture) {
-                    let area_cm2 = pixels as f64 * PIXEL_M * PIXEL_M * 1e4;
-                    let is_gap = beside & ARMS != 0 || beside & TRUNK == 0 || area_cm2 > GAP_CM2;
-                    if pixels >= LEAST_PIXELS && !is_gap {
-                        seams.push(format!(
-                            "{name}, {speed_kmh} km/h, frame {frame}, azimuth {azimuth_deg}, elevation {elevation_deg}: {area_cm2:.2} cm2"
-                        ));
-                    }
+    for (speed_kmh, elevation_deg) in [(5.0, 0.0), (10.0, 0.0), (5.0, 20.0)] {
+        let cycle = person.cycle(speed_kmh);
+        for view in 0..12 {
+            let azimuth_deg = 30.0 * f64::from(view);
+            let frame = (walker * 7 + view as usize * 24 + view as usize / 4 * 8) % 96;
+            let aim = cycle.root[frame];
+            let place = from_afar(azimuth_deg, elevation_deg, aim);
+            let pose = (cycle.root[frame], &cycle.rotations[frame]);
+            let picture = Parts::draw(body, pose, place, SIZE);
+            images += 1;
+            for (pixels, beside) in holes(&picture) {
+                let area_cm2 = pixels as f64 * PIXEL_M * PIXEL_M * 1e4;
+                let is_gap = beside & ARMS != 0 || beside & TRUNK == 0 || area_cm2 > GAP_CM2;
+                if pixels >= LEAST_PIXELS && !is_gap {
+                    seams.push(format!(
+                        "{name}, {speed_kmh} km/h, frame {frame}, azimuth {azimuth_deg}, elevation {elevation_deg}: {area_cm2:.2} cm2"
+                    ));
                 }
             }
         }
     }
+    (images, seams)
+}
+
+/// A hole next to an arm is between arm and trunk. One that does not touch the trunk is between the
+/// legs, and so is a large one, up to the crotch. Others are seams.
+#[test]
+fn the_background_shows_only_between_the_limbs() {
+    let walkers = walkers();
+    let found: Vec<(usize, Vec<String>)> = walkers
+        .par_iter()
+        .enumerate()
+        .map(|(number, (name, body, person))| seams(number, name, body, person))
+        .collect();
+    let images: usize = found.iter().map(|(images, _)| images).sum();
+    let seams: Vec<&String> = found.iter().flat_map(|(_, seams)| seams).collect();
     assert_eq!(images, 37 * 36);
     assert!(seams.is_empty(), "{} of {images}: {seams:#?}", seams.len());
 }

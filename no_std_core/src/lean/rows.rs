@@ -98,7 +98,8 @@ where
     fn draw(
         &mut self,
         posed: &LeanFigure<'_>,
-        (camera, _): (&Camera, usize),
+        camera: &Camera,
+        _: usize,
         placement: &Placement,
         columns: usize,
     ) {

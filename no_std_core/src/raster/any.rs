@@ -125,10 +125,11 @@ impl<'a> Fill<Figure<'a>> for AnyWindow {
     fn draw(
         &mut self,
         figure: &Figure<'a>,
-        view: (&Camera, usize),
+        camera: &Camera,
+        view: usize,
         placement: &Placement,
         columns: usize,
     ) {
-        each!(mut self, window => Fill::draw(window, figure, view, placement, columns));
+        each!(mut self, window => Fill::draw(window, figure, camera, view, placement, columns));
     }
 }

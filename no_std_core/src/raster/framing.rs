@@ -51,8 +51,8 @@ impl<F, W: Fill<F>> FramedFigure<'_, F, W> {
     }
 
     fn fill(&mut self, placement: &Placement, columns: usize) {
-        let view = (self.camera, self.view);
-        self.window.draw(self.figure, view, placement, columns);
+        self.window
+            .draw(self.figure, self.camera, self.view, placement, columns);
     }
 
     fn cut(&mut self, left: isize) -> u64 {
@@ -64,7 +64,7 @@ impl<F, W: Fill<F>> FramedFigure<'_, F, W> {
     fn by_height(&mut self, extent: &Extent, jitter: Vec2) -> Result<(Placement, f32), DrawError> {
         let (size, limit) = (self.window.size(), self.window.width());
         let columns = |columns| self.window.columns(columns);
-        let (placement, windows, columns) = placement::by_height(extent, size, (limit, columns))?;
+        let (placement, windows, columns) = placement::by_height(extent, size, limit, columns)?;
         let placement = placement.moved(jitter);
         let mut whole = AreaMoments::default();
         for index in 0..windows {

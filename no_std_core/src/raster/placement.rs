@@ -83,7 +83,8 @@ impl Extent {
 pub fn by_height(
     extent: &Extent,
     size: Size,
-    (limit, columns): (usize, impl Fn(f32) -> usize),
+    limit: usize,
+    columns: impl Fn(f32) -> usize,
 ) -> Result<(Placement, usize, usize), DrawError> {
     let scale = as_pixels(size.rows()) / extent.height();
     if !scale.is_finite() {

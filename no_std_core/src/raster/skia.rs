@@ -165,7 +165,7 @@ impl<F: PosedHulls, I: CutImage> Fill<F> for Skia<I> {
         figure.extent(camera)
     }
 
-    fn draw(&mut self, figure: &F, (camera, _): (&Camera, usize), placement: &Placement, _: usize) {
+    fn draw(&mut self, figure: &F, camera: &Camera, _: usize, placement: &Placement, _: usize) {
         self.clear();
         for hull in figure.hulls() {
             let pixels = hull.map(|point| placement.place(camera.project(point)));

@@ -65,7 +65,14 @@ pub trait Fill<F>: Pixels {
     /// Returns the rectangle that a figure takes in the image.
     fn extent(&mut self, figure: &F, camera: &Camera) -> Result<Extent, DrawError>;
 
-    /// Draws a figure from one of the views given to [`Self::look`], only into the leftmost
-    /// `columns` columns. The last call of [`Self::extent`] must be for that view.
-    fn draw(&mut self, figure: &F, view: (&Camera, usize), placement: &Placement, columns: usize);
+    /// Draws a figure from one of the views given to [`Self::look`], with this number and camera,
+    /// only into the leftmost `columns` columns. The last call of [`Self::extent`] must be for that view.
+    fn draw(
+        &mut self,
+        figure: &F,
+        camera: &Camera,
+        view: usize,
+        placement: &Placement,
+        columns: usize,
+    );
 }

@@ -260,7 +260,7 @@ impl Wide for TwoHalves<Avx2> {
             while outline != 0 {
                 let edge = outline.trailing_zeros() as usize;
                 outline &= outline - 1;
-                LineEnds::set(ends, count, (edges, edge), points);
+                LineEnds::set(ends, count, edges, edge, points);
                 count += 1;
             }
         }

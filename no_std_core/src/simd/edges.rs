@@ -43,7 +43,8 @@ impl LineEnds {
     pub fn set(
         all: &mut [Self],
         at: usize,
-        (edges, edge): (&Edges, usize),
+        edges: &Edges,
+        edge: usize,
         points: [&[f32; MAX_HULL_POINTS]; 2],
     ) {
         let (edge, lane) = (edge % 64, at % LANES);
@@ -81,7 +82,7 @@ pub fn ends_one_by_one<L: Wide>(
             len = len.wrapping_add(named[usize::from(left)] ^ named[usize::from(right)]);
         }
         for &edge in outline.iter().take(usize::from(len)) {
-            LineEnds::set(ends, count, (edges, usize::from(edge)), points);
+            LineEnds::set(ends, count, edges, usize::from(edge), points);
             count += 1;
         }
     }

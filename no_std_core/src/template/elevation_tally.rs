@@ -166,8 +166,8 @@ fn means<L: Wide>(l: L, tally: &GeiTally, elevation: usize, pixels: &mut [u8; MA
     // overwrites them.
     for left in (0..width).step_by(SQUARE).rev() {
         let (mut low, mut high) = ([[0; BYTE]; MAX_ROWS / 2], [[0; BYTE]; MAX_ROWS / 2]);
-        planes(l, tally, (elevation, left), 0..used.min(BYTE), &mut low);
-        planes(l, tally, (elevation, left), BYTE..used, &mut high);
+        planes(l, tally, elevation, left, 0..used.min(BYTE), &mut low);
+        planes(l, tally, elevation, left, BYTE..used, &mut high);
         let pairs = low.iter().zip(&high).zip((0..rows).step_by(2));
         for ((low, high), row) in pairs {
             let mut means = l.numbers(&low[..used.min(BYTE)]);
@@ -194,7 +194,8 @@ fn means<L: Wide>(l: L, tally: &GeiTally, elevation: usize, pixels: &mut [u8; MA
 fn planes<L: Wide>(
     l: L,
     tally: &GeiTally,
-    (elevation, left): (usize, usize),
+    elevation: usize,
+    left: usize,
     digits: Range<usize>,
     planes: &mut [[u64; BYTE]; MAX_ROWS / 2],
 ) {

@@ -256,7 +256,7 @@ impl<'a> SeenHull<'a> {
             let toward = hull.place.direction(sight.seen_from);
             let eye = FacetEye::Toward(toward);
             if self.draft(hull, toward) {
-                toggle_drafted(&mut self.points, (hull, self.scale.tolerance), &eye);
+                toggle_drafted(&mut self.points, hull, self.scale.tolerance, &eye);
             } else {
                 toggle_seen(&mut self.points, hull, &eye);
             }
@@ -314,11 +314,7 @@ fn toggle_seen(points: &mut SeenPoints, hull: &PosedHull<'_>, eye: &FacetEye) {
 }
 
 /// Toggles the edges of each visible facet, by the draft wherever it is beyond its tolerance.
-fn toggle_drafted(
-    points: &mut SeenPoints,
-    (hull, tolerance): (&PosedHull<'_>, i32),
-    eye: &FacetEye,
-) {
+fn toggle_drafted(points: &mut SeenPoints, hull: &PosedHull<'_>, tolerance: i32, eye: &FacetEye) {
     let mut facets = hull.facets.iter();
     while let Some(untold) = toggle_told(points, &mut facets, tolerance) {
         if eye.sees(hull, untold) {

@@ -115,13 +115,7 @@ impl<L: Wide> PlaneSpan<L> {
     /// centre strictly below the top to the last that is not below the bottom. A point at height v
     /// has passed floor(`offset` - v) centres.
     #[inline(always)]
-    pub fn paint(
-        &self,
-        l: L,
-        is_few: bool,
-        (offset, rows): (f32, usize),
-        column: &mut ImageColumn,
-    ) {
+    pub fn paint(&self, l: L, is_few: bool, offset: f32, rows: usize, column: &mut ImageColumn) {
         let (offset, rows) = (l.splat(offset), l.splat(as_pixels(rows)));
         let all = l.splat_word(64);
         let from = passed(l, l.sub(offset, self.top), rows);

@@ -269,6 +269,6 @@ fn fill<L: Wide>(
         let directions = [toward, Vec3::Y].map(|direction| place.direction(direction));
         renderer
             .seen
-            .fill(l, (&hull, directions), view, &mut images.columns);
+            .fill(l, &hull, directions, view, &mut images.columns);
     }
 }

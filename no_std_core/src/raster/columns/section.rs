@@ -127,7 +127,8 @@ impl AzimuthPoints {
     pub fn fill<L: Wide>(
         &mut self,
         l: L,
-        (hull, directions): (&FigureHull<'_>, [Vec3; 2]),
+        hull: &FigureHull<'_>,
+        directions: [Vec3; 2],
         view: &ColumnView<'_>,
         columns: &mut [ImageColumn; MAX_COLUMNS],
     ) {
@@ -186,7 +187,8 @@ fn draw<L: Wide>(
             section.paint(
                 l,
                 view.azimuth.is_few,
-                (view.offset, view.rows),
+                view.offset,
+                view.rows,
                 &mut columns[column],
             );
             section = PlaneSpan::empty(l);

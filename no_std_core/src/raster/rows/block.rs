@@ -22,7 +22,7 @@ pub fn fill_hulls<L: Wide, const N: usize>(l: L, window: &mut BitWindow, count: 
         while blocks != 0 {
             let block = blocks.trailing_zeros() / 8;
             blocks &= !(0xff << (8 * block));
-            fill_block::<L::Half, N>(l.half(), (hull, block), sampling.places(), (bits, *words));
+            fill_block::<L::Half, N>(l.half(), hull, block, sampling.places(), bits, *words);
         }
     }
 }
@@ -31,9 +31,11 @@ pub fn fill_hulls<L: Wide, const N: usize>(l: L, window: &mut BitWindow, count: 
 #[inline(always)]
 fn fill_block<L: Lanes<BLOCK>, const N: usize>(
     l: L,
-    (hull, block): (&[Strip], u32),
+    hull: &[Strip],
+    block: u32,
     places: &[f32],
-    (bits, words): (&mut SampleBits, usize),
+    bits: &mut SampleBits,
+    words: usize,
 ) {
     let block = block as usize % BLOCKS;
     #[expect(clippy::cast_precision_loss, reason = "at most 128")]

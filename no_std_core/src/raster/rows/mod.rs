@@ -164,7 +164,8 @@ impl<'a> Fill<Figure<'a>> for BitWindow {
     fn draw(
         &mut self,
         figure: &Figure<'a>,
-        (_, view): (&Camera, usize),
+        _: &Camera,
+        view: usize,
         placement: &Placement,
         columns: usize,
     ) {
@@ -219,9 +220,9 @@ fn fill<L: Wide>(
 /// Fills the hulls of the first `count` strips.
 #[inline(always)]
 fn fill_strips<L: Wide>(l: L, window: &mut BitWindow, count: usize, placement: &Placement) {
-    let drawn = (window.sampling, window.size);
-    for strip in window.strips.iter_mut().zip(&window.ends).take(count) {
-        lay_all(l, strip, placement, drawn);
+    let (sampling, size) = (window.sampling, window.size);
+    for (strip, ends) in window.strips.iter_mut().zip(&window.ends).take(count) {
+        lay_all(l, strip, ends, placement, sampling, size);
     }
     match window.sampling {
         Sampling::Once => fill_hulls::<L, 1>(l, window, count),

@@ -50,16 +50,18 @@ impl Strip {
 #[inline(always)]
 pub fn lay_all<L: Wide>(
     l: L,
-    (strip, ends): (&mut Strip, &LineEnds),
+    strip: &mut Strip,
+    ends: &LineEnds,
     placement: &Placement,
-    drawn: (Sampling, Size),
+    sampling: Sampling,
+    size: Size,
 ) {
     strip.crossing = [0; 2];
     if L::IS_ONE {
-        lay(l, (strip, ends, 0), placement, drawn);
+        lay(l, strip, ends, 0, placement, sampling, size);
     } else {
         for first in (0..strip.len).step_by(BLOCK) {
-            lay(l.half(), (strip, ends, first), placement, drawn);
+            lay(l.half(), strip, ends, first, placement, sampling, size);
         }
     }
 }
@@ -68,9 +70,12 @@ pub fn lay_all<L: Wide>(
 #[inline(always)]
 fn lay<const N: usize, L: Lanes<N>>(
     l: L,
-    (strip, ends, first): (&mut Strip, &LineEnds, usize),
+    strip: &mut Strip,
+    ends: &LineEnds,
+    first: usize,
     placement: &Placement,
-    (sampling, size): (Sampling, Size),
+    sampling: Sampling,
+    size: Size,
 ) {
     let [ax, ay] = placed(l, &ends.from, first, placement);
     let [bx, by] = placed(l, &ends.to, first, placement);

@@ -70,10 +70,11 @@ impl<'a> Fill<Figure<'a>> for SampleImages {
     fn draw(
         &mut self,
         figure: &Figure<'a>,
-        view: (&Camera, usize),
+        camera: &Camera,
+        view: usize,
         placement: &Placement,
         columns: usize,
     ) {
-        self.0.draw(figure, view, placement, columns);
+        self.0.draw(figure, camera, view, placement, columns);
     }
 }
