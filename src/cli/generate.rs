@@ -13,7 +13,7 @@ use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Result};
 use crate::people::cohort::DEFAULT_SEED;
 use crate::people::variation::CYCLES_OF_A_TAKE;
-use crate::sweep::{SweepRequest, Swept, View, sweep_each};
+use crate::sweep::{DrawingRequest, Swept, View, sweep_each};
 use crate::template::Template;
 use edgegait_core::pack::{Pack, Sex};
 use edgegait_core::silhouette::Size;
@@ -274,7 +274,7 @@ fn draw(
     let subjects: Vec<_> = pack.subjects().collect();
     let wanted = &design.images.wanted;
     let jobs = design.jobs(&pack);
-    let request = SweepRequest { settings, wanted };
+    let request = DrawingRequest { settings, wanted };
     let mut last = None;
     let mut at = 0;
     sweep_each(

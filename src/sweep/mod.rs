@@ -162,14 +162,14 @@ pub struct Swept {
 
 /// How a sweep draws figures, and what it makes of them.
 #[derive(Clone, Copy, Debug)]
-pub struct SweepRequest<'w> {
+pub struct DrawingRequest<'w> {
     /// How figures are drawn.
     pub settings: Settings,
     /// The outputs, which must include the settings' template.
     pub wanted: &'w Wanted,
 }
 
-impl SweepRequest<'_> {
+impl DrawingRequest<'_> {
     fn check(&self) -> Result<()> {
         self.settings.check()?;
         self.wanted.check(&self.settings)
@@ -191,7 +191,7 @@ pub fn sweep<'c, R: Send>(
     sink: impl FnMut(Job<'c>, R) -> Result<()>,
 ) -> Result<()> {
     let listed = ListedViews::new(views);
-    let request = SweepRequest {
+    let request = DrawingRequest {
         settings,
         wanted: &Wanted::one(settings.template),
     };
@@ -208,7 +208,7 @@ pub fn sweep_each<'c, R: Send>(
     pack: &Pack<'_>,
     jobs: &[Job<'c>],
     views_of: impl Fn(Job<'c>) -> Result<Vec<View>> + Sync,
-    request: SweepRequest<'_>,
+    request: DrawingRequest<'_>,
     map: impl Fn(Job<'c>, &[View], Swept) -> Result<R> + Sync,
     sink: impl FnMut(Job<'c>, R) -> Result<()>,
 ) -> Result<()> {
@@ -219,7 +219,7 @@ pub fn sweep_each<'c, R: Send>(
 fn sweep_from<'c, 'v, R: Send>(
     pack: &Pack<'_>,
     jobs: &[Job<'c>],
-    request: SweepRequest<'_>,
+    request: DrawingRequest<'_>,
     views_of: impl Fn(Job<'c>) -> Result<ListedViews<'v>> + Sync,
     map: impl Fn(Job<'c>, &[View], Swept) -> Result<R> + Sync,
     mut sink: impl FnMut(Job<'c>, R) -> Result<()>,
@@ -258,7 +258,7 @@ impl Drawer {
     /// # Errors
     /// The errors of [`Settings::check`] and [`Wanted::check`].
     pub fn new(settings: Settings, wanted: &Wanted) -> Result<Self> {
-        SweepRequest { settings, wanted }.check()?;
+        DrawingRequest { settings, wanted }.check()?;
         Ok(Self {
             painter: Painter::new(&settings),
             settings,
@@ -271,7 +271,7 @@ impl Drawer {
     /// # Errors
     /// If the job cannot be drawn.
     pub fn draw(&mut self, pack: &Pack<'_>, job: Job<'_>, views: &[View]) -> Result<Swept> {
-        let request = SweepRequest {
+        let request = DrawingRequest {
             settings: self.settings,
             wanted: &self.wanted,
         };
@@ -284,11 +284,11 @@ impl Drawer {
 fn swept(
     pack: &Pack<'_>,
     job: Job<'_>,
-    request: SweepRequest<'_>,
+    request: DrawingRequest<'_>,
     views: &ListedViews<'_>,
     painter: &mut Painter,
 ) -> Result<Swept> {
-    let SweepRequest { settings, wanted } = request;
+    let DrawingRequest { settings, wanted } = request;
     let (moments, settings) = wanted.moments(pack, job, settings)?;
     let dressed = Dressed::new(pack, job, settings.seed)?;
     if wanted.joints

@@ -6,7 +6,7 @@ use crate::dataset::{DatasetWriter, IndexRow, Item};
 use crate::error::Result;
 use crate::files::hex;
 use crate::people::variation::CYCLES_OF_A_TAKE;
-use crate::sweep::{Job, Settings, SweepRequest, Swept, View, Wanted, is_uncut, sweep_each};
+use crate::sweep::{DrawingRequest, Job, Settings, Swept, View, Wanted, is_uncut, sweep_each};
 use crate::template::augment::{Variant, varied};
 use edgegait_core::pack::Pack;
 use sha2::{Digest as _, Sha256};
@@ -54,8 +54,8 @@ pub(super) struct SweepWork<'w> {
 
 impl<'w> SweepWork<'w> {
     /// Returns how figures are drawn, and what is made of them.
-    fn request(&self) -> SweepRequest<'w> {
-        SweepRequest {
+    fn request(&self) -> DrawingRequest<'w> {
+        DrawingRequest {
             settings: self.settings,
             wanted: self.wanted,
         }

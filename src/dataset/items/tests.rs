@@ -1,7 +1,7 @@
 use super::*;
 use crate::confounders::Doses;
 use crate::confounders::dose;
-use crate::sweep::{Raster, SweepRequest, Views, sweep_each};
+use crate::sweep::{DrawingRequest, Raster, Views, sweep_each};
 use crate::template::Template;
 use edgegait_core::raster::Rasterizer;
 use std::collections::BTreeSet;
@@ -48,7 +48,7 @@ fn swept(design: &Design, people: Range<usize>) -> Vec<Vec<u8>> {
     let bytes =
         encode_population(people, &make, MAX_ERROR_MM, Effort::Quick, &|| ()).expect("people");
     let pack = Pack::parse(&bytes).expect("a pack");
-    let request = SweepRequest {
+    let request = DrawingRequest {
         settings: design.settings,
         wanted: &design.images.wanted,
     };
