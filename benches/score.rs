@@ -6,7 +6,7 @@ mod common;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use edgegait::Template;
-use edgegait::score::{Contract, Model, Recognizer, Runtime, shipped};
+use edgegait::inference::{Contract, Model, Recognizer, Runtime, shipped};
 use edgegait::sweep::{Job, Settings, Views, sweep};
 use edgegait::train::{TrainOptions, fit, onnx};
 use edgegait_core::budget::PIXELS;

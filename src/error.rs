@@ -6,8 +6,8 @@
 mod choice;
 mod encode;
 mod evaluate;
+mod inference;
 mod report;
-mod score;
 mod sweep;
 mod train;
 
@@ -22,8 +22,8 @@ use std::path::{Path, PathBuf};
 pub use choice::ChoiceError;
 pub use encode::EncodeError;
 pub use evaluate::EvaluateError;
+pub use inference::{InferenceError, TemplateOrigin};
 pub use report::ReportError;
-pub use score::{ScoreError, TemplateOrigin};
 pub use sweep::SweepError;
 pub use train::TrainError;
 
@@ -92,7 +92,7 @@ pub enum Error {
     Frame(#[from] FrameError),
     /// A recognizer cannot be run, or its answers cannot be used.
     #[error(transparent)]
-    Score(#[from] ScoreError),
+    Inference(#[from] InferenceError),
     /// Recognizers cannot be compared.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),

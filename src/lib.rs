@@ -93,8 +93,8 @@
 //! Data flows in one direction, and a module uses only the modules upstream of it:
 //!
 //! ```text
-//! import -> people -> encode -> [pack bytes, core] -> sweep -> dataset -> sequences -> score
-//!        -> evaluate -> report
+//! import -> people -> encode -> [pack bytes, core] -> sweep -> dataset -> sequences
+//!        -> inference -> evaluate -> report
 //! ```
 //!
 //! The other modules:
@@ -138,13 +138,13 @@ mod grey_threshold;
 pub mod guide;
 #[cfg(feature = "import")]
 pub mod import;
+pub mod inference;
 mod inspect;
 #[cfg(feature = "train")]
 mod literature;
 mod named_or_file;
 pub mod people;
 mod report;
-pub mod score;
 pub mod segment;
 pub mod sequences;
 #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
@@ -167,11 +167,11 @@ pub use evaluate::protocol::Protocol;
 pub use gait_cycles::CycleFinder;
 #[cfg(feature = "import")]
 pub use import::Motion;
+pub use inference::{Contract, Model, Runtime};
 pub use people::Subject;
 pub use people::cohort::CohortOptions;
 #[cfg(feature = "import")]
 pub use people::recorded::{ReadOptions, Recording};
-pub use score::{Contract, Model, Runtime};
 pub use sequences::{PackSource, Selection};
 pub use sweep::{FramingMode, Jitter, Job, Lens, Raster, Settings, View, Views, jobs, sweep};
 pub use template::Template;

@@ -43,8 +43,9 @@
 //! [`cycle`] finds gait cycles in silhouettes, including those of a camera.
 //!
 //! The example takes 170 kB, which suits a host. A microcontroller draws the same bytes in 10 kB:
-//! its body is a [`lean::LeanBody`], it draws into a [`lean::LeanRows`] (`Renderer::of`), and the
-//! GEI lies in a buffer of the caller ([`template::GeiInPlace`]). Everything else is the same.
+//! its body is a [`compact::CompactBody`], it draws into a [`compact::CompactRows`]
+//! (`Renderer::of`), and the GEI lies in a buffer of the caller ([`template::GeiInPlace`]).
+//! Everything else is the same.
 //!
 //! # Conventions
 //!
@@ -75,12 +76,12 @@ pub mod camera;
 pub mod clip;
 pub mod clothes;
 pub mod codebook;
+pub mod compact;
 pub mod cycle;
 mod entry_table;
 pub mod facets;
 pub mod format;
 mod hull;
-pub mod lean;
 pub mod linear;
 pub mod outline;
 pub mod pack;

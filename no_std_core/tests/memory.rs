@@ -14,7 +14,7 @@ use edgegait_core::budget::{MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::clip::Clip;
 use edgegait_core::codebook::Codebook;
-use edgegait_core::lean::{self, LeanRows};
+use edgegait_core::compact::{self, CompactRows};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
 #[cfg(feature = "skia")]
@@ -272,14 +272,14 @@ fn rings(width_m: f64) -> Vec<u8> {
 
 /// Measures the heap use of drawing bodies hull by hull from everywhere and adding up the
 /// silhouettes.
-fn taken_lean<W>(size: Size, window: impl Fn(Size) -> W) -> Taken
+fn taken_by_compact<W>(size: Size, window: impl Fn(Size) -> W) -> Taken
 where
-    W: for<'a> Window<lean::LeanFigure<'a>, Image = Silhouette>,
+    W: for<'a> Window<compact::CompactFigure<'a>, Image = Silhouette>,
 {
     let mut random = Random(5);
     let mut avatars = vec![rings(0.5), rings(2.0), rings(6.0)];
     avatars.extend((0..9).map(|round| small_pack::avatar(&mut random, 8 + round)));
-    let mut body = lean::LeanBody::<768, 1536>::EMPTY;
+    let mut body = compact::CompactBody::<768, 1536>::EMPTY;
     let mut counts = [0; 4_096];
     let (drawn, used) = taken(|| {
         let mut renderer = Renderer::of(window(size));
@@ -306,7 +306,7 @@ where
 #[test]
 fn drawing_hull_by_hull_with_rows_never_touches_the_heap() {
     for size in Size::ALL {
-        assert_eq!(taken_lean(size, LeanRows::new), NOTHING);
+        assert_eq!(taken_by_compact(size, CompactRows::new), NOTHING);
     }
 }
 
@@ -315,7 +315,7 @@ fn drawing_hull_by_hull_with_rows_never_touches_the_heap() {
 fn drawing_hull_by_hull_with_tiny_skia_takes_the_stated_heap() {
     // 64 columns, a path, and 64 edges of 80 bytes.
     for (size, rows) in [(Size::S50x30, 50), (Size::S64x44, 64), (Size::S64x64, 64)] {
-        let used = taken_lean(size, Skia::new);
+        let used = taken_by_compact(size, Skia::new);
         assert_eq!(used.peak, 64 * rows + 334 + 5_120);
         assert_eq!(<Skia>::heap_bytes(size), used.peak);
         assert_eq!(used.kept, 0);

@@ -8,7 +8,7 @@ mod study;
 
 use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::clothes::Legs;
-use edgegait_core::lean::Room;
+use edgegait_core::compact::Room;
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;

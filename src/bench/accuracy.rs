@@ -146,9 +146,9 @@ fn drawn<'a>(
 mod tests {
     use super::*;
     use crate::encode::encode_subjects;
+    use crate::inference::Contract;
+    use crate::inference::testing::MadeUp;
     use crate::people::cohort::{self, CohortOptions};
-    use crate::score::Contract;
-    use crate::score::testing::MadeUp;
     use crate::sweep::{Settings, View};
     use edgegait_core::pack::Pack;
 

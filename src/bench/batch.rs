@@ -4,7 +4,7 @@ use super::memory;
 use super::time_budget::{batch_within, largest};
 use super::timed_model::{FirstInference, TimedWork};
 use crate::error::Result;
-use crate::score::Recognizer;
+use crate::inference::Recognizer;
 
 /// The largest share of the available memory that a batch may take. Our choice.
 const MEMORY_SHARE: f64 = 0.8;

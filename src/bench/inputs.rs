@@ -1,7 +1,7 @@
 //! The inputs of models, drawn from a pack.
 
 use crate::error::Result;
-use crate::score::Contract;
+use crate::inference::Contract;
 use crate::sweep::{Job, Moments, Settings, Shot, Swept, View, Views, silhouettes, sweep};
 use crate::template::Template;
 use edgegait_core::pack::Pack;
@@ -125,8 +125,8 @@ fn usual_view(contract: &Contract) -> Result<Vec<View>> {
 mod tests {
     use super::*;
     use crate::encode::encode_subjects;
+    use crate::inference::InputLayout;
     use crate::people::cohort::{self, CohortOptions};
-    use crate::score::InputLayout;
     use crate::sweep::jobs;
 
     #[test]

@@ -1,6 +1,6 @@
 //! Measures one model in this process, which should do nothing else.
 //!
-//! A timed call is [`Recognizer::run`](crate::score::Recognizer::run) on an input in memory, with
+//! A timed call is [`Recognizer::run`](crate::inference::Recognizer::run) on an input in memory, with
 //! all its checks, until its outputs are in vectors. Drawing the input is not timed, except in the
 //! end-to-end times.
 
@@ -19,8 +19,8 @@ use super::timed_model::{
 use super::windows::TimingPlan;
 use crate::error::Result;
 use crate::evaluate::contest::Entrant;
-use crate::score::BareOutputs;
-use crate::score::{Contract, Model, Recognizer};
+use crate::inference::BareOutputs;
+use crate::inference::{Contract, Model, Recognizer};
 
 /// The largest spread of the means of windows, relative to the median, without a warning. Our
 /// choice.

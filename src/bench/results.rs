@@ -9,7 +9,7 @@ use super::video_pipeline::PathResult;
 use super::windows::MeasuredWindow;
 use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
-use crate::score::{OperatorTime, RuntimeName};
+use crate::inference::{OperatorTime, RuntimeName};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -46,9 +46,9 @@ pub(crate) struct ModelResult {
     pub input: Vec<usize>,
     /// The size of the file, bytes.
     pub bytes: u64,
-    /// The number of parameters, as counted by [`crate::score::Graph::parameters`].
+    /// The number of parameters, as counted by [`crate::inference::Graph::parameters`].
     pub params: u64,
-    /// The multiply-accumulates of one inference, as counted by [`crate::score::Graph::macs`].
+    /// The multiply-accumulates of one inference, as counted by [`crate::inference::Graph::macs`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub macs: Option<u64>,
     /// The reason why the multiply-accumulates are absent.

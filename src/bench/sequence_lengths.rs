@@ -8,7 +8,7 @@ use super::task::Task;
 use super::time_budget::{Cap, WorkKind};
 use super::timed_model::{FirstInference, LoadedModel, TimedWork, Watched, beside};
 use crate::error::{Error, Result};
-use crate::score::Model;
+use crate::inference::Model;
 use crate::template::Template;
 
 /// Rejects a model whose inputs have a fixed length.

@@ -4,7 +4,7 @@ use super::inputs::DrawnInputs;
 use super::process::MeasuringProgress;
 use super::windows::TimingPlan;
 use crate::error::Result;
-use crate::score::{Model, Runtime};
+use crate::inference::{Model, Runtime};
 use std::path::Path;
 use std::time::Duration;
 

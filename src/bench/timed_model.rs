@@ -8,7 +8,7 @@ use super::time_budget::{Cap, TimeShare};
 use super::timing::{Timing, WorkExtent};
 use super::windows::{MeasuredWindow, TimedCall, TimingPlan, Watch, measure as measure_windows};
 use crate::error::{Error, Result};
-use crate::score::{Model, Recognizer, Runtime};
+use crate::inference::{Model, Recognizer, Runtime};
 use std::path::Path;
 use std::time::Instant;
 

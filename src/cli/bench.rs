@@ -22,7 +22,7 @@ use crate::bench::{
 use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
 use crate::files::{Staging, write_bytes};
-use crate::score::{Model, shipped};
+use crate::inference::{Model, shipped};
 use crate::sequences::PackSource;
 use crate::sweep::jobs;
 use doubts::{cut_short, warn};

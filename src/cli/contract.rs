@@ -5,7 +5,7 @@ use super::outputs::{Output, OutputKind};
 use crate::dataset::ResultHeader;
 use crate::error::Result;
 use crate::files::write_bytes;
-use crate::score::{Contract, Model, list_of};
+use crate::inference::{Contract, Model, list_of};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

@@ -3,7 +3,7 @@
 use super::args::ViewArgs;
 use super::walks::SelectionArgs;
 use crate::error::{Error, Result, TemplateOrigin};
-use crate::score::Contract;
+use crate::inference::Contract;
 use crate::sweep::{Aim, FramingMode, Jitter, Lens, Raster, Sensor, Settings};
 use crate::template::Template;
 use clap::ValueEnum;

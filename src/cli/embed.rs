@@ -8,7 +8,7 @@ pub use super::progress::Stop;
 use super::{Cli, Command, command, progress, run, score, sweep, with_threads};
 use crate::dataset::Items;
 use crate::error::{Error, Result};
-use crate::score::Recognizer;
+use crate::inference::Recognizer;
 use crate::sequences::PackSource;
 use clap::FromArgMatches as _;
 use std::ffi::OsString;

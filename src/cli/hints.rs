@@ -2,7 +2,7 @@
 //! about goes before the message, and flags that help go after it.
 
 use crate::error::{
-    ChoiceError, Error, EvaluateError, Remedy, ScoreError, SweepError, TemplateOrigin,
+    ChoiceError, Error, EvaluateError, InferenceError, Remedy, SweepError, TemplateOrigin,
 };
 use edgegait_core::silhouette::Size;
 use std::fmt;
@@ -74,7 +74,7 @@ fn way_out(error: &Error) -> Option<String> {
                 "give a picture of the empty scene, or a folder of several, with --background"
             }
         },
-        Error::Score(error) => return asked(error),
+        Error::Inference(error) => return asked(error),
         Error::Choice(error) => match error {
             C::CycleNeedsParallelRays => "use --lens ortho, or --framing camera",
             C::ColumnsShareScale { setting, value, .. } => {
@@ -123,14 +123,14 @@ fn way_out(error: &Error) -> Option<String> {
 }
 
 /// Returns the flags that a recognizer needs.
-fn asked(error: &ScoreError) -> Option<String> {
+fn asked(error: &InferenceError) -> Option<String> {
     match error {
-        ScoreError::Contract { setting, asked, .. }
+        InferenceError::Contract { setting, asked, .. }
             if *setting == "size" && Size::ALL.iter().all(|size| size.name() != asked) =>
         {
             Some("only 50x30, 64x44 and 64x64 can be drawn".into())
         }
-        ScoreError::Contract {
+        InferenceError::Contract {
             setting,
             asked,
             origin,
@@ -142,8 +142,8 @@ fn asked(error: &ScoreError) -> Option<String> {
             };
             Some(format!("{what} --{setting} {asked}"))
         }
-        ScoreError::Embedded { .. } => Some(format!("if the model is right, {OTHER_RUNTIME}")),
-        ScoreError::ViewUntrained { .. } => {
+        InferenceError::Embedded { .. } => Some(format!("if the model is right, {OTHER_RUNTIME}")),
+        InferenceError::ViewUntrained { .. } => {
             Some("choose its viewpoints with --azimuth-deg and --elevation-deg".into())
         }
         _ => None,
@@ -203,7 +203,7 @@ mod tests {
     #[test]
     fn what_a_contract_asks_for_is_shown_as_the_flag_that_gives_it() {
         let asked = |setting, asked: &str, origin| {
-            shown(ScoreError::Contract {
+            shown(InferenceError::Contract {
                 model: "m".into(),
                 setting,
                 asked: asked.into(),

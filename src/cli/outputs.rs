@@ -5,8 +5,8 @@
 
 use crate::dataset::{DatasetFormat, Existing, check_replaceable};
 use crate::error::{Error, Result};
+use crate::inference::Contract;
 use crate::report::{SVG_START, is_own_png};
-use crate::score::Contract;
 use edgegait_core::format::{MAGIC, RECOGNIZER_MAGIC};
 use serde_json::Value;
 use std::fs::{self, Metadata};

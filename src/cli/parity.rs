@@ -13,7 +13,7 @@ use crate::dataset::ResultHeader;
 use crate::error::{ChoiceError, Error, EvaluateError, Result};
 use crate::evaluate::contest::{Contest, Entrant, ShownPicture};
 use crate::evaluate::parity::{Limits, ParityResults, ParitySide, SideAnswers, Verdict};
-use crate::score::{Contract, Model, Runtime, shipped};
+use crate::inference::{Contract, Model, Runtime, shipped};
 use crate::sweep::Views;
 use std::path::{Path, PathBuf};
 

@@ -12,7 +12,7 @@ use crate::evaluate::contest::training_views;
 use crate::evaluate::eight_bit::Agreement;
 use crate::evaluate::protocol::Protocol;
 use crate::files::{sha256_of_bytes, write_bytes};
-use crate::score::{AffineScores, Contract, GeiForm, shipped};
+use crate::inference::{AffineScores, Contract, GeiForm, shipped};
 use crate::sequences::{Form, PackWalks, SequenceSource};
 use crate::sweep::{Settings, View};
 use crate::text_table::Column::Left;

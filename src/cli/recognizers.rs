@@ -5,8 +5,8 @@ use crate::cache::Cache;
 use crate::dataset::{InputFile, ResultHeader};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
-use crate::score::RuntimeName;
-use crate::score::{
+use crate::inference::RuntimeName;
+use crate::inference::{
     CachedRecognizer, Contract, Firmware, Model, Outputs, Recognizer, Runtime, baseline, shipped,
 };
 use crate::sequences::is_pack_or_folder;

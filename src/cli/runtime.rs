@@ -1,8 +1,8 @@
 //! Flags that choose the runtime of models.
 
 use crate::error::{Error, Result};
-use crate::score::Provider;
-use crate::score::{Runtime, find_library};
+use crate::inference::Provider;
+use crate::inference::{Runtime, find_library};
 use clap::ValueEnum;
 use std::fmt;
 use std::path::{Path, PathBuf};

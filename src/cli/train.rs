@@ -18,7 +18,7 @@ use crate::dataset::{InputFile, ResultHeader};
 use crate::error::{Error, Result};
 use crate::evaluate::rank1::{ProbeOutcome, closed_set};
 use crate::files::{sha256_of_bytes, write_bytes};
-use crate::score::Contract;
+use crate::inference::Contract;
 use crate::template::augment::Augmentation;
 use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;

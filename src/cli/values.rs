@@ -1,8 +1,8 @@
 //! The values of flags that the library names, with their help texts.
 
 use crate::bench::TableFormat;
+use crate::inference::Provider;
 use crate::people::cohort::Dressing;
-use crate::score::Provider;
 use crate::sweep::{FramingMode, Jitter, Lens};
 use crate::template::Template;
 use clap::ValueEnum;

@@ -2,8 +2,8 @@
 
 use super::parity::{AnswerDifference, Limits};
 use crate::error::Result;
-use crate::score::Recognizer;
-use crate::score::RuntimeName;
+use crate::inference::Recognizer;
+use crate::inference::RuntimeName;
 use serde::Serialize;
 use std::time::Instant;
 
@@ -133,8 +133,8 @@ impl Checkup {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::Contract;
-    use crate::score::testing::MadeUp;
+    use crate::inference::Contract;
+    use crate::inference::testing::MadeUp;
     use std::sync::atomic::{AtomicU32, Ordering};
 
     fn inputs() -> Vec<Vec<f32>> {

@@ -12,7 +12,7 @@
 //! - View: `|x - y|` in the part of the probe's viewpoint, or the mean over the parts where that
 //!   viewpoint is not known.
 
-use crate::score::Distance;
+use crate::inference::Distance;
 use std::collections::HashMap;
 
 impl Distance {

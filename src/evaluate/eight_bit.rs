@@ -2,8 +2,8 @@
 
 use super::rank1::{ProbeOutcome, Tally, closed_set};
 use crate::error::Result;
-use crate::score::Recognizer;
-use crate::score::answers::ask;
+use crate::inference::Recognizer;
+use crate::inference::answers::ask;
 use crate::sequences::{Form, SequenceSource};
 use edgegait_core::linear::LinearRecognizer;
 use serde::{Deserialize, Serialize};

@@ -15,7 +15,7 @@ pub use super::paired_results::{
     Confusion, HitsByView, PairedResult, PairedViewpoint, PersonResult,
 };
 pub use crate::dataset::{InputFile, ResultHeader};
-pub use crate::score::RuntimeName;
+pub use crate::inference::RuntimeName;
 
 /// The results of `edgegait score`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -3,7 +3,7 @@
 use super::reference::{ExactGeis, ReferenceSample};
 use crate::error::Result;
 use crate::evaluate::rank1::{Tally, closed_set};
-use crate::score::{Recognizer, Runtime, shipped};
+use crate::inference::{Recognizer, Runtime, shipped};
 use crate::sweep::{Job, Settings, Swept, sweep};
 use edgegait_core::pack::Pack;
 

@@ -81,7 +81,7 @@ fn correlation(a: ArrayView1<'_, f64>, b: ArrayView1<'_, f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::Training;
+    use crate::inference::Training;
     use crate::template::Template;
     use edgegait_core::silhouette::Size;
     use ndarray::array;

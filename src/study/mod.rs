@@ -217,7 +217,7 @@ pub(crate) fn run(
         let framings = with_box(&choices.framings);
         let synthetic: Vec<Vec<Example>> = framings
             .iter()
-            .map(|framing| twins.seen(view, distance_m, *framing, None))
+            .map(|framing| twins.draw(view, distance_m, *framing, None))
             .collect::<Result<_>>()?;
         for (number, &masks) in choices.masks.iter().enumerate() {
             let seed = choices.seeds.first().copied().unwrap_or(1);
@@ -364,7 +364,7 @@ pub(crate) fn run_synthetic(
     for &azimuth in azimuths_deg {
         let (name, view) = (format!("{azimuth:03}"), View::new(azimuth, 0.0)?);
         for (number, &framing) in choices.framings.iter().enumerate() {
-            let synthetic = twins.seen(view, distance_m, framing, None)?;
+            let synthetic = twins.draw(view, distance_m, framing, None)?;
             for &augmentation in &choices.augmentations {
                 let both = RealAndSynthetic {
                     real: &[],
@@ -461,12 +461,12 @@ fn prices(
     };
     add("as they are", None, synthetic)?;
     for (name, twins) in others {
-        add(name, None, &twins.seen(view, distance_m, framing, None)?)?;
+        add(name, None, &twins.draw(view, distance_m, framing, None)?)?;
     }
     for (name, written) in CHANGES {
         let dose = dose(written).map_err(Error::Usage)?;
         let condition = Condition::of(Doses::new([dose]));
-        let changed = twins.seen(view, distance_m, framing, Some(&condition))?;
+        let changed = twins.draw(view, distance_m, framing, Some(&condition))?;
         add(name, Some(own(synthetic, &changed)), &changed)?;
     }
     let right = |example: &Example| example.with_frames(|frame| shifted(frame, 1, 0));

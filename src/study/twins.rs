@@ -249,7 +249,7 @@ impl Twins {
     ///
     /// # Errors
     /// If a figure cannot be drawn.
-    pub(crate) fn seen(
+    pub(crate) fn draw(
         &self,
         view: View,
         distance_m: f64,

@@ -388,9 +388,9 @@ pub fn silhouettes(
                 all[at].extend(known);
                 continue;
             }
-            let sight = posed.framed_view(view)?;
+            let framed_view = posed.framed_view(view)?;
             for frame in 0..posed.len() {
-                all[at].push(painter.frame(&posed, frame, sight)?);
+                all[at].push(painter.frame(&posed, frame, framed_view)?);
             }
         }
     }

@@ -11,7 +11,7 @@
 use super::lda::Classes;
 use super::{Classifier, LinearModel, Samples};
 use crate::error::{Result, TrainError};
-use crate::score::Affine;
+use crate::inference::Affine;
 use ndarray::{Array1, Array2};
 
 /// The name of the method in contracts.
@@ -125,7 +125,7 @@ pub(crate) fn fit(samples: &Samples) -> Result<LinearModel> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::Training;
+    use crate::inference::Training;
     use crate::template::Template;
     use edgegait_core::silhouette::Size;
 

@@ -4,7 +4,7 @@
 
 use super::{CycleShare, Samples};
 use crate::error::{ChoiceError, Error, Result};
-use crate::score::Training;
+use crate::inference::Training;
 use crate::sweep::FramingMode;
 use crate::template::Template;
 use edgegait_core::silhouette::Size;

@@ -28,7 +28,7 @@ use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2, s};
 
 use crate::error::{Result, TrainError};
-use crate::score::Affine;
+use crate::inference::Affine;
 use crate::template::Template;
 use crate::template::augment::Crops;
 use lda::{Classes, Lda};

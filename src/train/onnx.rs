@@ -5,7 +5,7 @@
 
 use super::onnx_file::OnnxFile;
 use super::{Classifier, LinearModel};
-use crate::score::{EMBEDDING, SCORES};
+use crate::inference::{EMBEDDING, SCORES};
 use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
 use ndarray::Array2;

@@ -13,7 +13,7 @@ use super::{
     Analysed, Classifier, Components, LinearModel, Real, TrainMethod, TrainOptions, linear_algebra,
 };
 use crate::error::Result;
-use crate::score::Affine;
+use crate::inference::Affine;
 use crate::template::TemplateShape;
 use crate::template::augment::{Augmentation, Crops, Variant, crop_weights, varied};
 use ndarray::{Array1, Array2, ArrayView2, s};

@@ -3,7 +3,7 @@
 use super::CycleShare;
 use crate::dataset::{Dataset, IndexRow};
 use crate::error::{ChoiceError, Result};
-use crate::score::{Contract, EMBEDDING, InputLayout, OutputNames, SCORES, Training};
+use crate::inference::{Contract, EMBEDDING, InputLayout, OutputNames, SCORES, Training};
 use crate::sequences::{Form, SequenceOrigin, SequenceSource};
 use crate::sweep::{FramingMode, Job, Lens, Settings, Views, jobs, sweep};
 use crate::template::Template;

@@ -6,7 +6,7 @@
 //! Anal. 26:131) of all features are found once. Each classifier draws some of them at random, and
 //! learns two-dimensional discriminants (Li & Yuan 2005, Pattern Recognit. Lett. 26:527) along the
 //! other axis. The person with the most votes is the answer
-//! ([`crate::score::Distance::Votes`]).
+//! ([`crate::inference::Distance::Votes`]).
 
 use super::gabor::Gabor;
 use super::lda::{Classes, Scatter, discriminants};
@@ -15,7 +15,7 @@ use super::onnx::add_input;
 use super::onnx_file::{NodeAttribute, OnnxFile};
 use super::{RIDGE, Samples};
 use crate::error::{Result, TrainError};
-use crate::score::{Contract, Distance, EMBEDDING};
+use crate::inference::{Contract, Distance, EMBEDDING};
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use ndarray::{Array2, Array3, ArrayView2, ArrayView3, Axis, s};

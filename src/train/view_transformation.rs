@@ -10,7 +10,7 @@
 //! component of a probe outside the span of that viewpoint's people is equally far from all of the
 //! gallery. The rest has the distance `|R_i (v - w)|` with `R_i^T R_i = P_i^T P_i`, for `v` of the
 //! probe and `w` of the gallery. So an embedding has a part `R_i v` for each viewpoint `i`, and the
-//! part of the probe's viewpoint is compared ([`crate::score::Distance::View`]). The outside
+//! part of the probe's viewpoint is compared ([`crate::inference::Distance::View`]). The outside
 //! component is left out of the distance. This changes no rank, but makes distances of different
 //! probes less comparable. For a probe and a gallery from the same viewpoint, the publication
 //! compares the templates themselves; here only their components within that span are compared.
@@ -26,7 +26,7 @@ use super::onnx_file::{NodeAttribute, OnnxFile};
 use super::pca::Pca;
 use super::{Components, Samples};
 use crate::error::{Result, TrainError};
-use crate::score::{Affine, Contract, Distance, EMBEDDING, SAME_VIEW_DEG};
+use crate::inference::{Affine, Contract, Distance, EMBEDDING, SAME_VIEW_DEG};
 use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, Array3, Axis, s};

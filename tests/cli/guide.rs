@@ -4,7 +4,7 @@ use crate::command::done;
 use edgegait::confounders::Conditions;
 use edgegait::design::Design;
 use edgegait::evaluate::protocol::Protocol;
-use edgegait::score::Contract;
+use edgegait::inference::Contract;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -5,7 +5,7 @@
 mod study;
 
 use crate::command::done;
-use edgegait::score::{Model, Runtime};
+use edgegait::inference::{Model, Runtime};
 use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::pack::Pack;

@@ -6,7 +6,7 @@ use crate::data::given;
 use crate::people::{Row, rows};
 use crate::skinned::{CHOICES, Seen, spans};
 use edgegait::dataset::TreeLayout;
-use edgegait::score::{Model, Runtime};
+use edgegait::inference::{Model, Runtime};
 use edgegait::sweep::FramingMode;
 use edgegait::{Dataset, Tree};
 use edgegait_core::silhouette::Size;

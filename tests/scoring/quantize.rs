@@ -3,7 +3,7 @@
 use crate::command::{done, edgegait, names, refused, text};
 use crate::npy::npy;
 use crate::two::folder;
-use edgegait::score::{Model, Runtime};
+use edgegait::inference::{Model, Runtime};
 use edgegait_core::linear::LinearRecognizer;
 use serde_json::Value;
 use std::fs;

@@ -226,7 +226,7 @@ fn without_real_silhouettes_the_synthetic_part_runs_and_says_what_is_lacking() {
     let folder = tempfile::tempdir().expect("a folder");
     let said = done(
         folder.path(),
-        &["study", "--splits", "1", "--json", "s.json"],
+        &["study", "--splits", "1", "--json", "s.json", "--out", "s"],
     );
     assert!(said.contains("warning: no real silhouettes"), "{said}");
     let study = json(&folder.path().join("s.json"));
@@ -237,6 +237,9 @@ fn without_real_silhouettes_the_synthetic_part_runs_and_says_what_is_lacking() {
     assert!(all.iter().all(|one| one["experiment"] == "S-S") && all.len() == 6);
     assert_eq!(study["people"].as_array().map(Vec::len), Some(26));
     assert!(study["similarity"].as_array().is_some_and(Vec::is_empty));
+    let page = fs::read_to_string(folder.path().join("s/index.html")).expect("a page");
+    assert!(page.contains("nine principal components of S;"));
+    assert!(!page.contains("of R (above)"));
 }
 
 #[test]

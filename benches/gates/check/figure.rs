@@ -5,7 +5,7 @@ use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
 use edgegait::error::{Error, Result};
 use edgegait::people::cohort::{CohortOptions, subjects};
 use edgegait_core::budget::SKIA_HEAP_BYTES;
-use edgegait_core::lean::Budget;
+use edgegait_core::compact::Budget;
 use serde::Deserialize;
 
 /// A size in bytes, computed from the library in each run.

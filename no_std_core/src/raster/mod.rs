@@ -9,7 +9,7 @@
 //! | [`AnyWindow`] | [`crate::body::Figure`] | any [`Rasterizer`], chosen at run time | 43 kB |
 //! | [`SampleImages`] | [`crate::body::Figure`] | `rows-3x3`, the samples kept apart | 43 kB |
 //! | `Skia` | both | tiny-skia | 100 B, and a heap |
-//! | [`crate::lean::LeanRows`] | [`crate::lean::LeanFigure`] | `rows`, `rows-3x3` | 1.5 kB, 10.8 kB |
+//! | [`crate::compact::CompactRows`] | [`crate::compact::CompactFigure`] | `rows`, `rows-3x3` | 1.5 kB, 10.8 kB |
 
 mod any;
 pub mod columns;
@@ -139,7 +139,7 @@ pub struct RenderView {
 }
 
 /// A window into which figures of the type `F` are drawn: [`AnyWindow`], [`SampleImages`], `Skia`
-/// or [`crate::lean::LeanRows`].
+/// or [`crate::compact::CompactRows`].
 pub trait Window<F>: Fill<F> {}
 
 impl<F, W: Fill<F>> Window<F> for W {}

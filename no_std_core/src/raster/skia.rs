@@ -18,7 +18,7 @@ use glam::Vec2;
 use tiny_skia::{FillRule, Mask, PathBuilder, Transform};
 
 /// tiny-skia's window, of 64 columns: without anti-aliasing, or with it if the image is a
-/// [`Coverage`]; see [`Rasterizer`]. Figures may be unpacked or lean.
+/// [`Coverage`]; see [`Rasterizer`]. Figures may be unpacked or compact.
 #[derive(Debug)]
 pub struct Skia<I = Silhouette> {
     mask: Mask,

@@ -7,7 +7,7 @@ use crate::camera::Camera;
 use crate::silhouette::Size;
 use glam::Vec3;
 
-/// A body in a pose: [`crate::body::Figure`] or [`crate::lean::LeanFigure`].
+/// A body in a pose: [`crate::body::Figure`] or [`crate::compact::CompactFigure`].
 pub trait PosedHulls {
     /// Returns the points of each hull, metres.
     fn hulls(&self) -> impl Iterator<Item = impl Iterator<Item = Vec3>>;
@@ -66,7 +66,8 @@ pub trait Fill<F>: Pixels {
     fn extent(&mut self, figure: &F, camera: &Camera) -> Result<Extent, DrawError>;
 
     /// Draws a figure from one of the views given to [`Self::look`], with this number and camera,
-    /// only into the leftmost `columns` columns. The last call of [`Self::extent`] must be for that view.
+    /// only into the leftmost `columns` columns. The last call of [`Self::extent`] must be for that
+    /// view.
     fn draw(
         &mut self,
         figure: &F,

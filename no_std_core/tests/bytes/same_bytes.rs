@@ -38,7 +38,7 @@ fn drawn_hull_by_hull_a_silhouette_has_the_hash_that_it_has_drawn_at_once() {
     let mut compared = 0;
     for line in HASHES.lines() {
         if let Some((name, found)) = line.split_once(' ')
-            && let Some(whole) = name.strip_prefix("lean-")
+            && let Some(whole) = name.strip_prefix("compact-")
         {
             assert_eq!(found, hash(&format!("{whole} ")), "{name}");
             compared += 1;

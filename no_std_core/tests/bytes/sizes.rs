@@ -6,8 +6,8 @@ use edgegait_core::avatar::{Avatar, Hull};
 use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::Camera;
 use edgegait_core::clip::{Clip, Expanded};
+use edgegait_core::compact::{self, CompactRows, Room};
 use edgegait_core::cycle::{CycleDetector, LowerBody};
-use edgegait_core::lean::{self, LeanRows, Room};
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::outline::Outline;
 use edgegait_core::pack::Pack;
@@ -51,9 +51,9 @@ fn types_take_what_the_readme_says() {
     assert_size::<Pose>("Pose");
     assert_size::<ModelPose>("ModelPose");
     assert_size::<Camera>("Camera");
-    assert_size::<lean::LeanBody<488, 896>>("lean::LeanBody<488, 896>");
-    assert_size::<lean::LeanFigure<'_>>("lean::LeanFigure");
-    assert_size::<Renderer<LeanRows>>("Renderer<LeanRows>");
+    assert_size::<compact::CompactBody<488, 896>>("compact::CompactBody<488, 896>");
+    assert_size::<compact::CompactFigure<'_>>("compact::CompactFigure");
+    assert_size::<Renderer<CompactRows>>("Renderer<CompactRows>");
     #[cfg(feature = "skia")]
     assert_size::<Renderer<Skia>>("Renderer<Skia>");
     assert_size::<GeiInPlace<'_>>("GeiInPlace");
@@ -90,7 +90,7 @@ fn a_body_takes_the_bytes_of_its_room() {
             points: POINTS,
             facets: FACETS,
         };
-        let bytes = size_of::<lean::LeanBody<POINTS, FACETS>>();
+        let bytes = size_of::<compact::CompactBody<POINTS, FACETS>>();
         assert_eq!(room.bytes(), bytes, "{POINTS} points, {FACETS} facets");
     }
     assert_bytes::<0, 0>();
@@ -111,14 +111,14 @@ fn the_heap_of_tiny_skia_is_bounded() {
     use edgegait_core::budget::{SKIA_HEAP_BYTES, SKIA_RESIDENT_BYTES, SKIA_TRANSIENT_BYTES};
     use edgegait_core::silhouette::Size;
 
-    let lean = <Skia>::heap_bytes;
+    let compact = <Skia>::heap_bytes;
     for (name, bytes, most) in [
         ("resident", SKIA_RESIDENT_BYTES, 4_430),
         ("transient", SKIA_TRANSIENT_BYTES, 5_315),
         ("heap", SKIA_HEAP_BYTES, 9_745),
         // Of the heap, anti-aliasing takes 195 bytes, and 14 rows of 64 columns take 896.
-        ("lean, 64 rows", lean(Size::S64x44), 9_550),
-        ("lean, 50 rows", lean(Size::S50x30), 8_654),
+        ("compact, 64 rows", compact(Size::S64x44), 9_550),
+        ("compact, 50 rows", compact(Size::S50x30), 8_654),
     ] {
         println!("{name:<24}{bytes:>7}");
         assert_eq!(bytes, most, "{name}");

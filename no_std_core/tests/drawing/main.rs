@@ -1,11 +1,11 @@
 //! Tests of drawing against independent plain code.
 
 mod columns;
+mod compact;
 mod draped;
 mod framing;
 mod grey;
 mod hard;
-mod lean;
 mod oracle;
 #[path = "../plain/mod.rs"]
 mod plain;

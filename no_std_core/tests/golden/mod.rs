@@ -9,7 +9,7 @@ use edgegait_core::avatar::Avatar;
 use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::clip::{Clip, Loop};
-use edgegait_core::lean;
+use edgegait_core::compact;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
 #[cfg(feature = "skia")]
@@ -86,15 +86,15 @@ pub fn list(line: Line<'_>) {
             silhouettes((subject, &avatar), (&body, &cycle), rasterizer, line);
             templates((subject, &avatar), (&body, &cycle), rasterizer, line);
         }
-        lean_silhouettes(
-            lean::LeanRows::new,
-            ("lean-rows", subject),
+        compact_silhouettes(
+            compact::CompactRows::new,
+            ("compact-rows", subject),
             &avatar,
             &cycle,
             line,
         );
         #[cfg(feature = "skia")]
-        lean_silhouettes(Skia::new, ("lean-skia", subject), &avatar, &cycle, line);
+        compact_silhouettes(Skia::new, ("compact-skia", subject), &avatar, &cycle, line);
     }
 }
 
@@ -210,17 +210,17 @@ fn add_frame(hash: &mut Fnv, frame: &AnySilhouette) {
 }
 
 /// Adds the same silhouettes drawn hull by hull.
-fn lean_silhouettes<W>(
+fn compact_silhouettes<W>(
     window: impl Fn(Size) -> W,
     (name, subject): (&str, usize),
     avatar: &Avatar<'_>,
     cycle: &Loop<'_>,
     line: Line<'_>,
 ) where
-    W: for<'a> Window<lean::LeanFigure<'a>, Image = Silhouette>,
+    W: for<'a> Window<compact::CompactFigure<'a>, Image = Silhouette>,
 {
     let skeleton = avatar.skeleton();
-    let mut body = lean::LeanBody::<512, 1024>::EMPTY;
+    let mut body = compact::CompactBody::<512, 1024>::EMPTY;
     body.load(avatar).expect("room");
     for size in Size::ALL {
         let mut renderer = Renderer::of(window(size));

@@ -4,7 +4,7 @@
 use crate::dataset::InputFile;
 use crate::error::{Error, Result, TemplateOrigin};
 use crate::gait_cycles::{CycleFinder, LowerBody, NoCycle};
-use crate::score::Model;
+use crate::inference::Model;
 use crate::segment::{Segmenter, Video};
 use crate::sweep::FramingMode;
 use edgegait_core::budget::CYCLE_STEPS_PER_MINUTE;

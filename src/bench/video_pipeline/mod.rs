@@ -39,7 +39,7 @@ use super::memory;
 use super::time_budget::Cap;
 use super::timed_model::Watched;
 use crate::error::{Error, Result};
-use crate::score::{Model, Runtime};
+use crate::inference::{Model, Runtime};
 use crate::segment::{SegmentSettings, Segmenter, Video};
 use laps::Laps;
 use results::{PathAnswers, PathEnergy, PathRates};

@@ -6,7 +6,7 @@ use super::run::{MeasuredPath, PathWindow};
 use crate::bench::conditions::MachineConditions;
 use crate::bench::statistics::Times;
 use crate::error::{Error, Result};
-use crate::score::RuntimeName;
+use crate::inference::RuntimeName;
 use serde::{Deserialize, Serialize};
 
 /// The costs of the pipeline with one model. Times are in microseconds unless their name states

@@ -2,8 +2,8 @@
 //! its input.
 
 use crate::gait_cycles::LowerBody;
-use crate::score::testing::MadeUp;
-use crate::score::{Contract, InputLayout};
+use crate::inference::testing::MadeUp;
+use crate::inference::{Contract, InputLayout};
 use crate::segment::{SegmentSettings, Segmenter};
 use crate::template::Template;
 use image::{Rgb, RgbImage};

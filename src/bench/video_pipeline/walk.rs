@@ -4,7 +4,7 @@ use super::laps::{Laps, PathStage};
 use crate::dataset::framed;
 use crate::error::{Error, Result};
 use crate::gait_cycles::{CycleDetector, DetectedCycle, LowerBody, whole_frames};
-use crate::score::{Outputs, Recognizer};
+use crate::inference::{Outputs, Recognizer};
 use crate::segment::Segmenter;
 use crate::sequences::{Form, in_form};
 use crate::sweep::Settings;

@@ -7,8 +7,8 @@
 use super::{Contest, Entrant, training_views};
 use crate::error::Result;
 use crate::evaluate::protocol::{Decision, GalleryViews};
-use crate::score::baseline::{Baseline, PIXELS, RANDOM};
-use crate::score::{Contract, Recognizer};
+use crate::inference::baseline::{Baseline, PIXELS, RANDOM};
+use crate::inference::{Contract, Recognizer};
 use crate::sweep::{FRAMES_PER_CYCLE, Job, View, sweep};
 use crate::template::Template;
 use edgegait_core::pack::Pack;

@@ -2,8 +2,8 @@
 
 use crate::dataset::Dataset;
 use crate::error::{Result, TemplateOrigin};
-use crate::score::baseline::Baseline;
-use crate::score::{Contract, Model, Recognizer, Runtime};
+use crate::inference::baseline::Baseline;
+use crate::inference::{Contract, Model, Recognizer, Runtime};
 use crate::sequences::Form;
 use crate::sweep::{FramingMode, Settings};
 use crate::template::Template;

@@ -3,7 +3,7 @@
 //! A recognizer recognizes its training data, and a seeded variation of a recording is that
 //! recording with noise. Rank-1 on either says little about another walk of the same people.
 
-use crate::score::Contract;
+use crate::inference::Contract;
 use crate::sequences::Sequences;
 
 /// Counts of probes that were seen in training.
@@ -86,7 +86,7 @@ impl SeenInTraining {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::Training;
+    use crate::inference::Training;
     use crate::sequences::{Sequence, SequenceOrigin, SequenceTake, ViewLabel};
 
     /// Returns one sequence for each (person, walk, stored cycle, variation, seed).

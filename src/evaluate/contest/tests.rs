@@ -1,8 +1,8 @@
 use super::*;
 use crate::dataset::TreeLayout;
 use crate::evaluate::testing::{Gei, write_geis};
-use crate::score::RuntimeName;
-use crate::score::{InputRange, Outputs, Recognizer};
+use crate::inference::RuntimeName;
+use crate::inference::{InputRange, Outputs, Recognizer};
 use crate::sweep::Settings;
 
 /// A recognizer that answers with the first two pixels of a GEI, as embedding and as class scores,

@@ -4,7 +4,7 @@
 //! differences between embeddings, not by their common part. So differences are relative to the
 //! spread of the reference: the root mean square distance of its vectors from their mean.
 
-use crate::score::Distance;
+use crate::inference::Distance;
 use serde::Serialize;
 
 /// The minimum spread, as a share of the size. A smaller one could be due to rounding in f32. Our

@@ -19,7 +19,7 @@ pub(crate) use verdict::{Limits, Verdict};
 use super::contest::{Contest, ContestAnswers, Entrant, ShownPicture};
 use crate::dataset::ResultHeader;
 use crate::error::{EvaluateError, Result};
-use crate::score::answers::Answers;
+use crate::inference::answers::Answers;
 use places::ComparedAnswers;
 use ranks::SideRanks;
 use serde::Serialize;

@@ -1,7 +1,7 @@
 //! Differences between two sides by input, person and viewpoint.
 
 use super::difference::{AnswerDifference, VectorPair};
-use crate::score::answers::Answers;
+use crate::inference::answers::Answers;
 use crate::sequences::{Sequences, ViewLabel};
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -3,7 +3,7 @@
 use crate::error::{Error, EvaluateError, Result};
 use crate::evaluate::contest::{Contest, Entrant};
 use crate::evaluate::results::ProbeAnswer;
-use crate::score::answers::Answers;
+use crate::inference::answers::Answers;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

@@ -1,7 +1,7 @@
 //! A model on a runtime, and details of how it ran.
 
-use crate::score::{Arithmetic, Model, ProfiledOperations};
-use crate::score::{Provider, RuntimeName};
+use crate::inference::{Arithmetic, Model, ProfiledOperations};
+use crate::inference::{Provider, RuntimeName};
 use serde::Serialize;
 
 /// A model on a runtime, and details of how it ran.
@@ -129,7 +129,7 @@ mod tests {
     use super::*;
 
     fn side(provider: &str, quantized: bool) -> ParitySide {
-        let model = crate::score::testing::small_model();
+        let model = crate::inference::testing::small_model();
         let runtime = RuntimeName {
             name: "onnxruntime".into(),
             version: "1.31.1".into(),

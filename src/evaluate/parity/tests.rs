@@ -4,9 +4,9 @@ use super::*;
 use crate::dataset::TreeLayout;
 use crate::evaluate::protocol::Protocol;
 use crate::evaluate::testing::{Gei, write_geis};
-use crate::score::RuntimeName;
-use crate::score::testing::small_model;
-use crate::score::{Contract, InputRange, Outputs, Recognizer};
+use crate::inference::RuntimeName;
+use crate::inference::testing::small_model;
+use crate::inference::{Contract, InputRange, Outputs, Recognizer};
 use crate::sequences::{SequenceSource, ViewLabel};
 use crate::sweep::Settings;
 

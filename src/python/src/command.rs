@@ -4,7 +4,7 @@ use crate::attend::{self, LOOK};
 use crate::errors::exception;
 use crate::pack::PyPack;
 use edgegait::cli::embed::{self, EmbeddedInputs, Stop};
-use edgegait::score::{Contract, Outputs, Recognizer, RuntimeName};
+use edgegait::inference::{Contract, Outputs, Recognizer, RuntimeName};
 use ndarray::ArrayD;
 use numpy::{IntoPyArray as _, PyArrayDyn, PyArrayMethods as _, PyUntypedArrayMethods as _};
 use pyo3::exceptions::PyValueError;

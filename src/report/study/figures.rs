@@ -216,18 +216,20 @@ pub(super) fn overlays(similarity: &Similarity) -> Result<Option<Vec<u8>>> {
     Ok(Some(png(&image)?))
 }
 
-/// Returns a PNG file of the mean and the nine components of R, and of S below; grey is 0.
+/// Returns a PNG file of the mean and the nine components of R, if there are real silhouettes, and
+/// of S below; grey is 0.
 ///
 /// # Errors
 /// If it cannot be encoded.
-pub(super) fn components(subspaces: &ComparedSubspaces) -> Result<Vec<u8>> {
-    let sides = [&subspaces.real, &subspaces.synthetic];
-    let columns = sides.map(|side| side.components.nrows() + 1);
-    let columns = columns[0].max(columns[1]) as u32;
+pub(super) fn components(subspaces: &ComparedSubspaces, has_real: bool) -> Result<Vec<u8>> {
+    let real = has_real.then_some(&subspaces.real);
+    let sides: Vec<_> = real.into_iter().chain([&subspaces.synthetic]).collect();
+    let columns = sides.iter().map(|side| side.components.nrows() + 1).max();
+    let columns = columns.unwrap_or(1) as u32;
     let cell = (SIZE.columns() as u32 + 1, SIZE.rows() as u32 + 1);
     let mut image = GrayImage::from_pixel(
         SCALE * (cell.0 * columns + 1),
-        SCALE * (cell.1 * 2 + 1),
+        SCALE * (cell.1 * sides.len() as u32 + 1),
         Luma([GROUND]),
     );
     for (row, side) in (0..).zip(sides) {

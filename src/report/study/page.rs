@@ -53,15 +53,17 @@ impl Figures {
                 figures.overlays.push(figure);
             }
         }
+        let has_real = has_real(findings);
         for one in &findings.subspaces {
+            let whose = if has_real { "R (above) and S (below)" } else { "S" };
             let caption = format!(
-                "View {}: the mean and the first nine principal components of R (above) and S (below); grey is 0",
+                "View {}: the mean and the first nine principal components of {whose}; grey is 0",
                 one.view
             );
             let figure = StudyFigure::of_png(
                 format!("components-{}", one.view),
                 caption,
-                components(one)?,
+                components(one, has_real)?,
             );
             figures.components.push(figure);
         }
@@ -164,10 +166,10 @@ pub(super) fn picture(caption: &str, png: &[u8]) -> Markup {
 
 /// Returns the page as HTML.
 pub(super) fn page(header: &ResultHeader, findings: &Findings, figures: &Figures) -> String {
-    let title = if findings.similarity.is_empty() {
-        "Synthetic silhouettes"
-    } else {
+    let title = if has_real(findings) {
         "Real and synthetic silhouettes"
+    } else {
+        "Synthetic silhouettes"
     };
     let real: usize = findings
         .counts
@@ -182,10 +184,16 @@ pub(super) fn page(header: &ResultHeader, findings: &Findings, figures: &Figures
                     p.facts { "edgegait " (header.version) " " (header.command) " · seed " (header.seed)
                         " · " (findings.people.len()) " people · " (real) " real and "
                         (synthetic.unwrap_or(0)) " synthetic gait cycles from each viewpoint" }
-                    p { "The experiments of Charalambous & Bharath (BMVC 2016) on real silhouettes (R) and on "
-                        "silhouettes of synthetic twins of the same people (S). A twin has a body with the "
-                        "person's measurements and moves by the motion capture of each walk. All silhouettes have "
-                        (SIZE.rows()) " by " (SIZE.columns()) " pixels." }
+                    @if has_real(findings) {
+                        p { "The experiments of Charalambous & Bharath (BMVC 2016) on real silhouettes (R) and on "
+                            "silhouettes of synthetic twins of the same people (S). A twin has a body with the "
+                            "person's measurements and moves by the motion capture of each walk. All silhouettes have "
+                            (SIZE.rows()) " by " (SIZE.columns()) " pixels." }
+                    } @else {
+                        p { "The experiments of Charalambous & Bharath (BMVC 2016) that need no real silhouettes "
+                            "(R), on silhouettes of synthetic people (S) of " (SIZE.rows()) " by "
+                            (SIZE.columns()) " pixels." }
+                    }
                     @if !header.warnings.is_empty() {
                         section.warnings {
                             strong { "Before trusting the numbers" }
@@ -327,6 +335,11 @@ fn rows(all: &[Similarity]) -> Markup {
     }
 }
 
+/// Returns whether there are real silhouettes.
+fn has_real(findings: &Findings) -> bool {
+    !findings.similarity.is_empty()
+}
+
 fn subspaces(findings: &Findings) -> Markup {
     let angles = |angles: &[f64]| {
         let angles: Vec<String> = angles.iter().map(|angle| format!("{angle:.0}")).collect();
@@ -336,7 +349,7 @@ fn subspaces(findings: &Findings) -> Markup {
         let shares: Vec<String> = shares.iter().map(|share| percent(*share)).collect();
         shares.join(", ")
     };
-    let has_real = !findings.similarity.is_empty();
+    let has_real = has_real(findings);
     html! {
         div.wide { table.study {
             thead { tr { th { "view" } @if has_real { th { "R: variance of each component, %" } }

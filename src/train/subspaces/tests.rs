@@ -1,5 +1,5 @@
 use super::*;
-use crate::score::{Model, Runtime};
+use crate::inference::{Model, Runtime};
 use crate::train::testing::{noise, people};
 use ndarray::Array1;
 
@@ -152,7 +152,7 @@ fn samples(count: usize, classes: usize) -> Samples {
         views: vec![Some(0); count],
         names: (0..classes).map(|class| class.to_string()).collect(),
         found: count,
-        training: crate::score::Training::default(),
+        training: crate::inference::Training::default(),
     }
 }
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::score::{Model, Runtime, Training};
+use crate::inference::{Model, Runtime, Training};
 use crate::train::testing::noise;
 use ndarray::{ArrayView1, array};
 

@@ -162,7 +162,7 @@ fn masked(cases: &[Case<'_>], rows: Range<usize>) -> Array2<f32> {
 /// A score of templates, above 0 for those similar to the first group's.
 struct Classifier {
     /// The map from pixels to principal components.
-    components: edgegait::score::Affine,
+    components: edgegait::inference::Affine,
     /// A weight for each component, and the constant term.
     weights: Vec<f64>,
     deviations: Vec<f64>,

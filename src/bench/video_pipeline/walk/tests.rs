@@ -6,8 +6,8 @@ use crate::bench::video_pipeline::testing::{echo, legs, segmenter, walker, write
 use crate::dataset::TreeLayout;
 use crate::gait_cycles::CycleFinder;
 use crate::gait_cycles::FoundCycles;
-use crate::score::testing::{MadeUp, bytes_of_a_mean_over_frames, contract_of_sequences};
-use crate::score::{Contract, InputLayout, Model, Runtime, shipped};
+use crate::inference::testing::{MadeUp, bytes_of_a_mean_over_frames, contract_of_sequences};
+use crate::inference::{Contract, InputLayout, Model, Runtime, shipped};
 use crate::segment::{SegmentSettings as Segmentation, SequenceNames, SequenceWriter, Video};
 use crate::sequences::SequenceSource;
 use crate::sweep::FramingMode;

@@ -13,7 +13,7 @@ use core::fmt::Write;
 use cortex_m::{Peripherals, singleton};
 use cortex_m_rt::entry;
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
-use edgegait_core::lean::LeanBody;
+use edgegait_core::compact::CompactBody;
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
@@ -28,7 +28,7 @@ use semihosting::{println, process};
 use study::{BARE, DRESSED, FRAMES, Fnv, RECOGNIZER, Study};
 
 #[cfg(not(feature = "skia"))]
-type Window = edgegait_core::lean::LeanRows;
+type Window = edgegait_core::compact::CompactRows;
 #[cfg(feature = "skia")]
 type Window = edgegait_core::raster::Skia;
 
@@ -52,7 +52,7 @@ const RAM_LIMIT: usize = match (cfg!(feature = "skia"), cfg!(target_abi = "eabih
 #[cfg(feature = "skia")]
 const ARENA_BYTES: usize = 8_704;
 /// Room for every body of the study; tiny-skia needs no facets.
-type Room = LeanBody<
+type Room = CompactBody<
     { if IS_DRESSED { 548 } else { 488 } },
     { if cfg!(feature = "skia") { 0 } else { 896 } },
 >;
@@ -155,7 +155,7 @@ impl Tools {
     fn take() -> Self {
         let renderer = singleton!(: Renderer<Window> = Renderer::of(Window::new(Size::S50x30)));
         Self {
-            body: singleton!(: Room = LeanBody::EMPTY).expect("taken once"),
+            body: singleton!(: Room = CompactBody::EMPTY).expect("taken once"),
             renderer: renderer.expect("taken once"),
             pixels: singleton!(: [u8; 1_500] = [0; 1_500]).expect("taken once"),
             pose: singleton!(: ModelPose = ModelPose::REST).expect("taken once"),

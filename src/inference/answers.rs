@@ -1,0 +1,178 @@
+//! The answers of recognizers to sequences.
+
+use super::{Distance, Outputs, Recognizer};
+use crate::error::{InferenceError, Result};
+use crate::sequences::{Form, SequenceSource, ShownCounts};
+use crate::template::Template;
+
+/// The maximum number of values in a batch: 4 MB. Sequences of silhouettes are given one at a
+/// time: each is already a batch of frames, for which a large network needs 700 MB and a second,
+/// which is lost if the run is interrupted.
+const MAX_NUMBERS: usize = 1 << 20;
+/// The maximum number of templates in a batch.
+const MAX_BATCH: usize = 512;
+/// The maximum number of values in all answers of one recognizer: 1 GB.
+const MAX_KEPT: usize = 1 << 28;
+
+/// The answers of one recognizer.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Answers {
+    /// Embeddings, `[answer][number]`.
+    pub embeddings: Vec<f32>,
+    /// Numbers in one embedding.
+    pub dims: usize,
+    /// Parts of an embedding, compared separately.
+    pub parts: usize,
+    /// Class scores, `[answer][class]`; empty if the model has none.
+    pub scores: Vec<f32>,
+    /// Scores in one answer.
+    pub classes: usize,
+    /// The number of each sequence's answer, if it has one.
+    rows: Vec<Option<u32>>,
+}
+
+impl Answers {
+    /// Returns the embedding of a sequence; empty if the recognizer was not given it.
+    #[must_use]
+    pub(crate) fn embedding(&self, sequence: usize) -> &[f32] {
+        self.row(sequence, &self.embeddings, self.dims)
+    }
+
+    /// Returns the class scores of a sequence; empty if there are none.
+    #[must_use]
+    pub(crate) fn scores(&self, sequence: usize) -> &[f32] {
+        self.row(sequence, &self.scores, self.classes)
+    }
+
+    fn row<'a>(&self, sequence: usize, numbers: &'a [f32], width: usize) -> &'a [f32] {
+        let row = self.rows.get(sequence).copied().flatten();
+        let begin = row.map(|row| row as usize * width);
+        begin
+            .and_then(|begin| numbers.get(begin..begin + width))
+            .unwrap_or_default()
+    }
+}
+
+/// A recognizer, and whether it needs a sequence.
+pub(crate) type RecognizerNeeds<'a> = (&'a dyn Recognizer, &'a dyn Fn(usize) -> bool);
+
+/// A recognizer with its answers so far and its pending inputs.
+struct Listener<'a> {
+    recognizer: &'a dyn Recognizer,
+    /// Whether it needs a sequence.
+    needs: &'a dyn Fn(usize) -> bool,
+    answers: Answers,
+    waiting: Vec<usize>,
+    input: Vec<f32>,
+}
+
+impl Listener<'_> {
+    fn take(&mut self, sequence: usize, bytes: &[u8], seen_from: Option<(f64, f64)>) -> Result<()> {
+        let most = match self.recognizer.contract().template {
+            Template::Silhouettes => 1,
+            _ => self.recognizer.at_once().clamp(1, MAX_BATCH),
+        };
+        if self.waiting.len() == most || self.input.len() + bytes.len() > MAX_NUMBERS {
+            self.answer()?;
+        }
+        let contract = self.recognizer.contract();
+        contract.feed(bytes, &mut self.input);
+        contract.feed_view(seen_from, &mut self.input)?;
+        self.waiting.push(sequence);
+        Ok(())
+    }
+
+    fn answer(&mut self) -> Result<()> {
+        if self.waiting.is_empty() {
+            return Ok(());
+        }
+        let Outputs {
+            embedding,
+            embedding_dims,
+            embedding_parts,
+            scores,
+            classes,
+            ..
+        } = self.recognizer.run(&self.input, self.waiting.len())?;
+        let contract = self.recognizer.contract();
+        let viewpoints = contract.training.viewpoints.len();
+        if contract.distance == Distance::View && embedding_parts != viewpoints {
+            return Err(InferenceError::Output {
+                model: self.recognizer.name().to_owned(),
+                output: "embedding".into(),
+                expected: format!("{viewpoints} parts, one for each of training.viewpoints"),
+                found: format!("{embedding_parts}"),
+            }
+            .into());
+        }
+        let answers = &mut self.answers;
+        let answered = answers
+            .embeddings
+            .len()
+            .checked_div(answers.dims)
+            .unwrap_or(0);
+        if answered > 0 && answers.dims != embedding_dims {
+            return Err(InferenceError::Lengths {
+                model: self.recognizer.name().to_owned(),
+                before: answers.dims,
+                found: embedding_dims,
+            }
+            .into());
+        }
+        if answers.embeddings.len() + embedding.len() > MAX_KEPT {
+            return Err(InferenceError::TooManyNumbers {
+                model: self.recognizer.name().to_owned(),
+                most: MAX_KEPT,
+            }
+            .into());
+        }
+        for (row, &sequence) in self.waiting.iter().enumerate() {
+            answers.rows[sequence] = u32::try_from(answered + row).ok();
+        }
+        (answers.dims, answers.parts) = (embedding_dims, embedding_parts);
+        answers.embeddings.extend(embedding);
+        answers.classes = classes;
+        answers.scores.extend(scores.into_iter().flatten());
+        self.waiting.clear();
+        self.input.clear();
+        Ok(())
+    }
+}
+
+/// Gives the sequences of these ascending numbers to all recognizers, in one form; each recognizer
+/// gets those that it needs. Calls `seen` for each of them.
+///
+/// # Errors
+/// If a sequence cannot be rendered or read, or a recognizer fails.
+pub(crate) fn ask(
+    recognizers: &[RecognizerNeeds<'_>],
+    source: &SequenceSource<'_>,
+    wanted: &[usize],
+    form: &Form,
+    seen: &mut dyn FnMut(usize, &[u8]),
+) -> Result<(Vec<Answers>, ShownCounts)> {
+    let mut listeners: Vec<Listener<'_>> = recognizers
+        .iter()
+        .map(|&(recognizer, needs)| Listener {
+            recognizer,
+            needs,
+            answers: Answers {
+                rows: vec![None; source.sequences().list.len()],
+                ..Answers::default()
+            },
+            waiting: Vec::new(),
+            input: Vec::new(),
+        })
+        .collect();
+    let shown = source.show(wanted, form, &mut |sequence, bytes| {
+        seen(sequence, bytes);
+        let seen_from = source.sequences().view_label(sequence).angles_deg();
+        listeners
+            .iter_mut()
+            .filter(|listener| (listener.needs)(sequence))
+            .try_for_each(|listener| listener.take(sequence, bytes, seen_from))
+    })?;
+    let done = |mut listener: Listener<'_>| listener.answer().map(|()| listener.answers);
+    let answers = listeners.into_iter().map(done).collect::<Result<_>>()?;
+    Ok((answers, shown))
+}
