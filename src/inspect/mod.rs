@@ -167,11 +167,11 @@ impl SubjectSummary {
 }
 
 impl ClipSummary {
-    /// Returns the number of the cycle in its take, or "take" for an uncut motion.
-    fn cycle_or_take(&self) -> String {
+    /// Returns the number of the cycle in its take, or "uncut" for an uncut motion.
+    fn cycle_or_uncut(&self) -> String {
         match self.cadence_spm {
             Some(_) => self.cycle.to_string(),
-            None => "take".into(),
+            None => "uncut".into(),
         }
     }
 }
@@ -423,7 +423,7 @@ impl Summary {
             table.row([
                 clip.subject.clone(),
                 clip.walk.clone(),
-                clip.cycle_or_take(),
+                clip.cycle_or_uncut(),
                 format!("{:.2}", clip.duration_s),
                 optional(clip.cadence_spm, 1),
                 format!("{:.3}", clip.speed_mps),

