@@ -42,7 +42,7 @@ fn decode(criterion: &mut Criterion) {
             black_box(expanded.pose(black_box(phase)))
         });
     });
-    group.bench_function(BenchmarkId::new("pose", "take-streamed"), |b| {
+    group.bench_function(BenchmarkId::new("pose", "uncut-streamed"), |b| {
         b.iter(|| {
             phase = (phase + 0.337).fract();
             black_box(take.sample(black_box(f64::from(phase) * take.duration_s())))

@@ -57,7 +57,7 @@ pub enum Error {
         /// The system's error.
         source: std::io::Error,
     },
-    /// A value or a flag is invalid, in words: exit code 2.
+    /// A value or a flag is invalid, as the text explains: exit code 2.
     #[error("{0}")]
     Usage(String),
     /// A setting is invalid, or settings contradict each other: exit code 2.
@@ -99,7 +99,7 @@ pub enum Error {
     /// Results cannot be shown.
     #[error(transparent)]
     Report(#[from] ReportError),
-    /// A mesh is not a figure to which a body can be fitted, in words.
+    /// No body can be fitted to a mesh, as the text explains.
     #[error("{0}")]
     Mesh(String),
     /// Data that the work needs is missing: a defect of the caller.
@@ -117,7 +117,7 @@ pub enum Error {
     /// Numbers do not fill an array: a defect of the code that counted them.
     #[error(transparent)]
     Shape(#[from] ndarray::ShapeError),
-    /// Another failure of the command, or of a process that it started, in words.
+    /// The command, or a process that it started, failed in another way, as the text explains.
     #[error("{0}")]
     Failed(String),
 }
@@ -201,12 +201,12 @@ impl fmt::Display for FilePlace {
 }
 
 impl Error {
-    /// Creates the error that a file as a whole cannot be used.
+    /// Creates an error about a file as a whole.
     pub fn input(path: impl AsRef<Path>, problem: impl Into<String>) -> Self {
         Self::at(path, FilePlace::File, problem)
     }
 
-    /// Creates the error that a known place of a file cannot be used.
+    /// Creates an error about a known place in a file.
     pub fn at(path: impl AsRef<Path>, place: FilePlace, problem: impl Into<String>) -> Self {
         Self::Input {
             path: path.as_ref().to_path_buf(),
@@ -225,8 +225,8 @@ impl Error {
         self
     }
 
-    /// Creates the error that a file's `text` is not the expected TOML, at the line that `error`
-    /// names.
+    /// Creates an error about a file whose `text` is not the expected TOML, at the line that
+    /// `error` names.
     pub fn toml(path: impl AsRef<Path>, text: &str, error: &toml::de::Error) -> Self {
         let line = error.span().map(|span| {
             let before = text.as_bytes().iter().take(span.start);
@@ -236,7 +236,7 @@ impl Error {
         Self::at(path, place, error.message().trim())
     }
 
-    /// Creates the error that the system refused to read or write `path`.
+    /// Creates an error about a `path` that the system refused to read or write.
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
         Self::Io {
             path: path.as_ref().to_path_buf(),

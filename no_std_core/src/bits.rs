@@ -54,8 +54,8 @@ impl<'a> BitReader<'a> {
         word >> (self.position % 8)
     }
 
-    /// Checks that the stream is the bits read so far, padded with zeros to whole bytes. Streams
-    /// that decode to the same numbers are thus the same bytes.
+    /// Checks that the stream ends after the bits read so far, padded with zeros to whole bytes.
+    /// Streams that decode to the same numbers are thus the same bytes.
     ///
     /// # Errors
     /// If bits are missing, bytes are left over, or the last bits are not 0.

@@ -235,7 +235,7 @@ impl UnpackedBody {
     }
 }
 
-/// The error that a body would have more hulls or points than [`crate::budget`] allows.
+/// The error for a body with more hulls or points than [`crate::budget`] allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OverBudget;
 

@@ -78,10 +78,10 @@ impl<'a> Codebook<'a> {
         Ok(codebook)
     }
 
-    /// Adds the templates of section `TMPL`.
+    /// Adds the mean walks of section `TMPL`.
     ///
     /// # Errors
-    /// If the bytes are not a table of at most 255 templates.
+    /// If the bytes are not a table of at most 255 mean walks.
     pub fn with_templates(self, section: &'a [u8]) -> Result<Self, FormatError> {
         self.with_checked(section, &CodeTable::of(&self))
     }
@@ -108,7 +108,7 @@ impl<'a> Codebook<'a> {
         Ok(self)
     }
 
-    /// Returns the number of templates.
+    /// Returns the number of mean walks.
     #[must_use]
     pub fn template_count(&self) -> usize {
         self.templates.len()
@@ -179,7 +179,7 @@ impl<'a> Codebook<'a> {
         BitReader::new(self.parameters)
     }
 
-    /// Returns the size of the codebook in its pack, bytes, without templates.
+    /// Returns the size of the codebook in its pack, bytes, without mean walks.
     #[must_use]
     pub const fn len_bytes(&self) -> usize {
         self.fixed.len() + self.parameters.len()

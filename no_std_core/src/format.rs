@@ -127,10 +127,10 @@ pub const RICE_ESCAPE: u32 = 16;
 /// Bits of an escaped number.
 pub const ESCAPE_BITS: u32 = 24;
 
-/// Bytes of a template before its bit stream: scale `u8`.
+/// Bytes of a mean walk before its bit stream: scale `u8`.
 pub const TEMPLATE_HEADER_BYTES: usize = 1;
 
-/// Bytes of a loop's header: kind `u8`, template `u8` (0 for none), scale `u8`, period in
+/// Bytes of a loop's header: kind `u8`, mean walk `u8` (0 for none), scale `u8`, period in
 /// microseconds `u32`, travel per cycle in micrometres `i32`, greatest and mean encoding
 /// error in 0.01 mm `u16` each, closure error in 0.1 mm `u16`, frames encoded `u16`.
 pub const LOOP_HEADER_BYTES: usize = 19;
@@ -221,7 +221,7 @@ pub fn crc32(bytes: &[u8]) -> u32 {
     CRC.checksum(bytes)
 }
 
-/// The error that bytes are not a pack, or not a recognizer.
+/// The error for bytes that are not a pack, or not a recognizer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FormatError {
     /// Offset of the first byte that is wrong, from the start of the file.
@@ -231,7 +231,7 @@ pub struct FormatError {
 }
 
 impl FormatError {
-    /// Makes the error that `expected` was not found at `byte`.
+    /// Makes the error for bytes without the `expected` value at `byte`.
     #[must_use]
     pub const fn new(byte: usize, expected: &'static str) -> Self {
         Self { byte, expected }

@@ -75,9 +75,9 @@ pub struct WalkEntry<'a> {
 /// The kind of gait: walking or running.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Gait {
-    /// One foot is always on the floor.
+    /// At least one foot is on the floor at any time.
     Walk,
-    /// There is a phase of flight.
+    /// There is a flight phase.
     Run,
 }
 

@@ -151,8 +151,9 @@ impl Silhouette {
         self.rows.iter().map(|row| row.count_ones()).sum()
     }
 
-    /// Returns the number of pixels on in both over those on in either (Jaccard 1912), 0..=1, with
-    /// the upper left pixels aligned. Two empty silhouettes are equal: 1.
+    /// Returns the Jaccard index (Jaccard 1912), 0..=1: the number of pixels that are on in both,
+    /// divided by the number that are on in either, with the upper left pixels aligned. Two empty
+    /// silhouettes are equal: 1.
     #[must_use]
     pub fn jaccard(&self, other: &Self) -> f32 {
         let (mut both, mut either) = (0u16, 0u16);

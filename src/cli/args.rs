@@ -14,10 +14,10 @@ use std::path::{Path, PathBuf};
 /// The flags that every subcommand takes.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Common {
-    /// Seed of everything random
+    /// Seed of all random numbers
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Threads [default: all cores]; results do not depend on it
+    /// Number of threads [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Vec<u16>,
     /// Write the results as JSON; "-" is standard output, and then nothing else is printed there

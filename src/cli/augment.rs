@@ -6,8 +6,9 @@ use crate::template::augment::{Augmentation, Crops};
 /// The flags that choose the variants.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct AugmentArgs {
-    /// Add variants of each image: mirrored; without its lowest rows, enlarged (Han & Bhanu's
-    /// synthetic templates); both together. Each has its own condition, as in normal+flip+crop2
+    /// Add variants of each image: mirrored; with its lowest rows cut off and the rest enlarged
+    /// (Han & Bhanu's synthetic templates); or both. Each has its own condition, as in
+    /// normal+flip+crop2
     #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',')]
     augment: Vec<Way>,
     /// Number of crops of each image

@@ -75,7 +75,7 @@ pub(super) struct BenchArgs {
     /// walk [for models that take sequences of any length]
     #[arg(long, value_name = "N[,N..]", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=4096))]
     frames: Vec<u16>,
-    /// Five windows of 10 s, as MLPerf Tiny measures
+    /// Measure five windows of 10 s, as MLPerf Tiny does
     #[arg(long, conflicts_with_all = ["warm_up", "window_s", "windows"])]
     mlperf: bool,
     /// Use only these processors, as in 0,2-3

@@ -37,7 +37,8 @@ pub(super) struct BodyArgs {
     /// away from the trunk (.obj) [default: the mesh of each file that has one]
     #[arg(long, value_name = "MESH", conflicts_with_all = ["stature_m", "bodies"])]
     body: Option<PathBuf>,
-    /// Skeleton of the .obj: a file with the mesh's rest pose [default: found in the mesh]
+    /// Skeleton of the .obj file: a file with the mesh's rest pose [default: estimated from the
+    /// mesh]
     #[arg(long, value_name = "FILE", requires = "body")]
     skeleton: Option<PathBuf>,
     #[command(flatten)]

@@ -26,15 +26,15 @@ pub(super) struct CohortArgs {
     /// Where to write the pack
     #[arg(long, value_name = "PATH", default_value = "cohort.egp")]
     out: PathBuf,
-    /// Number of people, or A..B: a slice of a population, numbers A to B-1. In slices, and in
-    /// packs of more than 999 people, a person's bytes do not depend on the others
+    /// Number of people, or a slice A..B of a population: people A to B-1. In slices, and in packs
+    /// of more than 999 people, a person's bytes do not depend on the others
     #[arg(long, value_name = "N|A..B", default_value_t = PeopleChoice::First(PEOPLE))]
     people: PeopleChoice,
     /// Encode each person alone, without searching for the fewest bytes: many times as fast, with
     /// the same error limit, but walks take about two thirds more bytes
     #[arg(long)]
     quick: bool,
-    /// Speeds in km/h, 3 to 12; people run from 7.5 on
+    /// Speeds in km/h, 3 to 12; people run at 7.5 and above
     #[arg(long, value_name = "V[,V..]", value_delimiter = ',', default_values_t = SPEEDS_KMH)]
     speeds_kmh: Vec<f64>,
     /// Sex of all people [default: women and men alternate]

@@ -39,7 +39,7 @@ pub(super) struct ContestArgs {
     /// and TEST_SET; an optional PROBE_SET or GALLERY_SET chooses probes and gallery
     #[arg(long, value_name = "FILE.json")]
     partition: Option<PathBuf>,
-    /// Use a tree's images as they are: already framed, as OpenGait does
+    /// Use a tree's images as stored, without framing them again, as OpenGait does
     #[arg(long)]
     as_stored: bool,
     #[command(flatten)]
@@ -362,7 +362,7 @@ impl ContestArgs {
             let found = StoredTemplates::of(geis.dataset(), path)?;
             if found.framing.is_none() {
                 header.warnings.push(format!(
-                    "{} does not state how its figures are framed: it may not be as the models expect",
+                    "{} does not state how its figures are framed: the framing may not be the one that the models expect",
                     path.display()
                 ));
             }
@@ -377,7 +377,7 @@ impl ContestArgs {
             let partition = path.join(TREE_PARTITION);
             if self.partition.is_none() && partition.is_file() {
                 header.warnings.push(format!(
-                    "{} splits people into training and test: without --partition {0}, all are scored",
+                    "{} splits people into training and test people: without --partition {0}, all of them are scored",
                     partition.display()
                 ));
             }

@@ -22,7 +22,8 @@ pub(super) struct EncodingArgs {
     #[arg(long, value_name = "N", conflicts_with = "max_error_mm")]
     budget_bytes: Option<usize>,
     /// Maximum number of points in all hulls of a body, 64 to 768: the farthest points are kept. A
-    /// body that is fitted to a mesh is fitted with this many, 96 to 512 [default: all; 384]
+    /// body that is fitted to a mesh is fitted with this many, 96 to 512 [default: all; 384 for a
+    /// fitted body]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(64..=768))]
     pub hull_points: Option<u16>,
     /// Choose the error and hull points with the fewest bytes whose GEIs differ by at most this

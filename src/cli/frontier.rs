@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// Measure speed, bytes and error of every configuration, and mark the Pareto set
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait frontier                       # people of the built-in cohort, encoded in every way\n  edgegait frontier cmu.egp --json -      # a pack's walks as they are stored\n\nErrors are measured against exact coverage (16x16 samples a pixel, f64) of the finest motion: for the built-in people, their finest encoding with 128 frames a cycle; for a pack, its own motion. Rank-1 is measured with the shipped models on the built-in cohort. Times differ between runs, and with them the Pareto set; all other results are the same on every run."
+    after_help = "Examples:\n  edgegait frontier                       # people of the built-in cohort, encoded in every way\n  edgegait frontier cmu.egp --json -      # a pack's walks as they are stored\n\nErrors are measured against exact coverage (16x16 samples a pixel, f64) of the finest motion: for the built-in people, their finest encoding with 128 frames a cycle; for a pack, its own motion. Rank-1 is measured with the shipped models on the built-in cohort. Times, and therefore the Pareto set, differ between runs; all other results are the same in every run."
 )]
 pub(super) struct FrontierArgs {
     /// A pack [default: people of the built-in cohort]
@@ -81,13 +81,13 @@ pub(super) fn run(args: &FrontierArgs) -> Result<()> {
         .with("framing", "height")
         .with("size", "50x30");
     header.warnings.push(
-        "times differ between runs, and with them the Pareto set; all other results do not".into(),
+        "times, and therefore the Pareto set, differ between runs; all other results are the same in every run".into(),
     );
     header = match &source {
         Some((source, walks)) => {
             header.inputs.clone_from(&source.inputs);
             header.warnings.push(
-                "the reference of a pack is its own motion, its track error and hull points are as stored, and rank-1 is that of the built-in cohort".into(),
+                "for a pack, the reference is its own motion, track error and hull points are as stored, and rank-1 is that of the built-in cohort".into(),
             );
             header
                 .with("pack", source.name.as_str())

@@ -27,7 +27,7 @@ pub(super) struct GateArgs {
     /// Further runs of the baseline
     #[arg(long, value_name = "FILE[,FILE..]", value_delimiter = ',')]
     baseline_run: Vec<PathBuf>,
-    /// Leave out limits relative to a baseline, if there is none yet
+    /// Skip limits relative to a baseline, if there is no baseline yet
     #[arg(long, conflicts_with_all = ["baseline_run", "init"])]
     without_baseline: bool,
     /// Print a first set of limits from these results, and check nothing

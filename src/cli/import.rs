@@ -30,7 +30,7 @@ use std::path::{Path, PathBuf};
 /// whole, encode as a pack
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait import clips/cmu_amc/s07/*.amc --out s07.egp\n  edgegait import turn.bvh --track clip --out turn.egp\n  edgegait import walk.bvh --subject anna --stature-m 1.68 --mass-kg 61 --sex female --out anna.egp\n  edgegait import walks --bodies people.csv --out walks.egp\n  edgegait import anna.glb --clip walk --track clip --out anna.egp\n  edgegait import walks --body anna.glb --hull-points 256 --out as-anna.egp\n\nA take is named after its file, and its subject after the part of that name before the last \"_\" (07_01.amc is take 07_01 of subject 07). An .amc file is read with the .asf file beside it. A .glb or .gltf file is a body: its subject has the file's name, and its take the clip's name. With --track clip the body stays where the file places it."
+    after_help = "Examples:\n  edgegait import clips/cmu_amc/s07/*.amc --out s07.egp\n  edgegait import turn.bvh --track clip --out turn.egp\n  edgegait import walk.bvh --subject anna --stature-m 1.68 --mass-kg 61 --sex female --out anna.egp\n  edgegait import walks --bodies people.csv --out walks.egp\n  edgegait import anna.glb --clip walk --track clip --out anna.egp\n  edgegait import walks --body anna.glb --hull-points 256 --out as-anna.egp\n\nA take is named after its file, and its subject after the part of that name before the last \"_\" (07_01.amc is take 07_01 of subject 07). An .amc file is read with the .asf file beside it. A .glb or .gltf file is a body: its subject is named after the file, and its take after the clip. With --track clip the body stays where the file places it."
 )]
 pub(super) struct ImportArgs {
     /// Files, or folders of files
@@ -63,7 +63,7 @@ pub(super) struct ImportArgs {
     /// [default: 10 for captured motion, none for glTF]
     #[arg(long, value_name = "HZ")]
     low_pass_hz: Option<f64>,
-    /// Frames a second of the files, if they do not state it (AMC) or state it wrongly
+    /// Frame rate of the files in Hz, if they do not state it (AMC) or state it wrongly
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
     #[command(flatten)]
@@ -205,7 +205,7 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
             (StoredTrack::Loop, CycleSelection::All) => Keep::Cycles,
             (StoredTrack::Loop, CycleSelection::Mean) => Keep::MeanCycle,
             (StoredTrack::Loop, CycleSelection::First) => Keep::FirstCycle,
-            (StoredTrack::Clip, CycleSelection::All) => Keep::Take,
+            (StoredTrack::Clip, CycleSelection::All) => Keep::Uncut,
             (StoredTrack::Clip, _) => {
                 return Err(Error::Usage(
                     "--cycles chooses among gait cycles, but --track clip stores none".into(),
@@ -303,7 +303,7 @@ impl fmt::Display for FitResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{}: {} hulls of {} points match the mesh to a Jaccard index of {:.4} (unseen poses and views; points: index",
+            "{}: {} hulls of {} points match the mesh with a Jaccard index of {:.4} (in unseen poses and views; by number of points",
             self.subject, self.hulls, self.points, self.jaccard
         )?;
         for (points, jaccard) in &self.frontier {
@@ -484,7 +484,7 @@ fn table(results: &ImportResults) -> String {
         table.note(format!("warning: {warning}"));
     }
     table.note(
-        "(lean°: mean forward lean of the trunk; fit mm: from the file's joints to ours; loop mm: how far joints were moved to close the cycle;\n\
+        "(lean°: mean forward lean of the trunk; fit mm: distance from the file's joints to ours; loop mm: how far joints were moved to close the cycle;\n\
          skate mm: how far a standing foot slides, mean; own skate: the same in the recording itself)",
     );
     table.to_string()

@@ -10,8 +10,8 @@ pub(super) struct LayoutArgs {
     /// [default: only if no person's views are named by angles]
     #[arg(long)]
     named_views: bool,
-    /// Modality to read if several share a view's folder: a part of the file name, or a number from
-    /// 0 in order of names
+    /// Modality to read if a view's folder holds several: a part of the file name, or the number of
+    /// the file in order of names, from 0
     #[arg(long, value_name = "NAME|N")]
     modality: Option<String>,
 }

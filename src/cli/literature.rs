@@ -163,7 +163,7 @@ pub(super) fn run(args: &LiteratureArgs) -> Result<()> {
             &row.judged.cells
         }));
     if args.tree.is_some() {
-        args.common.say("normal: other cycles, also of the same recording, from the same viewpoint\nview: other cycles, from each other viewpoint");
+        args.common.say("normal: other cycles, including those of the same recording, from the same viewpoint\nview: other cycles, from each other viewpoint");
     } else {
         for column in &COLUMNS {
             args.common

@@ -25,7 +25,7 @@ const ELEVATIONS_DEG: [f32; 2] = [0.0, 30.0];
 /// Compare the answers of one model on several runtimes, or of several forms of a model
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait parity mine.onnx                                  # the embedded runtime and ONNX Runtime\n  edgegait parity mine.onnx --runtime ort --runtime ort:xnnpack\n  edgegait parity float.onnx int8.onnx --runtime ort\n  edgegait parity float.onnx int8.onnx int8.onnx --runtime ort --runtime ort --runtime ort:qnn\n\nThe first side is the reference, and each of the others is compared with it: several models with one runtime, several runtimes with one model, or equally many of both, in pairs. All get the same images, by default from 10 viewpoints, and rank-1 is computed as in `edgegait score`. A relative difference is the length of the difference of two answers, divided by the root mean square distance of the reference's answers from their mean. The exit code is 0 if all sides give the same answers, 4 if one differs, 1 or 2 after an error."
+    after_help = "Examples:\n  edgegait parity mine.onnx                                  # the embedded runtime and ONNX Runtime\n  edgegait parity mine.onnx --runtime ort --runtime ort:xnnpack\n  edgegait parity float.onnx int8.onnx --runtime ort\n  edgegait parity float.onnx int8.onnx int8.onnx --runtime ort --runtime ort --runtime ort:qnn\n\nThe first side is the reference, and each of the others is compared with it: several models with one runtime, several runtimes with one model, or equal numbers of both, in pairs. All get the same images, by default from 10 viewpoints, and rank-1 is computed as in `edgegait score`. A relative difference is the length of the difference of two answers, divided by the root mean square distance of the reference's answers from their mean. The exit code is 0 if all sides give the same answers, 4 if one differs, 1 or 2 after an error."
 )]
 pub(super) struct ParityArgs {
     /// ONNX models, the reference first, and a pack, a dataset or a tree of silhouettes [default:
@@ -215,7 +215,7 @@ fn opened(path: &Path, first: Option<&Planned>, header: &mut ResultHeader) -> Re
     }
     if !shipped::is_name(path) && !Contract::path_beside(path).is_file() {
         let warning = format!(
-            "{}: has no .toml beside it: it uses the contract of {}",
+            "{}: no .toml lies beside it, so it uses the contract of {}",
             path.display(),
             first.model.path().display()
         );

@@ -22,7 +22,7 @@ const MOST_READ: usize = 10_000;
 /// clusters of differences
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait segment frames --out silhouettes --contact-sheet look.png\n  edgegait segment walk.mp4 --background empty.png --out silhouettes --person 007 --take bg-01 --view 054\n  ffmpeg -i walk.mp4 -f yuv4mpegpipe - | edgegait segment - --background empty --out silhouettes"
+    after_help = "Examples:\n  edgegait segment frames --out silhouettes --contact-sheet look.png\n  edgegait segment walk.mp4 --background empty.png --out silhouettes --person 007 --take bg-01 --view 054\n  ffmpeg -i walk.mp4 -f yuv4mpegpipe - | edgegait segment - --background empty --out silhouettes --person 008"
 )]
 pub(super) struct SegmentArgs {
     /// A folder of frames (.png, .jpg), a video (Y4M; other formats need an installed ffmpeg), or
@@ -39,7 +39,7 @@ pub(super) struct SegmentArgs {
     /// Name of the person
     #[arg(long, value_name = "P", default_value = "001")]
     person: String,
-    /// Name of the take: the way of walking, and a number
+    /// Name of the take: the kind of walk, and a number
     #[arg(long, value_name = "T", default_value = "nm-01")]
     take: String,
     /// Viewpoint: the azimuth in degrees, and the elevation if it is not 0, as in 090e15

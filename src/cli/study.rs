@@ -60,8 +60,8 @@ pub(super) struct StudyArgs {
     /// Number of random splits
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100))]
     splits: u32,
-    /// Use all masks (given, segmented, degraded), framings height and box, with and without the
-    /// paper's flips and crops
+    /// Use all masks (given, segmented, degraded) and both framings (height, box), with and without
+    /// the paper's flips and crops
     #[arg(long)]
     full: bool,
     /// Folder of the report: index.html, study.json and figures

@@ -43,8 +43,8 @@ pub(super) struct SweepArgs {
     /// --format chooses another format
     #[arg(long, value_name = "PATH", default_value = OUT)]
     out: PathBuf,
-    /// Store nothing, and print one hash of all templates: SHA-256 of the SHA-256 of each cycle, in
-    /// the order of a dataset
+    /// Store nothing, and print one hash of all templates: the SHA-256 of the SHA-256 hashes of all
+    /// cycles, in the order of a dataset
     #[arg(long, conflicts_with_all = ["out", "format", "shard", "resume"])]
     digest: bool,
     /// Cycles of each walk: the stored one, then seeded variations of it

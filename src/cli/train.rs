@@ -63,17 +63,17 @@ pub(super) struct TrainArgs {
     /// Training method
     #[arg(long, value_name = "METHOD", default_value = "lda")]
     method: MethodArg,
-    /// Principal components to keep, if the method has them; several numbers write a NAME-N.onnx
-    /// for each
+    /// Number of principal components to keep, if the method uses them; with several numbers, a
+    /// model NAME-N.onnx is written for each
     #[arg(long, value_name = "N[,N..]", default_values_t = [USUAL_COMPONENTS], value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=4096))]
     components: Vec<u16>,
-    /// Weight of the errors of `--method svm`
+    /// Weight C of the training errors, for `--method svm`
     /// [default: 1]
     #[arg(long, value_name = "C")]
     svm_c: Option<f64>,
     #[command(flatten)]
     subspaces: SubspaceArgs,
-    /// Floating-point type of the computation of lda, real-synthetic and svm; models are f32
+    /// Floating-point type in which lda, real-synthetic and svm are computed; models are f32
     #[arg(long, value_name = "TYPE", default_value = "f64")]
     precision: Precision,
     /// Only the training people of a tree's partition, in OpenGait's format: a JSON file with

@@ -49,7 +49,7 @@ impl SexArg {
 pub(super) enum DressedArg {
     /// Once: the same clothes in all takes
     ForGood,
-    /// For each take, which packs store as further bodies
+    /// For each take; packs store the outfits as further bodies
     PerTake,
 }
 
@@ -93,11 +93,11 @@ values!(Template {
     Mei: "Motion Energy Image: where anything moved (Bobick & Davis 2001)",
     Mhi: "Motion History Image: how recently it moved (Bobick & Davis 2001)",
     Msi: "Motion Silhouette Image: how recently the figure was there (Lam & Lee 2006)",
-    Ghi: "Gait History Image-style: what stays still, and when the rest last moved (Liu & Zheng 2007)",
+    Ghi: "In the style of the Gait History Image: what stays still, and when the rest last moved (Liu & Zheng 2007)",
     Geni: "Gait Entropy Image: how uncertain each pixel is (Bashir, Xiang & Gong 2009)",
     Frequency: "Amplitudes of the frequencies 0, 1 and 2 of a cycle, stacked (Makihara et al. 2006)",
-    Kfd: "Key Fourier Descriptors-style vector of the outline (Yu et al. 2004)",
-    RowWidth: "Row-width-style vector: the width of each row of the GEnI (after Nandy et al.)",
+    Kfd: "Vector of the outline in the style of Key Fourier Descriptors (Yu et al. 2004)",
+    RowWidth: "Vector with the width of each row of the GEnI (after Nandy et al.)",
 });
 
 values!(Provider {

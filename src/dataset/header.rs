@@ -24,7 +24,7 @@ pub struct ResultHeader {
     pub command: String,
     /// The program's version.
     pub version: String,
-    /// The seed of everything random.
+    /// The seed of all random numbers.
     pub seed: u64,
     /// The files that were read.
     #[serde(default)]

@@ -176,8 +176,8 @@ impl Items {
         }
     }
 
-    /// Returns the most items that one call can draw in 2 GiB of results, if each has one frame.
-    /// [`Self::draw`] counts further frames too.
+    /// Returns the maximum number of items of one frame each that one call can draw in 2 GiB of
+    /// results. [`Self::draw`] counts further frames too.
     #[must_use]
     pub fn most_at_once(&self) -> usize {
         (MAX_BYTES / self.bytes(1).max(1)).clamp(1, MAX_ITEMS)

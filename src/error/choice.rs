@@ -61,7 +61,7 @@ pub enum ChoiceError {
     IsThere(PathBuf),
     /// A name cannot be a folder's name on every system.
     #[error(
-        "{0:?}: expected a name that can be a folder's, without / \\ : * ? \" < > | and no dot at its start"
+        "{0:?}: expected a name that a folder can have, without / \\ : * ? \" < > | and without a dot at its start"
     )]
     FolderName(String),
     /// Framing a whole cycle with one scale needs parallel rays.
@@ -114,7 +114,7 @@ pub enum ChoiceError {
     NoImage(&'static str),
     /// Crops leave nothing or too little.
     #[error(
-        "expected crops in at least 1 step of at least 1 row, with at most {most} rows cut off in the last step, found {steps} of {rows}"
+        "expected crops in at least 1 step of at least 1 row, with at most {most} rows cut off in the last step, found {steps} steps of {rows} rows"
     )]
     Crops {
         /// Number of steps.

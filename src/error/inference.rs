@@ -78,7 +78,7 @@ pub enum InferenceError {
     },
     /// A model gives embeddings of different lengths.
     #[error(
-        "{model}: an embedding of {found} numbers after one of {before}: expected the same for all sequences"
+        "{model}: an embedding of {found} numbers after one of {before}: expected the same length for all sequences"
     )]
     Lengths {
         /// The model.

@@ -24,7 +24,7 @@ pub enum ReportError {
     },
     /// A contact sheet has no images, or no scale.
     #[error(
-        "contact sheet: expected images and a scale of at least 1 in 64 Mi pixels, found {rows} rows of {columns} at scale {scale}"
+        "contact sheet: expected at least one image and a scale of at least 1, within 64 Mi pixels, found {rows} rows of {columns} images at scale {scale}"
     )]
     NoImages {
         /// Rows of images.

@@ -57,7 +57,7 @@ pub enum SweepError {
         cause: Cause,
     },
     /// A figure has no height to scale it by, metres.
-    #[error("a figure of {0} m height: expected more than 0")]
+    #[error("a figure {0} m high: expected a height above 0")]
     Flat(f64),
     /// The number of frames does not divide the exact GEI's number.
     #[error("{found} frames a cycle: expected a divisor of {of}")]

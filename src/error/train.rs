@@ -27,7 +27,7 @@ pub enum TrainError {
     },
     /// There are too few samples for principal components.
     #[error(
-        "principal components need at least 2 samples of 1 dimension, found {samples} of {dims}"
+        "principal components need at least 2 samples of 1 dimension, found {samples} samples of {dims} dimensions"
     )]
     TooFewSamples {
         /// Number of samples.

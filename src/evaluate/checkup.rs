@@ -76,7 +76,7 @@ impl Checkup {
                 AnswerDifference::of(&pairs).map_or(0.0, |(found, _)| found.greatest_relative);
             if apart > Limits::FLOAT.relative_difference && is_steady {
                 problems.push(format!(
-                    "its answer to an input depends on its batch mates (relative difference {apart:.1e}): was it \
+                    "its answer to an input depends on the other inputs of the batch (relative difference {apart:.1e}): was it \
                      exported in training mode, or is it quantised dynamically?"
                 ));
             }

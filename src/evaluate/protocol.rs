@@ -66,9 +66,9 @@ pub struct Protocol {
     pub gallery: Option<TakeChoice>,
     /// The probes, in sets that are reported separately.
     pub probes: Vec<ProbeSet>,
-    /// The conditions that made takes name: built in, or a `.toml` file.
+    /// The conditions named by the takes in `made`: a built-in set, or a `.toml` file.
     pub conditions: Option<String>,
-    /// Takes that are made of a walk where nobody has more than one take.
+    /// Takes that are made from a walk if nobody has more than one take.
     #[serde(default)]
     pub made: Vec<MadeTake>,
     /// Default viewpoints of a pack's probes; the paper's 703 viewpoints if absent.
@@ -105,7 +105,7 @@ pub enum GalleryViews {
     All,
     /// The probe's own viewpoint.
     Same,
-    /// Each viewpoint separately. The probe's own counts in no rate.
+    /// Each viewpoint separately. Comparisons with the probe's own viewpoint count in no rate.
     Each,
     /// The recognizer's training viewpoints together; the side view if its contract states none.
     Training,
@@ -151,7 +151,7 @@ pub struct ProbeSet {
     /// Which of each person's matching takes.
     #[serde(default)]
     pub order: TakeOrder,
-    /// Whether no confounder acts on these walks. The leading results are of clean sets only.
+    /// Whether no confounder acts on these walks. Headline results are those of the clean sets.
     #[serde(default)]
     pub clean: bool,
 }
@@ -361,9 +361,9 @@ impl Protocol {
         })
     }
 
-    /// Returns the takes that are made of a walk, each probe take with `cycles` cycles. They begin
-    /// at the stated variation and go to the end of its take of 8 variations. Further cycles are of
-    /// every n-th take after it, where n is the number of probe takes.
+    /// Returns the takes that are made from a walk, each probe take with `cycles` cycles. These
+    /// begin at the stated variation and continue to the end of its take, a group of 8 variations.
+    /// Further cycles come from every n-th take after it, where n is the number of probe takes.
     ///
     /// # Errors
     /// If two cycles would be the same variation, or one would be beyond the last.

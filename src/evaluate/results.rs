@@ -32,7 +32,8 @@ pub struct ScoreResults {
     pub clipped_share: Option<f64>,
     /// One entry per recognizer, in the order given.
     pub recognizers: Vec<RecognizerResult>,
-    /// Differences between all pairs of recognizers with the same probes, the best one's first.
+    /// Differences between all pairs of recognizers with the same probes, beginning with those of
+    /// the best recognizer.
     #[serde(default)]
     pub paired: Vec<PairedResult>,
     /// The run time.
@@ -87,7 +88,7 @@ pub struct RecognizerResult {
     /// Number of decisions: one per probe or, where each gallery viewpoint is compared separately,
     /// one per probe and gallery viewpoint.
     pub probes: u64,
-    /// Number of people with probes; 0 if hits are not known by person.
+    /// Number of people with probes; 0 if hits per person are not known.
     #[serde(default)]
     pub people: u64,
     /// Share of hits, 0..1; 0 without probes.
@@ -217,7 +218,7 @@ pub struct ProbeAnswer<'a> {
     pub right_score: Option<f64>,
 }
 
-/// The results of verification: accepting pairs by a threshold of the distance.
+/// The results of verification, which accepts pairs by a threshold on the distance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VerificationResult {
     /// Number of genuine pairs (of one person).

@@ -1,4 +1,4 @@
-//! Finds the affine function that a recognizer's class scores are, by running it.
+//! Finds the affine function from pixels to a recognizer's class scores, by running the recognizer.
 //!
 //! A graph can compute an affine function in many ways, and an exporter may fold or split it. So
 //! nothing is read from the file: the scores of the black image are the biases, the scores of an

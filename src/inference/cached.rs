@@ -62,7 +62,7 @@ impl CachedRecognizer {
     /// recognizer itself.
     ///
     /// # Errors
-    /// The system's, if the file of answers cannot be read.
+    /// If the system cannot read the file of answers.
     pub fn of(
         recognizer: Box<dyn Recognizer>,
         model: &Model,

@@ -77,7 +77,7 @@ pub struct Contract {
     pub training: Training,
 }
 
-/// Names of the model's outputs; those left out are found from the model.
+/// Names of the model's outputs; those left out are determined from the model.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct OutputNames {
@@ -265,8 +265,8 @@ impl Contract {
         }
     }
 
-    /// Returns the frames of each of `batch` inputs that together are `numbers` numbers, viewpoints
-    /// included; 1 for templates.
+    /// Returns the number of frames in each of `batch` inputs that have `numbers` values in total,
+    /// including viewpoints; 1 for templates.
     ///
     /// # Errors
     /// If that is not a whole number, is 0, or contradicts the contract.

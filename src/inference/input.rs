@@ -10,14 +10,14 @@ use serde::{Deserialize, Serialize};
 /// The values of background and foreground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum InputRange {
-    /// Background 0, always-foreground 1.
+    /// Background 0, pixels that are always foreground 1.
     #[default]
     #[serde(rename = "0..1")]
     Unit,
-    /// Background 0, always-foreground 255.
+    /// Background 0, pixels that are always foreground 255.
     #[serde(rename = "0..255")]
     Byte,
-    /// Background -1, always-foreground 1.
+    /// Background -1, pixels that are always foreground 1.
     #[serde(rename = "-1..1")]
     Signed,
 }

@@ -52,8 +52,8 @@ pub enum Keep {
     MeanCycle,
     /// The first of its gait cycles.
     FirstCycle,
-    /// The uncut take.
-    Take,
+    /// The uncut motion.
+    Uncut,
 }
 
 /// The low-pass filter of motions.
@@ -166,12 +166,12 @@ impl Recording {
         if options.mend && !format.is_authored() {
             standing_m = stand_flat(&mut take);
             steady(&mut take);
-            if matches!(source, FileContents::Motion(_)) && options.keep != Keep::Take {
+            if matches!(source, FileContents::Motion(_)) && options.keep != Keep::Uncut {
                 stand_upright(&mut take);
             }
         }
         let mut cut = match options.keep {
-            Keep::Take => None,
+            Keep::Uncut => None,
             _ => Some(cut(&take).map_err(|problem| refusal(path, &problem, &take.warnings))?),
         };
         match (&mut cut, options.keep) {

@@ -113,8 +113,8 @@ fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
         .map(|(text, quarter)| (f64::from(quarter) / 4.0, text.to_owned()))
         .collect();
     let roc = curves(
-        "True claims accepted (ROC)",
-        "false claims accepted, %",
+        "True accept rate (ROC)",
+        "false accept rate, %",
         &fars,
         &roc,
     );
@@ -127,7 +127,7 @@ fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
         p {
             (pair.words) ". " (counts(sets())) ", " (pair.classes) " to choose from. CMC: the share of probes "
             "whose person is among the k nearest people"
-            @if roc.is_some() { ". ROC: the share of true claims accepted, against that of false claims" } "."
+            @if roc.is_some() { ". ROC: the share of genuine pairs accepted, against that of impostor pairs" } "."
         }
         @if sets().any(|set| set.verification.is_none()) {
             p.quiet { "There is no ROC for sets with more than ten million pairs." }

@@ -37,7 +37,7 @@ pub(crate) fn strength_table(results: &[ConfounderResult], classes: usize, probe
     };
     let _ = writeln!(
         out,
-        "rank-1 % of {probes} probes at each strength, {classes} people; GEI: difference from the one without, of 255;\nextra: additional time per silhouette at strength 1, one walk seen from ten azimuths"
+        "rank-1 % of {probes} probes at each strength, {classes} people; GEI: difference from the GEI without the confounder, of 255;\nextra: additional time per silhouette at strength 1, one walk seen from ten azimuths"
     );
     let plain = first.by_strength.iter().find(|point| point.strength == 0.0);
     for (at, name) in recognizers.iter().enumerate() {

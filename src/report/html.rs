@@ -151,7 +151,7 @@ fn facts(results: &ScoreResults) -> Markup {
             }
             (grouped(results.silhouettes, THIN)) " silhouettes"
             @if let Some(share) = results.clipped_share {
-                " · " (percent(share)) " % of the figures cut off by the frame"
+                " · " (percent(share)) " % of the figures' area cut off at the edges of the image"
             }
             @if let Some(time) = results.time { " · " (format!("{:.1}", time.seconds)) "\u{a0}s" }
         }
@@ -218,10 +218,10 @@ fn reading() -> Markup {
         p { strong { "Rank-1" } " is the share of probes whose best match is the right person. Ties go "
             "to the person listed first; an output that is not finite is a miss." }
         p { strong { "The interval" } " \"over people\" is a 95 % interval that resamples people (cluster "
-            "bootstrap), because views of one walk are not independent. Where hits are not known by "
-            "person, or all probes are of one person, it is Wilson's, which takes probes as independent." }
+            "bootstrap), because views of one walk are not independent. Where hits per person are not known, "
+            "or all probes show one person, it is Wilson's interval, which treats probes as independent." }
         p { strong { "mAP and mINP" } " leave out probes whose person is not in the gallery, as OpenGait "
-            "does; " strong { "EER, AUC and TAR" } " take every distance as a claim of identity. A "
+            "does; " strong { "EER, AUC and TAR" } " treat every distance as a claim of identity. A "
             "question mark marks rates based on fewer than 30 false accepts; a dash, too few impostor pairs." }
         p { strong { "Viewpoints" } ": azimuth 0 is a camera in front of the walker, 90 on the walker's "
             "left, 180 behind; elevation 0 is level, 90 straight above, where all azimuths are one "

@@ -28,8 +28,9 @@ pub(super) fn recognizer(result: &RecognizerResult) -> Markup {
                 p {
                     (result.name)
                     @if let Some(which) = headline_scope::probe_sets(result) { " on " (which) }
-                    ": " (headline_scope::counts(result, THIN)) " in all. Azimuth, to the right: 0 in front of the "
-                    "walker, 90 at their left, 180 behind. Elevation, upwards: 0 level, 90 straight above."
+                    ": " (headline_scope::counts(result, THIN)) " in all. Azimuth increases to "
+                    "the right: 0 is in front of the walker, 90 on the walker's left, 180 behind. Elevation "
+                    "increases upwards: 0 is level, 90 straight above."
                 }
                 div.views {
                     figure {

@@ -177,8 +177,8 @@ impl DrawingRequest<'_> {
 }
 
 /// Draws every job from every view. `map` runs on all cores and converts a job's templates;
-/// `sink` takes the results one by one, in the jobs' order. At most two jobs' templates a thread
-/// are in memory at the same time.
+/// `sink` takes the results one by one, in the jobs' order. For each thread, the templates of at
+/// most two jobs are in memory at the same time.
 ///
 /// # Errors
 /// The first error, in job order, of `map`, of `sink`, or of drawing.
@@ -200,7 +200,7 @@ pub fn sweep<'c, R: Send>(
     sweep_from(pack, jobs, request, views_of, map, sink)
 }
 
-/// Draws jobs from views of their own, which `map` gets too, and makes all requested outputs.
+/// Draws each job from its own views, which `map` also receives, and makes all requested outputs.
 ///
 /// # Errors
 /// The errors of [`sweep`], of `views_of`, and of [`Wanted::check`].

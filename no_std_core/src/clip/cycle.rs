@@ -3,7 +3,7 @@
 //! A loop holds 60 channels (three for the rotation of each joint, three for the pelvis's
 //! position), each a Fourier series of the phase. Such a series is short for a periodic motion, any
 //! phase decodes directly, and the last frame meets the first by construction. Its numbers are in
-//! Rice codes, as differences from a template of the codebook if the loop names one.
+//! Rice codes, as differences from a mean walk of the codebook if the loop names one.
 
 use super::basis::Basis;
 use super::expanded::Expanded;
@@ -108,8 +108,8 @@ impl<'a> Loop<'a> {
         u32::from(u16_at(self.header, 17))
     }
 
-    /// Returns the number of the template from which its numbers are differences, counted from 1; 0
-    /// for none.
+    /// Returns the number, from 1, of the mean walk from which its numbers are stored as
+    /// differences; 0 for none.
     #[must_use]
     pub fn template_number(&self) -> u8 {
         self.header.get(1).copied().unwrap_or(0)

@@ -20,9 +20,9 @@ pub enum NoCycle {
         /// The share of its mean by which the legs' outline swings, at most.
         swing: f32,
     },
-    /// The legs' outline changes, but not in steps: the walker is seen from in front or behind,
-    /// where it hardly changes, turns, is partly hidden or badly segmented, or has a cadence at
-    /// which nobody walks.
+    /// The legs' outline changes, but not in steps. The walker may be seen from in front or behind,
+    /// where the outline hardly changes, may turn, be partly hidden or badly segmented, or have a
+    /// cadence at which nobody walks.
     Irregular {
         /// The share of the change that one steady wave explains, 0..1.
         regular: f32,
@@ -58,7 +58,7 @@ impl fmt::Display for NoCycle {
 
 impl core::error::Error for NoCycle {}
 
-/// The error that a frame rate is out of range.
+/// The error for a frame rate that is out of range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameRateError {
     /// The frame rate that was found, frames per second.

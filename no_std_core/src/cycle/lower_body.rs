@@ -2,8 +2,8 @@
 
 use crate::silhouette::Silhouette;
 
-/// The measurements of the legs in one frame, in pixels of an image of any size. Only how both
-/// change matters.
+/// The measurements of the legs in one frame, in pixels of an image of any size. Only their changes
+/// matter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LowerBody {
     /// Pixels that are on in the lowest third of the figure's height; 0 if nobody is visible.

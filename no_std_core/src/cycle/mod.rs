@@ -11,8 +11,8 @@
 //!   once a step, and the width is better. From in front neither is good, and both together are
 //!   best.
 //! * The peaks are those of the wave that fits four steps best, not of the smoothed signal. One
-//!   wave has no side peaks, its phase is a real number, and its share of the change shows how sure
-//!   it is.
+//!   wave has no side peaks, its phase is a real number, and its share of the change shows how
+//!   reliable it is.
 //!
 //! ```
 //! use edgegait_core::cycle::{CycleDetector, LowerBody};
@@ -39,7 +39,7 @@
 //! many steps of arithmetic, and about 2 kB of stack. A boundary is reported two steps and at most
 //! 0.2 seconds after it was seen, as soon as the wave before and after it is known. The same frames
 //! give the same boundaries on every target. It does not panic, whatever the frames and their
-//! number; numbers that are not finite count as nobody.
+//! number; a frame with numbers that are not finite counts as a frame without a person.
 
 mod detector;
 mod error;

@@ -14,7 +14,7 @@ pub struct GeiInPlace<'a> {
     counts: &'a mut [u8],
 }
 
-/// The error that a buffer is smaller than the template.
+/// The error for a buffer that is smaller than the template.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BufferTooSmall {
     /// Bytes that the template takes.

@@ -29,8 +29,8 @@ pub use in_place::{BufferTooSmall, GeiInPlace};
 use crate::budget::FREQUENCIES;
 use crate::silhouette::Size;
 
-/// The kind of template. "-style" marks a template whose publication leaves details open; those are
-/// ours.
+/// The kind of template. "-style" marks a template whose publication leaves details open, which we
+/// chose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum TemplateKind {

@@ -160,7 +160,7 @@ fn advice(reference: &ParitySide, side: &ParitySide, found: &Comparison) -> &'st
         return "the scores agree, so the fault is at the embedding's own output: tools that quantise an output together with the Relu after it cut off all values below 0 (keep that output in float, or remove the Relu)";
     }
     if reference.quantized != side.quantized {
-        return "calibrate with pictures such as these (`edgegait sweep`) and scales per channel, look for an output whose range calibration has cut, and run both forms on another runtime to separate the rounding from the runtime";
+        return "calibrate with pictures such as these (`edgegait sweep`) and per-channel scales, look for an output whose range the calibration has clipped, and run both models on another runtime to separate the effect of rounding from that of the runtime";
     }
     if side.quantized && reference.runtime == side.runtime {
         return "the files have different weights or scales (a wrong scale or zero point of one layer suffices): compare each with the float model on this runtime";

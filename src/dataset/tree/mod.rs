@@ -66,7 +66,7 @@ pub struct TreeSequence {
 /// The silhouettes of a sequence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Silhouettes {
-    /// The pixels `[frames][rows][columns]`; 0 or 255 if they were framed here.
+    /// The pixels `[frames][rows][columns]`; 0 or 255 if EdgeGait framed them.
     pub pixels: Vec<u8>,
     /// The number of silhouettes.
     pub frames: usize,

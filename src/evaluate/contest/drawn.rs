@@ -14,12 +14,12 @@ pub struct ContestOptions<'a> {
     /// The protocol. By default `closed-set` where every recognizer has a class for every person,
     /// else `first-take`.
     pub protocol: Option<Protocol>,
-    /// Cycles of each take that the protocol makes of a walk.
+    /// Cycles of each take that the protocol makes from a walk.
     pub cycles: Option<u32>,
     /// Viewpoints of the probes. By default the protocol's, or those of [`Views::paper`].
     pub views: Option<Views>,
-    /// The conditions that the protocol's made takes name, if they do. Otherwise probes are seen
-    /// under each of these, and unchanged if there are none.
+    /// The conditions named by the takes in the protocol's `made`, if they name any. Otherwise,
+    /// probes are seen under each of these conditions, or unchanged if the list is empty.
     pub conditions: &'a [Condition],
 }
 
@@ -48,7 +48,7 @@ impl<'a> DrawnContest<'a> {
     }
 
     /// Creates a contest with the walks of these numbers. Where class scores decide, or no person
-    /// has more than one take, takes are made of the walks as the protocol specifies.
+    /// has more than one take, takes are made from the walks as the protocol specifies.
     ///
     /// # Errors
     /// If the protocol does not suit the walks or the recognizers.

@@ -108,7 +108,7 @@ const TRAINING: [ContractKey; 8] = [
     ),
     (
         "subjects",
-        "People in the training data, if they are not the classes: edgegait score warns of probes that were trained on.",
+        "People in the training data, if they are not the classes: edgegait score warns about probes that the model was trained on.",
         "# subjects = [\"somebody\"]",
     ),
     (

@@ -21,10 +21,10 @@ class Results(dict[str, Any]):
         """Returns the rows of a list as a pandas DataFrame.
 
         Args:
-            key: A list of the results ("recognizers", "paired"), or of each recognizer or model
-                ("by_viewpoint", "probe_sets"), with its name in the first column. "cross_view": rank-1
-                of each probe set, for each pair of viewpoints. None: the only list of recognizers,
-                models, points or clips.
+            key: The name of a list in the results ("recognizers", "paired"), or of a list in each
+                recognizer or model ("by_viewpoint", "probe_sets"), whose name is then the first column.
+                "cross_view": rank-1 of each probe set, for each pair of viewpoints. None: the only list
+                of recognizers, models, points or clips.
 
         Raises:
             KeyError: If there is no such list.
@@ -92,8 +92,8 @@ def command(name: str, *inputs: str | os.PathLike[str], **flags: Any) -> Results
 
     Args:
         name: The subcommand.
-        inputs: Its files and names, in order.
-        flags: Its flags, with underscores instead of dashes; lists for several values.
+        inputs: Its positional arguments (files and names), in order.
+        flags: Its flags, with underscores instead of dashes; a list gives several values.
 
     Raises:
         ValueError: For invalid arguments.

@@ -52,8 +52,8 @@ class Dataset:
         source: A Design, whose people are made when they are needed; a Pack; or the path of a pack.
             None: the built-in cohort.
         split: The split, for a design with splits.
-        people: Most people of a design.
-        threads: Threads that draw a batch [all cores; torchrun processes and DataLoader workers share
+        people: The maximum number of people of a design.
+        threads: The number of threads that draw a batch [all cores; torchrun processes and DataLoader workers share
             the cores].
         drawing: For a pack, the flags of `edgegait sweep` that choose walks and how they are drawn, by
             default from 703 viewpoints. A design states them itself.
@@ -328,7 +328,7 @@ def _rank() -> tuple[int, int]:
 class Stream:
     """An endless stream of batches of a dataset: `(images, labels)`, arrays of `[batch, ...]` and int64.
 
-    Each epoch has every item once, shuffled, with other variations of the same walks than earlier epochs.
+    Each epoch has every item once, shuffled, with variations of the walks that earlier epochs did not have.
     The bytes of batch number b do not depend on its reader. Readers share batches: rank r of w reads the
     batches r, r + w, ..., and its DataLoader's workers share those, so that their order does not depend on
     the number of workers. Uncut motions have no variations: they are the same in each epoch. Import torch
@@ -344,7 +344,7 @@ class Stream:
         by_cycle: Whether the viewpoints of a cycle stay together, instead of being shuffled too: a cycle
             is posed once for them, so that streams of many viewpoints are several times as fast.
         fresh: Whether each epoch has variations of its own; else all epochs have the same items.
-        start: The number of the first batch, to continue a training.
+        start: The number of the first batch, to continue an earlier training run.
         rank, world: The number of this reader, and the number of readers [from torch.distributed, or from
             the environment's RANK and WORLD_SIZE; else the only reader].
     """

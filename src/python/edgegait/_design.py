@@ -23,7 +23,7 @@ class Design:
 
     @classmethod
     def from_toml(cls, toml: str, name: str = "design.toml") -> Design:
-        """Makes a design from its text; `name` is for messages. A dataset checks it."""
+        """Makes a design from its text, which a Dataset checks later; `name` is for messages."""
         design = cls.__new__(cls)
         design.name, design.toml = name, toml
         return design

@@ -38,11 +38,11 @@ class Pack:
 
     @property
     def walks(self) -> list[dict[str, Any]]:
-        """The walks: subject, walk, cycle, speed_kmh, duration_s, is_take (an uncut motion)."""
+        """The walks: subject, walk, cycle, speed_kmh, duration_s, is_uncut (an uncut motion)."""
         return self._native.walks
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-        """Writes the pack to a file, whole or not at all; missing folders are made."""
+        """Writes the pack to a file atomically, and creates missing folders."""
         self._native.save(os.fspath(path), overwrite=overwrite)
 
     def __bytes__(self) -> bytes:
@@ -61,7 +61,7 @@ class Pack:
         from ._dataset import Dataset
 
         first = self.walks[0]
-        template = "silhouettes" if first["is_take"] else "gei"
+        template = "silhouettes" if first["is_uncut"] else "gei"
         return Dataset(self, views="side", template=template, raster="rows", walks=first["walk"])._repr_png_()
 
 

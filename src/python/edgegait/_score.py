@@ -101,7 +101,7 @@ def score(
     """Scores recognizers on people seen from many viewpoints, as `edgegait score` does.
 
     Results list models before callables, and baselines in their order among them. Callables get sequences
-    of silhouettes one at a time, and images by the hundred.
+    of silhouettes one at a time, and images in batches.
 
     Args:
         models: An ONNX file, the name of a shipped model, "pixels", a Recognizer or any callable, or a
@@ -149,4 +149,4 @@ def _plain(value: Any) -> Any:
         return value.tolist()
     if isinstance(value, Iterable):
         return list(value)
-    raise TypeError(f"a contract holds numbers, texts and lists, found {type(value).__name__}")
+    raise TypeError(f"expected numbers, strings and lists in a contract, found {type(value).__name__}")

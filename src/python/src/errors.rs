@@ -11,7 +11,7 @@ pyo3::create_exception!(
     edgegait,
     Error,
     PyException,
-    "A problem of a file or data, with advice."
+    "A problem with a file or with data; the message gives advice."
 );
 
 /// Returns the exception for an error: `ValueError` for invalid arguments, `OSError` and its

@@ -106,7 +106,7 @@ impl PyPack {
                 clip.as_ref().map(edgegait_core::clip::Clip::duration_s),
             )?;
             dict.set_item(
-                "is_take",
+                "is_uncut",
                 clip.is_some_and(|clip| clip.as_uncut().is_some()),
             )?;
             Ok(dict)

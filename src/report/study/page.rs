@@ -46,7 +46,7 @@ impl Figures {
                 let people = overlaid(one).iter().map(|one| one.person.as_str());
                 let people: Vec<&str> = people.collect();
                 let caption = format!(
-                    "View {view}, masks {masks}, framing {framing}: {}, eight phases of a cycle each. Green is both, red only the real figure, yellow only the twin",
+                    "View {view}, masks {masks}, framing {framing}: {}, eight phases of a cycle each. Green pixels belong to both figures, red ones only to the real figure, yellow ones only to the twin",
                     people.join(", ")
                 );
                 let figure = StudyFigure::of_png(format!("overlays-{name}"), caption, bytes);
@@ -55,7 +55,11 @@ impl Figures {
         }
         let has_real = has_real(findings);
         for one in &findings.subspaces {
-            let whose = if has_real { "R (above) and S (below)" } else { "S" };
+            let whose = if has_real {
+                "R (above) and S (below)"
+            } else {
+                "S"
+            };
             let caption = format!(
                 "View {}: the mean and the first nine principal components of {whose}; grey is 0",
                 one.view
@@ -216,9 +220,9 @@ pub(super) fn page(header: &ResultHeader, findings: &Findings, figures: &Figures
                     (subspaces(findings))
                     (shown(&figures.components))
                     h2 { "3. Recognition" }
-                    p { "Linear support vector machines (C 1, one for each person against the rest) on principal "
-                        "components that are fitted to the training data only. R-R is also the control of "
-                        "70%R+S - 30%R. Intervals are 95 % and resample people. In a split by cycle, training "
+                    p { "Linear support vector machines (C = 1, one-versus-rest for each person) on principal "
+                        "components that are fitted to the training data only. R-R is also the control for "
+                        "70%R+S - 30%R. The 95 % intervals resample people. In a split by cycle, training "
                         "cycles next to a test cycle are left out. Cycles of one take are still near copies, so "
                         "a split by take is harder." }
                     (recognition(&findings.recognition))
@@ -244,7 +248,7 @@ fn orders(orders: &[PaperOrder]) -> Markup {
     let gain = |gain: f64| format!("{:+.1}", 100.0 * gain);
     html! { @if !orders.is_empty() {
         h2 { "The paper's order, and ours" }
-        p { "The paper found R-R and S-S best, both mixed ones above 95 % given enough components, and R-S and "
+        p { "The paper found R-R and S-S best, both mixed experiments above 95 % given enough components, and R-S and "
             "S-R lowest. Here, with the most components:" }
         div.wide { table.study {
             thead { tr { th { "setting" } th { "R-R, S-S best" } th { "mixed above 95 %" } th { "R-S, S-R lowest" }
@@ -299,7 +303,7 @@ fn likeness(all: &[Similarity]) -> Markup {
             "they are also moved by up to two pixels and scaled by up to 6 %." }
         div.wide { table.study {
             thead { tr { th { "view" } th { "masks" } th { "framing" } th { "cycles" } th { "pairs" }
-                th { "unaligned" } th { "by phase" } th { "fitted" } th { "half a cycle off, %" }
+                th { "unaligned" } th { "by phase" } th { "fitted" } th { "pairs half a cycle off, %" }
                 th { "phase shift, % of a cycle" } th { "scaled by" } th { "moved right" } th { "moved down" } } }
             tbody { @for one in all { @for (name, group) in one.groups() { tr {
                 td { (one.view) } td { (one.masks) } td { (one.framing) } td { (name) }
@@ -320,7 +324,8 @@ fn likeness(all: &[Similarity]) -> Markup {
 /// Shows where one figure covers pixels that the other does not.
 fn rows(all: &[Similarity]) -> Markup {
     html! {
-        p { "Where silhouettes differ, by rows of the figure: the share of the union that only R covers, and only S. "
+        p { "Where silhouettes differ, by rows of the figure: the share of the union that only R covers, and "
+            "the share that only S covers. "
             "All shares add up to 1 minus the index by phase." }
         div.wide { table.study {
             thead { tr { th { "view" } th { "masks" } th { "framing" }
@@ -400,8 +405,8 @@ fn recognition(all: &[Recognition]) -> Markup {
 fn prices(all: &[ChangeEffect]) -> Markup {
     html! {
         p { "Each row changes one property of S, and shows the similarity of frames to R and the share of cycles of R "
-            "that are recognized after training on S. The gain is the cost of the difference. Mean differences are "
-            "those of all people of this study, so they do not identify anybody." }
+            "that are recognized after training on S. The gain shows what this difference between R and S costs. Mean "
+            "differences are means over all people of this study, so they do not help to identify anybody." }
         div.wide { table.study {
             thead { tr { th { "view" } th { "S with" } th { "Jaccard index with R" } th { "with S as it is" }
                 th { "S - R, %" } th { "95 %" } th { "nearest pixels, %" } th { "95 %" } } }

@@ -21,7 +21,7 @@ def test_a_cohort_is_the_commands(program, tmp_path):
     assert pack.walks[1]["walk"] == "walk-5kmh"
     assert pack.walks[1]["speed_kmh"] == 5.0
     assert 0.9 < pack.walks[1]["duration_s"] < 1.3
-    assert not pack.walks[1]["is_take"]
+    assert not pack.walks[1]["is_uncut"]
     assert pack.results["bytes"] == len(bytes(pack))
 
 
@@ -31,7 +31,7 @@ def test_an_import_is_the_commands(program, tmp_path):
     program("import", source, "--subject", "anna", "--track", "clip", "--out", path)
     pack = edgegait.import_walks(source, subject="anna", track="clip")
     assert bytes(pack) == path.read_bytes()
-    assert pack.walks[0]["is_take"]
+    assert pack.walks[0]["is_uncut"]
     assert pack.results["clips"][0]["frames"] > 0
     # A take has all its frames.
     dataset = edgegait.Dataset(pack, views="side", template="silhouettes", raster="rows")
