@@ -3,7 +3,7 @@
 use crate::text_table::Column::{Left, Right};
 use crate::text_table::Table;
 use edgegait_core::budget::{SKIA_TRANSIENT_BYTES, skia_resident_bytes};
-use edgegait_core::lean::{Budget, LeanFigure, LeanRows};
+use edgegait_core::compact::{Budget, CompactFigure, CompactRows};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::{Skia, Window};
 use edgegait_core::silhouette::Size;
@@ -48,8 +48,8 @@ impl BudgetSummary {
             facets: budget.room.facets,
             body_bytes: budget.room.bytes(),
             expanded_bytes: budget.expanded_bytes,
-            rows: MemoryTaken::lean::<LeanRows>(&budget, size, 0),
-            skia: MemoryTaken::lean::<Skia>(&budget, size, <Skia>::heap_bytes(size)),
+            rows: MemoryTaken::compact::<CompactRows>(&budget, size, 0),
+            skia: MemoryTaken::compact::<Skia>(&budget, size, <Skia>::heap_bytes(size)),
             unpacked: MemoryTaken {
                 ram_bytes: Budget::UNPACKED_BYTES,
                 heap_bytes: skia_resident_bytes(size.rows()) + SKIA_TRANSIENT_BYTES,
@@ -59,7 +59,7 @@ impl BudgetSummary {
 }
 
 impl MemoryTaken {
-    fn lean<W: for<'a> Window<LeanFigure<'a>>>(
+    fn compact<W: for<'a> Window<CompactFigure<'a>>>(
         budget: &Budget,
         size: Size,
         heap_bytes: usize,
@@ -96,7 +96,7 @@ impl fmt::Display for BudgetSummary {
         } = self;
         writeln!(
             f,
-            "largest body: {hulls} hulls, lean::LeanBody<{points}, {facets}>, {body_bytes} bytes; an unpacked loop takes {expanded_bytes} more"
+            "largest body: {hulls} hulls, compact::CompactBody<{points}, {facets}>, {body_bytes} bytes; an unpacked loop takes {expanded_bytes} more"
         )?;
         writeln!(
             f,

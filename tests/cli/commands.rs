@@ -235,7 +235,7 @@ fn inspect_says_what_drawing_takes_on_a_board_and_on_a_host() {
         "skia, on a board {length:>12} {:>8} {skia:>8}\n",
         ram("skia")
     );
-    let body = format!("19 hulls, lean::LeanBody<485, {facets}>, ");
+    let body = format!("19 hulls, compact::CompactBody<485, {facets}>, ");
     assert!(people.contains(&row) && people.contains(&body), "{people}");
 }
 

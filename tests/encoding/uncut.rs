@@ -206,7 +206,7 @@ fn invalid_motions_are_refused_with_a_reason() {
 fn check_recorded_takes(data: &Path, files: &[&str]) {
     let folder = data.join("mocap/clips");
     let options = ReadOptions {
-        keep: Keep::Take,
+        keep: Keep::Uncut,
         ..ReadOptions::default()
     };
     for file in files {

@@ -155,7 +155,17 @@ fn baselines_compare_with_the_training_or_the_gallery_of_a_recognizer() {
 fn baselines_are_in_results_unless_they_are_not_wanted_or_nobody_can_be_known() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
-    done(at, &["cohort", "--speeds-kmh", "4", "--out", "slow.egp"]);
+    done(
+        at,
+        &[
+            "cohort",
+            "--speeds-kmh",
+            "4",
+            "--quick",
+            "--out",
+            "slow.egp",
+        ],
+    );
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
     let [side, spread] = ["side", "spread"].map(|it| models.join(it).with_extension("onnx"));
     let [side, spread] = [side.display().to_string(), spread.display().to_string()];
