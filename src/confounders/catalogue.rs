@@ -102,7 +102,7 @@ confounders! {
     Build "build" Appearance Body true unit(2.0, "sd"), "two residual standard deviations broader at the same mass (-1: slenderer)";
     Age "age" Appearance Body false None, "80 years old: shorter trunk, wider waist, stoop, shorter steps";
     WideTrousers "wide-trousers" Appearance Body false None, "legs 1 cm wider all around at the hips, 5.5 cm at the ankles";
-    Shoes "shoes" Appearance Body false None, "soles of 2 cm, heels of 3.5 cm, 2.5 cm longer than the toes";
+    Shoes "shoes" Appearance Body false None, "soles of 2 cm, heels of 3.5 cm; shoes reach 2.5 cm beyond the toes";
     Skirt "skirt" Appearance Body false None, "a skirt that covers nine tenths of the legs, taut between them";
     Coat "coat" Appearance Body false None, "a coat, 2 cm thick, from the shoulders to below the knees";
     Hair "hair" Appearance Body false None, "full hair, 3 cm thick, down to the shoulder blades";
@@ -122,7 +122,7 @@ confounders! {
     Roll "roll" Imaging Camera true unit(20.0, "deg"), "the camera turned by 20 degrees about its line of sight";
     Distance "distance" Imaging Camera false None, "the camera 1.5 m away (0: at its own distance, infinite for parallel rays)";
     FocalLength "focal-length" Imaging Camera false None, "a quarter of the focal length: a figure of 150 rows on the sensor shrinks to 38";
-    Shadow "shadow" Environment Image false None, "the whole shadow of a sun 45 degrees high, ahead to the left; a level camera sees none";
+    Shadow "shadow" Environment Image false None, "the whole shadow of a sun that is 45 degrees high, ahead of the walker and to the left; a level camera sees none";
     StaticOccluder "static-occluder" Environment Image false None, "a pillar, half a metre thick, that the walker passes behind";
     MovingOccluder "moving-occluder" Environment Image false None, "a person of the same size who crosses in front";
     MotionBlur "motion-blur" Imaging Image false unit(0.125, "s"), "an exposure of 1/8 s by a static camera";
