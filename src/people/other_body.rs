@@ -50,14 +50,7 @@ impl Cycle {
     /// reach is put as near as possible in its direction.
     #[must_use]
     pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS], lifts: [f64; 2]) -> Self {
-        let moved = Moved::of(
-            &self.root,
-            &self.rotations,
-            own,
-            target,
-            lifts,
-            MotionEnds::Meet,
-        );
+        let moved = self.moved(own, target, lifts);
         Self {
             drift_m: self.drift_m * moved.ratio,
             root: moved.roots,
@@ -73,6 +66,10 @@ impl Cycle {
         target: &[DVec3; JOINTS],
         lifts: [f64; 2],
     ) -> TooShort {
+        self.moved(own, target, lifts).too_short
+    }
+
+    fn moved(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS], lifts: [f64; 2]) -> Moved {
         Moved::of(
             &self.root,
             &self.rotations,
@@ -81,7 +78,6 @@ impl Cycle {
             lifts,
             MotionEnds::Meet,
         )
-        .too_short
     }
 }
 
@@ -90,14 +86,7 @@ impl UncutMotion {
     /// offsets, as [`Cycle::onto`] does.
     #[must_use]
     pub fn onto(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS], lifts: [f64; 2]) -> Self {
-        let moved = Moved::of(
-            &self.roots,
-            &self.rotations,
-            own,
-            target,
-            lifts,
-            MotionEnds::Open,
-        );
+        let moved = self.moved(own, target, lifts);
         Self {
             roots: moved.roots,
             rotations: moved.rotations,
@@ -112,6 +101,10 @@ impl UncutMotion {
         target: &[DVec3; JOINTS],
         lifts: [f64; 2],
     ) -> TooShort {
+        self.moved(own, target, lifts).too_short
+    }
+
+    fn moved(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS], lifts: [f64; 2]) -> Moved {
         Moved::of(
             &self.roots,
             &self.rotations,
@@ -120,7 +113,6 @@ impl UncutMotion {
             lifts,
             MotionEnds::Open,
         )
-        .too_short
     }
 }
 
