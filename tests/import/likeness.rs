@@ -25,14 +25,14 @@ const HEIGHTS: usize = 100;
 /// A region's range of heights, and the largest error of the mean over people from the front and
 /// from the side, cm: the measured error plus 4 mm.
 const REGIONS: [(&str, usize, usize, [f64; 2]); 8] = [
-    ("calves", 14, 24, [1.2, 0.9]),
-    ("thighs", 30, 42, [1.6, 0.7]),
-    ("crotch", 42, 48, [4.0, 2.3]),
-    ("hips", 48, 54, [1.3, 2.0]),
-    ("waist", 56, 64, [2.3, 0.7]),
-    ("chest", 66, 74, [1.3, 1.1]),
-    ("shoulders", 78, 82, [1.5, 2.8]),
-    ("head", 92, 98, [1.1, 1.6]),
+    ("calves", 14, 24, [0.9, 0.8]),
+    ("thighs", 30, 42, [2.8, 0.5]),
+    ("crotch", 42, 48, [4.0, 3.7]),
+    ("hips", 48, 54, [1.6, 3.2]),
+    ("waist", 56, 64, [2.2, 1.0]),
+    ("chest", 66, 74, [1.2, 0.5]),
+    ("shoulders", 78, 82, [1.7, 2.5]),
+    ("head", 92, 98, [1.1, 1.1]),
 ];
 
 type Row = HashMap<String, String>;
