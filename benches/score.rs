@@ -6,8 +6,8 @@ mod common;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use edgegait::Template;
+use edgegait::draw::sweep::{Job, Settings, Views, sweep};
 use edgegait::inference::{Contract, Model, Recognizer, Runtime, shipped};
-use edgegait::sweep::{Job, Settings, Views, sweep};
 use edgegait::train::{TrainOptions, fit, onnx};
 use edgegait_core::budget::PIXELS;
 use edgegait_core::pack::Pack;
@@ -71,7 +71,7 @@ fn geis() -> (Vec<f32>, Vec<usize>) {
     let views = Views::grid("sides", [45.0, 90.0], [0.0]).expect("two viewpoints");
     let settings = Settings::default();
     let (mut pixels, mut people) = (Vec::new(), Vec::new());
-    let sink = |job: Job, swept: edgegait::sweep::Swept| {
+    let sink = |job: Job, swept: edgegait::draw::sweep::Swept| {
         for gei in swept.templates {
             pixels.extend(gei.iter().map(|&pixel| f32::from(pixel) / 255.0));
             people.push(job.walk);

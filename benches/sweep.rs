@@ -7,7 +7,9 @@
 mod common;
 
 use criterion::{BenchmarkId, Criterion, SamplingMode, Throughput};
-use edgegait::sweep::{FRAMES_PER_CYCLE, FramingMode, Job, Raster, Settings, View, Views, sweep};
+use edgegait::draw::sweep::{
+    FRAMES_PER_CYCLE, FramingMode, Job, Raster, Settings, View, Views, sweep,
+};
 use edgegait::{Condition, Doses, dose};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
@@ -113,7 +115,7 @@ fn swept(pack: &Pack<'_>, jobs: &[Job<'_>], views: &[View], settings: Settings) 
         made += geis;
         Ok(())
     };
-    let count = |_, swept: edgegait::sweep::Swept| Ok(black_box(swept).templates.len());
+    let count = |_, swept: edgegait::draw::sweep::Swept| Ok(black_box(swept).templates.len());
     sweep(pack, jobs, views, settings, count, sink).expect("a walker can be drawn");
     made
 }

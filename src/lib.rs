@@ -90,81 +90,56 @@
 //!
 //! # Modules
 //!
-//! Data flows in one direction, and a module uses only the modules upstream of it:
-//!
-//! ```text
-//! import -> people -> encode -> [pack bytes, core] -> sweep -> dataset -> sequences
-//!        -> inference -> evaluate -> report
-//! ```
-//!
-//! The other modules:
+//! A module uses only the modules above it in this table:
 //!
 //! | module | contents |
 //! |---|---|
-//! | `audit` | measurements of the people of a pack, beside published norms |
-//! | `bench` | the cost of recognizers, and of the path from video to answers, on this machine |
-//! | `cache` | costly results kept for the next run |
-//! | `cli` | the command |
-//! | `confounders` | confounders, and conditions of several |
-//! | `design` | the specification of a training set, from people to templates |
-//! | `frontier` | the cost and error of the whole chain |
-//! | `gait_cycles` | gait cycles in silhouettes that EdgeGait did not draw |
-//! | `gate` | limits on results |
-//! | `inspect` | the contents of a pack |
-//! | `literature` | recognizers from the literature |
-//! | `segment` | silhouettes from video |
-//! | `study` | real silhouettes compared with those of synthetic twins |
-//! | `template` | templates of gait cycles |
-//! | `train` | training of linear recognizers, and their export as ONNX |
+//! | [`mod@error`] | what goes wrong |
+//! | [`files`] | safe reading and writing of files, the cache, the header of results |
+//! | `import` | motions and meshes as their files state them |
+//! | [`people`] | bodies and walks, made or recorded, and their audit |
+//! | [`draw`] | confounders, sweeps and templates |
+//! | [`encode`] | the bytes of packs, their inspection, and choices within an error |
+//! | [`dataset`] | designs, datasets, sequences and gait cycles |
+//! | [`segment`] | silhouettes from video |
+//! | [`inference`] | models that answer |
+//! | `train` | models that learn |
+//! | [`evaluate`] | contests, protocols, parity, literature and study |
+//! | `report` | tables, charts and pages |
+//! | `bench` | cost, speed against error, and limits on results |
+//! | [`cli`] | the command |
 
 #![warn(unreachable_pub)]
 
-#[cfg(feature = "import")]
-pub mod audit;
 mod bench;
-pub mod cache;
 pub mod cli;
-pub mod confounders;
 pub mod dataset;
-pub mod design;
+pub mod draw;
 pub mod encode;
 pub mod error;
 pub mod evaluate;
 pub mod files;
-mod frontier;
-pub mod gait_cycles;
-mod gate;
-mod grey_threshold;
 pub mod guide;
 #[cfg(feature = "import")]
 pub mod import;
 pub mod inference;
-mod inspect;
-#[cfg(feature = "train")]
-mod literature;
-mod named_or_file;
 pub mod people;
 mod report;
 pub mod segment;
-pub mod sequences;
-#[cfg(all(feature = "import", feature = "train", feature = "plots"))]
-mod study;
-pub mod sweep;
-pub mod template;
-mod text_table;
 #[cfg(feature = "train")]
 pub mod train;
 
-pub use crate::confounders::Doses;
-pub use crate::gait_cycles::FoundCycles;
-pub use confounders::{Condition, Conditions, dose};
+pub use dataset::gait_cycles::{CycleFinder, FoundCycles};
+pub use dataset::sequences::{PackSource, Selection};
 pub use dataset::{Dataset, Tree};
+pub use draw::confounders::{Condition, Conditions, Doses, dose};
+pub use draw::sweep::{FramingMode, Jitter, Job, Lens, Raster, Settings, View, Views, jobs, sweep};
+pub use draw::template::Template;
 pub use edgegait_core::pack::Pack;
 pub use encode::{Effort, MAX_ERROR_MM, encode_population, encode_subjects};
 pub use error::{Error, Result};
 pub use evaluate::contest::{Contest, ContestOptions, ContestOutcome, DrawnContest, Entrant};
 pub use evaluate::protocol::Protocol;
-pub use gait_cycles::CycleFinder;
 #[cfg(feature = "import")]
 pub use import::Motion;
 pub use inference::{Contract, Model, Runtime};
@@ -172,8 +147,5 @@ pub use people::Subject;
 pub use people::cohort::CohortOptions;
 #[cfg(feature = "import")]
 pub use people::recorded::{ReadOptions, Recording};
-pub use sequences::{PackSource, Selection};
-pub use sweep::{FramingMode, Jitter, Job, Lens, Raster, Settings, View, Views, jobs, sweep};
-pub use template::Template;
 #[cfg(feature = "train")]
 pub use train::{LinearModel, Samples};

@@ -1,11 +1,11 @@
 //! The rank-1 of a recognizer, with the runtime and the settings that it was timed with.
 
 use super::inputs::DrawnInputs;
+use crate::draw::sweep::Views;
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{ContestOptions, DrawnContest, Entrant};
 use crate::evaluate::intervals::Rank1Intervals;
 use crate::evaluate::paired_results::PersonResult;
-use crate::sweep::Views;
 use serde::{Deserialize, Serialize};
 
 /// Rank-1 on walks that training has not seen.
@@ -145,11 +145,11 @@ fn drawn<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::draw::sweep::{Settings, View};
     use crate::encode::encode_subjects;
     use crate::inference::Contract;
     use crate::inference::testing::MadeUp;
     use crate::people::cohort::{self, CohortOptions};
-    use crate::sweep::{Settings, View};
     use edgegait_core::pack::Pack;
 
     #[test]

@@ -1,9 +1,9 @@
 //! The inputs of models, drawn from a pack.
 
+use crate::draw::sweep::{Job, Moments, Settings, Shot, Swept, View, Views, silhouettes, sweep};
+use crate::draw::template::Template;
 use crate::error::Result;
 use crate::inference::Contract;
-use crate::sweep::{Job, Moments, Settings, Shot, Swept, View, Views, silhouettes, sweep};
-use crate::template::Template;
 use edgegait_core::pack::Pack;
 
 /// The walks that are drawn for a model, and how.
@@ -124,10 +124,10 @@ fn usual_view(contract: &Contract) -> Result<Vec<View>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::draw::sweep::jobs;
     use crate::encode::encode_subjects;
     use crate::inference::InputLayout;
     use crate::people::cohort::{self, CohortOptions};
-    use crate::sweep::jobs;
 
     #[test]
     fn a_models_input_is_its_walks_gei_or_its_silhouettes() {

@@ -17,6 +17,9 @@ mod conditions;
 mod csv;
 mod date;
 mod energy;
+#[cfg(feature = "plots")]
+pub(crate) mod frontier;
+pub(crate) mod gate;
 mod inputs;
 mod measure;
 mod memory;

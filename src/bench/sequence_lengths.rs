@@ -7,9 +7,9 @@ use super::results::{LeftOut, Length};
 use super::task::Task;
 use super::time_budget::{Cap, WorkKind};
 use super::timed_model::{FirstInference, LoadedModel, TimedWork, Watched, beside};
+use crate::draw::template::Template;
 use crate::error::{Error, Result};
 use crate::inference::Model;
-use crate::template::Template;
 
 /// Rejects a model whose inputs have a fixed length.
 ///

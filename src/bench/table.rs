@@ -4,9 +4,9 @@ use super::cells::{ResultRow, degrees, megabytes, of_clocks, per_second, some_of
 use super::results::{BenchResults, ModelResult};
 use super::timing::Timing;
 use super::video_pipeline;
+use crate::files::text_table::Column::{Left, Right};
+use crate::files::text_table::Table;
 use crate::report::{grouped, microseconds, percent};
-use crate::text_table::Column::{Left, Right};
-use crate::text_table::Table;
 
 /// The format of a table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

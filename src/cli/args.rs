@@ -1,11 +1,10 @@
 //! Flags that mean the same thing everywhere.
 
 use super::outputs::{Output, OutputKind, check};
-use crate::dataset::ResultHeader;
+use crate::draw::sweep::Views;
+use crate::encode::within_error::choose::FrontierChoice;
 use crate::error::{Error, Result};
-use crate::files::write_bytes;
-use crate::frontier::choose::FrontierChoice;
-use crate::sweep::Views;
+use crate::files::{ResultHeader, write_bytes};
 use serde::Serialize;
 use std::fmt::Display;
 use std::io::Write as _;

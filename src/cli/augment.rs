@@ -1,7 +1,7 @@
 //! Flags that add augmented variants of each image.
 
+use crate::draw::template::augment::{Augmentation, Crops};
 use crate::error::{Error, Result};
-use crate::template::augment::{Augmentation, Crops};
 
 /// The flags that choose the variants.
 #[derive(Clone, Debug, clap::Args)]

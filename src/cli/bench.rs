@@ -19,12 +19,11 @@ use crate::bench::{
     end_with_parent, measure, measure_lengths, measured_by, pin, render, require_any_length,
     utc_now,
 };
-use crate::dataset::ResultHeader;
+use crate::dataset::sequences::PackSource;
+use crate::draw::sweep::jobs;
 use crate::error::{Error, Result};
-use crate::files::{Staging, write_bytes};
+use crate::files::{ResultHeader, Staging, write_bytes};
 use crate::inference::{Model, shipped};
-use crate::sequences::PackSource;
-use crate::sweep::jobs;
 use doubts::{cut_short, warn};
 use edgegait_core::pack::Pack;
 use serde::de::DeserializeOwned;

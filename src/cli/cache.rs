@@ -1,6 +1,6 @@
 //! The flag that names the cache of costly results.
 
-use crate::cache::Cache;
+use crate::files::cache::Cache;
 use std::path::PathBuf;
 
 /// The flag that names the cache.

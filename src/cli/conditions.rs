@@ -1,12 +1,14 @@
 //! Flags that choose the conditions.
 
 use super::args::file_with;
-use crate::confounders::{CATALOGUE, Condition, Conditions, DoseUnit, NAMES, RandomDoses, dose};
-use crate::confounders::{Dose, Doses};
-use crate::dataset::{InputFile, ResultHeader};
+use crate::draw::confounders::{
+    CATALOGUE, Condition, Conditions, DoseUnit, NAMES, RandomDoses, dose,
+};
+use crate::draw::confounders::{Dose, Doses};
 use crate::error::{Error, Result};
-use crate::text_table::Column::Left;
-use crate::text_table::Table;
+use crate::files::text_table::Column::Left;
+use crate::files::text_table::Table;
+use crate::files::{InputFile, ResultHeader};
 use std::path::PathBuf;
 
 /// The flags that choose the conditions.

@@ -8,16 +8,17 @@ use super::layout::{LayoutArgs, refuse_without_tree};
 use super::progress::Progress;
 use super::tree_cycles::CuttingArgs;
 use super::walks::{SelectionArgs, SourceArgs};
-use crate::confounders::Condition;
-use crate::dataset::{Dataset, InputFile, Partition, ResultHeader, TREE_PARTITION};
+use crate::dataset::sequences::{Form, PackSource, SequenceSource};
+use crate::dataset::{Dataset, Partition, TREE_PARTITION};
+use crate::draw::confounders::Condition;
+use crate::draw::sweep::Views;
+use crate::draw::template::Template;
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{
     Contest, ContestOptions, DrawnContest, Entrant, StoredTemplates, usual,
 };
 use crate::evaluate::protocol::{PARTITION, Protocol};
-use crate::sequences::{Form, PackSource, SequenceSource};
-use crate::sweep::Views;
-use crate::template::Template;
+use crate::files::{InputFile, ResultHeader};
 use edgegait_core::pack::Pack;
 use std::path::{Path, PathBuf};
 

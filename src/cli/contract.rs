@@ -2,9 +2,8 @@
 
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
-use crate::dataset::ResultHeader;
 use crate::error::Result;
-use crate::files::write_bytes;
+use crate::files::{ResultHeader, write_bytes};
 use crate::inference::{Contract, Model, list_of};
 use serde::Serialize;
 use std::path::{Path, PathBuf};

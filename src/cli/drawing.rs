@@ -2,10 +2,10 @@
 
 use super::args::ViewArgs;
 use super::walks::SelectionArgs;
+use crate::draw::sweep::{Aim, FramingMode, Jitter, Lens, Raster, Sensor, Settings};
+use crate::draw::template::Template;
 use crate::error::{Error, Result, TemplateOrigin};
 use crate::inference::Contract;
-use crate::sweep::{Aim, FramingMode, Jitter, Lens, Raster, Sensor, Settings};
-use crate::template::Template;
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use edgegait_core::silhouette::Size;

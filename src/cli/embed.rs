@@ -7,9 +7,9 @@ use super::hints::WithFlags;
 pub use super::progress::Stop;
 use super::{Cli, Command, command, progress, run, score, sweep, with_threads};
 use crate::dataset::Items;
+use crate::dataset::sequences::PackSource;
 use crate::error::{Error, Result};
 use crate::inference::Recognizer;
-use crate::sequences::PackSource;
 use clap::FromArgMatches as _;
 use std::ffi::OsString;
 use std::sync::Arc;
@@ -182,16 +182,20 @@ mod tests {
 
     #[test]
     fn two_sources_of_walks_are_refused() {
-        let pack = PackSource::made(&crate::sequences::built_in(&[]), &|| ()).expect("people");
+        let pack =
+            PackSource::made(&crate::dataset::sequences::built_in(&[]), &|| ()).expect("people");
         let held = EmbeddedInputs {
             pack: Some(pack),
             ..EmbeddedInputs::default()
         };
-        let said = results(&words("score pixels src/sequences/cohort-5kmh.egp"), held);
+        let said = results(
+            &words("score pixels src/dataset/sequences/cohort-5kmh.egp"),
+            held,
+        );
         let said = said.expect_err("two sources").to_string();
         assert!(
             said.starts_with(
-                "expected one source of walks, found src/sequences/cohort-5kmh.egp and a pack of"
+                "expected one source of walks, found src/dataset/sequences/cohort-5kmh.egp and a pack of"
             ),
             "{said}"
         );
@@ -205,7 +209,7 @@ mod tests {
     #[test]
     fn results_are_the_json_of_the_command() {
         let text = results(
-            &words("inspect src/sequences/cohort-5kmh.egp"),
+            &words("inspect src/dataset/sequences/cohort-5kmh.egp"),
             EmbeddedInputs::default(),
         )
         .expect("a pack");

@@ -2,8 +2,8 @@
 
 use super::encoding::EncodingArgs;
 use super::keep_going::KeepGoing;
+use crate::encode::within_error::EncodedPack;
 use crate::error::{Error, Result};
-use crate::frontier::EncodedPack;
 use crate::people::Subject;
 use crate::people::encodable::without;
 use crate::people::recorded::{BodyOptions, Recording, subjects};

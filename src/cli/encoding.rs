@@ -2,10 +2,10 @@
 
 use super::args::{Common, gei_rmse, stated_choice};
 use super::progress::Progress;
-use crate::dataset::ResultHeader;
+use crate::encode::within_error::{EncodedPack, EncodingGoal, encoded};
 use crate::encode::{BUDGET_TRIES, Effort, MAX_ERROR_MM, STEPS_OF_WALK, encode_population};
 use crate::error::{Error, Result};
-use crate::frontier::{EncodedPack, EncodingGoal, encoded};
+use crate::files::ResultHeader;
 use crate::people::Subject;
 use crate::people::fewer_points::thinned;
 use std::ops::Range;

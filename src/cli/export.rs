@@ -5,9 +5,9 @@ use crate::dataset::{
     DatasetFormat, DatasetRun, DatasetWriter, Existing, Shard, UnfinishedRun, check_unfinished,
     standing,
 };
+use crate::draw::sweep::Settings;
+use crate::draw::template::Template;
 use crate::error::{ChoiceError, Error, Result};
-use crate::sweep::Settings;
-use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use std::ops::Range;
 use std::path::Path;
@@ -152,7 +152,7 @@ impl ExportArgs {
 /// Returns the name of a take in a tree, from a walk, its condition, if any, and a number.
 pub(super) fn take_name(walk: &str, condition: &str, number: Option<u32>) -> String {
     let mut name = walk.to_owned();
-    if condition != crate::confounders::NORMAL {
+    if condition != crate::draw::confounders::NORMAL {
         name = format!("{name}-{condition}");
     }
     match number {

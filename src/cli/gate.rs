@@ -3,13 +3,12 @@
 use super::Ending;
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
-use crate::dataset::{InputFile, ResultHeader};
-use crate::error::{Error, Result};
-use crate::files::write_bytes;
-use crate::gate::{
+use crate::bench::gate::{
     GateLimits, GateOutcome, GateReport, JUNIT_START, JudgedRuns, MARKDOWN_START, ResultFile, gate,
     starter,
 };
+use crate::error::{Error, Result};
+use crate::files::{InputFile, ResultHeader, write_bytes};
 use std::path::{Path, PathBuf};
 
 /// Check results against limits, alone or relative to a baseline, so that a build can fail

@@ -4,17 +4,17 @@ use super::args::{Common, FileArgs};
 use super::export::{ExportArgs, sized, take_name};
 use super::progress::Progress;
 use super::sweep::peak_rss_bytes;
+use crate::dataset::design::{Design, Split};
 use crate::dataset::{
-    Contents, DatasetFormat, DatasetRun, DatasetWriter, IndexRow, InputFile, Item, ResultHeader,
-    WalkerRow,
+    Contents, DatasetFormat, DatasetRun, DatasetWriter, IndexRow, Item, WalkerRow,
 };
-use crate::design::{Design, Split};
+use crate::draw::sweep::{DrawingRequest, Swept, View, sweep_each};
+use crate::draw::template::Template;
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Result};
+use crate::files::{InputFile, ResultHeader};
 use crate::people::cohort::DEFAULT_SEED;
 use crate::people::variation::CYCLES_OF_A_TAKE;
-use crate::sweep::{DrawingRequest, Swept, View, sweep_each};
-use crate::template::Template;
 use edgegait_core::pack::{Pack, Sex};
 use edgegait_core::silhouette::Size;
 use serde::Serialize;

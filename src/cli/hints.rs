@@ -153,8 +153,8 @@ fn asked(error: &InferenceError) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sweep::{FramingMode, Lens, Raster, Settings};
-    use crate::template::Template;
+    use crate::draw::sweep::{FramingMode, Lens, Raster, Settings};
+    use crate::draw::template::Template;
     use std::path::Path;
 
     fn shown(error: impl Into<Error>) -> String {

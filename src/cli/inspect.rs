@@ -1,10 +1,10 @@
 //! `edgegait inspect`: shows what a pack contains, and its size and errors.
 
 use super::args::{Common, FileArgs};
-use crate::dataset::ResultHeader;
+use crate::dataset::sequences::PackSource;
+use crate::encode::inspect::Summary;
 use crate::error::Result;
-use crate::inspect::Summary;
-use crate::sequences::PackSource;
+use crate::files::ResultHeader;
 use std::path::PathBuf;
 
 /// Show the contents of a pack: people, walks, bytes, errors, memory

@@ -4,18 +4,19 @@ use super::args::{Common, FileArgs};
 use super::progress::Progress;
 use super::subspaces::SubspaceArgs;
 use super::tree_cycles::CuttingArgs;
-use crate::dataset::{ResultHeader, TreeLayout};
+use crate::dataset::TreeLayout;
+use crate::dataset::sequences::{Recordings, SequenceSource};
+use crate::draw::sweep::{View, Views};
 use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
-use crate::evaluate::trial::MAX_CROSS_VIEWS;
-use crate::literature::{
+use crate::evaluate::literature::{
     COLUMNS, CONTESTS, ConfounderClass, ContestPlan, FITTED, Garments, JudgedRecognizer,
     LiteratureRow, PublishedRecognizer, judge, judge_recorded,
 };
+use crate::evaluate::trial::MAX_CROSS_VIEWS;
+use crate::files::ResultHeader;
 use crate::people::cohort::SPEEDS_KMH;
 use crate::report::{garments_table, literature_table};
-use crate::sequences::{Recordings, SequenceSource};
-use crate::sweep::{View, Views};
 use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::path::{Path, PathBuf};

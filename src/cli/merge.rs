@@ -3,8 +3,9 @@
 use super::args::{Common, FileArgs};
 use super::export::FormatArg;
 use super::outputs::{Output, OutputKind};
-use crate::dataset::{DatasetFormat, Existing, InputFile, ResultHeader, check_unfinished, merge};
+use crate::dataset::{DatasetFormat, Existing, check_unfinished, merge};
 use crate::error::Result;
+use crate::files::{InputFile, ResultHeader};
 use serde::Serialize;
 use std::path::PathBuf;
 

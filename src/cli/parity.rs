@@ -9,12 +9,12 @@ use super::keep_going::with_hint;
 use super::progress::Progress;
 use super::recognizers::{entrant, is_baseline, sort_inputs, with_contracts};
 use super::runtime::{RuntimeChoice, refuse_idle_library};
-use crate::dataset::ResultHeader;
+use crate::draw::sweep::Views;
 use crate::error::{ChoiceError, Error, EvaluateError, Result};
 use crate::evaluate::contest::{Contest, Entrant, ShownPicture};
 use crate::evaluate::parity::{Limits, ParityResults, ParitySide, SideAnswers, Verdict};
+use crate::files::ResultHeader;
 use crate::inference::{Contract, Model, Runtime, shipped};
-use crate::sweep::Views;
 use std::path::{Path, PathBuf};
 
 /// Default viewpoints: the walker's left from front to back, level and from above. Our choice: ten

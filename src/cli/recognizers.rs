@@ -1,15 +1,15 @@
 //! Loads the recognizers of a command: named models, the pixel baseline, or the shipped models.
 
 use super::contest::InputSource;
-use crate::cache::Cache;
-use crate::dataset::{InputFile, ResultHeader};
+use crate::dataset::sequences::is_pack_or_folder;
 use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
+use crate::files::cache::Cache;
+use crate::files::{InputFile, ResultHeader};
 use crate::inference::RuntimeName;
 use crate::inference::{
     CachedRecognizer, Contract, Firmware, Model, Outputs, Recognizer, Runtime, baseline, shipped,
 };
-use crate::sequences::is_pack_or_folder;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

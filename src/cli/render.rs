@@ -5,13 +5,14 @@ use super::conditions::ConditionArgs;
 use super::drawing::DrawArgs;
 use super::outputs::{Output, OutputKind};
 use super::walks::SourceArgs;
-use crate::dataset::{ResultHeader, write_npy};
+use crate::dataset::write_npy;
+use crate::draw::sweep::{Job, Moments, Settings, Shot, is_uncut, silhouettes, walk_name};
+use crate::draw::template::{Builder, Template, TemplateShape};
 use crate::error::{Error, Result};
+use crate::files::ResultHeader;
 use crate::report::{cells, contact_sheet, write_png};
 #[cfg(feature = "plots")]
 use crate::report::{condition_gallery, template_gallery};
-use crate::sweep::{Job, Moments, Settings, Shot, is_uncut, silhouettes, walk_name};
-use crate::template::{Builder, Template, TemplateShape};
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
 use ndarray::{ArrayView, Dimension, IntoDimension};

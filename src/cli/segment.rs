@@ -3,8 +3,8 @@
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
-use crate::dataset::ResultHeader;
 use crate::error::Result;
+use crate::files::ResultHeader;
 use crate::report::write_png;
 use crate::segment::{
     SegmentSettings, Segmented, Segmenter, SequenceNames, SequenceWriter, Sheet, Video,

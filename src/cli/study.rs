@@ -3,11 +3,12 @@
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
-use crate::dataset::{InputFile, ResultHeader};
 use crate::error::{Error, Result};
-use crate::files::write_bytes;
+use crate::evaluate::study::{
+    Choices, Findings, Paths, StudyPlan, run as run_study, run_synthetic, steps,
+};
+use crate::files::{InputFile, ResultHeader, write_bytes};
 use crate::report::{study_tables, write_study};
-use crate::study::{Choices, Findings, Paths, StudyPlan, run as run_study, run_synthetic, steps};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

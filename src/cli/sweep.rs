@@ -11,15 +11,14 @@ use super::export::{ExportArgs, sized, templates_of};
 use super::layout::{LayoutArgs, refuse_without_tree};
 use super::walks::SourceArgs;
 pub(super) use crate::bench::peak_rss_bytes;
-use crate::confounders::Condition;
-use crate::dataset::{
-    Contents, DatasetFormat, DatasetRun, Items, PackItems, ResultHeader, check_folder_name,
-};
+use crate::dataset::sequences::PackSource;
+use crate::dataset::{Contents, DatasetFormat, DatasetRun, Items, PackItems, check_folder_name};
+use crate::draw::confounders::Condition;
+use crate::draw::sweep::{Job, Settings, UNCUT_FPS, Views, Wanted, is_uncut, walk_name};
+use crate::draw::template::Template;
+use crate::encode::within_error::choose;
 use crate::error::{Error, Result};
-use crate::frontier::choose;
-use crate::sequences::PackSource;
-use crate::sweep::{Job, Settings, UNCUT_FPS, Views, Wanted, is_uncut, walk_name};
-use crate::template::Template;
+use crate::files::ResultHeader;
 use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::ops::Range;

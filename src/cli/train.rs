@@ -14,14 +14,13 @@ use super::outputs::{Output, OutputKind};
 use super::subspaces::SubspaceArgs;
 use super::tree_cycles::CuttingArgs;
 use super::walks::SelectionArgs;
-use crate::dataset::{InputFile, ResultHeader};
+use crate::draw::template::augment::Augmentation;
 use crate::error::{Error, Result};
 use crate::evaluate::rank1::{ProbeOutcome, closed_set};
-use crate::files::{sha256_of_bytes, write_bytes};
+use crate::files::text_table::Column::{Left, Right};
+use crate::files::text_table::Table;
+use crate::files::{InputFile, ResultHeader, sha256_of_bytes, write_bytes};
 use crate::inference::Contract;
-use crate::template::augment::Augmentation;
-use crate::text_table::Column::{Left, Right};
-use crate::text_table::Table;
 use crate::train::subspaces::{RandomSubspaces, SubspaceOptions};
 use crate::train::view_transformation::ViewTransformation;
 use crate::train::{

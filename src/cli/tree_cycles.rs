@@ -1,11 +1,11 @@
 //! Flags that choose how the recordings of a tree are cut into gait cycles.
 
 use super::progress::Progress;
-use crate::dataset::ResultHeader;
+use crate::dataset::gait_cycles::CycleFinder;
+use crate::dataset::sequences::Recordings;
+use crate::draw::sweep::UNCUT_FPS;
 use crate::error::Result;
-use crate::gait_cycles::CycleFinder;
-use crate::sequences::Recordings;
-use crate::sweep::UNCUT_FPS;
+use crate::files::ResultHeader;
 
 /// The maximum number of recordings without cycles that are named.
 const NAMED: usize = 5;

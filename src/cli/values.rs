@@ -1,10 +1,10 @@
 //! The values of flags that the library names, with their help texts.
 
 use crate::bench::TableFormat;
+use crate::draw::sweep::{FramingMode, Jitter, Lens};
+use crate::draw::template::Template;
 use crate::inference::Provider;
 use crate::people::cohort::Dressing;
-use crate::sweep::{FramingMode, Jitter, Lens};
-use crate::template::Template;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use edgegait_core::pack::Sex;

@@ -1,9 +1,9 @@
 //! Flags that choose walks from a pack or from the built-in cohort.
 
 use super::progress::Progress;
+use crate::dataset::sequences::{BUILT_IN_WALK, PackSource, Selection, built_in};
 use crate::encode::STEPS_OF_WALK;
 use crate::error::Result;
-use crate::sequences::{BUILT_IN_WALK, PackSource, Selection, built_in};
 use edgegait_core::pack::Pack;
 use std::path::PathBuf;
 

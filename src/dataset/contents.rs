@@ -1,6 +1,6 @@
 //! The contents of each row of a dataset's index, and the arrays that hold them.
 
-use crate::template::{Template, TemplateShape};
+use crate::draw::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::JOINTS;
 use serde::{Deserialize, Serialize};

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use super::contents::{DatasetFormat, name_of};
 use super::reader::read_manifest;
-use super::{INDEX, MANIFEST, Manifest, WALKERS, npz, sequences};
+use super::{INDEX, MANIFEST, Manifest, WALKERS, npz, tree_writer};
+use crate::draw::template::Template;
 use crate::error::{ChoiceError, Error, Result};
-use crate::template::Template;
 
 /// The commands that make datasets, as manifests name them.
 const COMMANDS: [&str; 2] = ["sweep", "generate"];
@@ -78,7 +78,7 @@ pub fn check_replaceable(target: &Path, format: DatasetFormat, existing: Existin
         None
     };
     if let Some(tree) = manifest.as_ref().filter(|found| found.format.is_tree()) {
-        if let Some(other) = sequences::foreign(target)? {
+        if let Some(other) = tree_writer::foreign(target)? {
             return refuse(format!(
                 "holds {}, which is not part of a dataset (name another folder)",
                 other.display()

@@ -5,8 +5,8 @@ use std::path::Path;
 use csv::{ErrorKind, ReaderBuilder, StringRecord};
 use serde::{Deserialize, Serialize};
 
+use crate::draw::sweep::{Job, View, drawn};
 use crate::error::{Error, FilePlace, Result, SweepError};
-use crate::sweep::{Job, View, drawn};
 use edgegait_core::pack::Pack;
 
 /// The columns of `index.csv`, in order.

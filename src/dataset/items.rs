@@ -11,13 +11,13 @@ pub use drawn::DrawnItem;
 
 use super::contents::Array;
 use super::{Contents, IndexRow, ItemOrder};
-use crate::confounders::Condition;
-use crate::design::Design;
+use crate::dataset::design::Design;
+use crate::draw::confounders::Condition;
+use crate::draw::sweep::{Drawer, Job, Settings, View, Wanted, is_uncut};
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{ChoiceError, Error, Result};
 use crate::people::cohort;
 use crate::people::variation::CYCLES_OF_A_TAKE;
-use crate::sweep::{Drawer, Job, Settings, View, Wanted, is_uncut};
 use edgegait_core::pack::Pack;
 use rayon::prelude::*;
 use std::borrow::Cow;

@@ -14,8 +14,9 @@
 mod arrays;
 mod checked_file;
 mod contents;
+pub mod design;
 mod existing;
-mod header;
+pub mod gait_cycles;
 mod index;
 mod items;
 mod merge;
@@ -24,18 +25,15 @@ mod npz;
 mod order;
 mod partition;
 mod reader;
-mod sequences;
+pub mod sequences;
 mod stated;
 mod tree;
+mod tree_writer;
 mod unfinished;
 mod writer;
 
-pub use super::files::{
-    grey_png, hex, sha256_of_bytes, sha256_of_file, write_atomically, write_bytes,
-};
 pub use contents::{Array, Contents, DatasetFormat, Shard};
 pub use existing::{Existing, check_replaceable};
-pub use header::{InputFile, ResultHeader, SCHEMA};
 pub use index::{IndexRow, WalkerRow, kmh};
 pub use items::{DrawnItem, Items, PackBytes, PackItems};
 pub use merge::merge;
@@ -43,13 +41,14 @@ pub use npy::write_npy;
 pub use order::ItemOrder;
 pub use partition::Partition;
 pub use reader::Dataset;
-pub(crate) use sequences::PARTITION as TREE_PARTITION;
-pub use sequences::check_folder_name;
 pub use tree::{Modality, Silhouettes, Tree, TreeLayout, TreeSequence, check_view_name, framed};
+pub(crate) use tree_writer::PARTITION as TREE_PARTITION;
+pub use tree_writer::check_folder_name;
 pub use unfinished::{check_unfinished, unfinished_work};
 pub use writer::{DatasetRun, DatasetWriter, Item, UnfinishedRun, standing};
 
-use crate::template::Template;
+use crate::draw::template::Template;
+use crate::files::{InputFile, ResultHeader};
 use serde::{Deserialize, Serialize};
 
 const INDEX: &str = "index.csv";

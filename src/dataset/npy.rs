@@ -7,9 +7,9 @@ use std::path::Path;
 use ndarray::{ArrayView, ArrayView2, ArrayView3, Dimension};
 use ndarray_npy::{ViewNpyError, ViewNpyExt, WriteNpyError, WriteNpyExt};
 
+use crate::draw::template::{Template, TemplateShape};
 use crate::error::{Error, Result};
 use crate::files::write_atomically;
-use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
 
 /// The longest header that is parsed, bytes. NumPy writes 128 bytes for our shapes. The

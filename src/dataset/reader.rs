@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 
 use super::index::{read_index, read_plain_index};
 use super::npy::template_bytes;
-use super::{DatasetFormat, INDEX, IndexRow, MANIFEST, Manifest, ResultHeader, SCHEMA, file_of};
-use crate::dataset::InputFile;
+use super::{DatasetFormat, INDEX, IndexRow, MANIFEST, Manifest, file_of};
+use crate::draw::template::Template;
 use crate::error::{Error, FilePlace, Remedy, Result};
-use crate::files::sha256_of_bytes;
-use crate::template::Template;
+use crate::files::{InputFile, ResultHeader, SCHEMA, sha256_of_bytes};
 use edgegait_core::silhouette::Size;
 
 /// A dataset in memory: a byte for each number, and the index.
@@ -220,9 +219,8 @@ pub(super) fn parse_manifest(path: &Path, text: &[u8]) -> Result<Manifest> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{
-        Contents, DatasetFormat, DatasetRun, DatasetWriter, Existing, Item, ResultHeader,
-    };
+    use crate::dataset::{Contents, DatasetFormat, DatasetRun, DatasetWriter, Existing, Item};
+    use crate::files::ResultHeader;
     use edgegait_core::budget::PIXELS;
 
     fn row(subject: &str, azimuth_deg: f64) -> IndexRow {

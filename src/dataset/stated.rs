@@ -1,10 +1,11 @@
 //! The settings that results and manifests state of their templates, by flag names.
 
-use super::{Dataset, ResultHeader};
+use super::Dataset;
+use crate::draw::sweep::{Aim, FramingMode, Sensor, Settings};
+use crate::draw::template::Template;
+use crate::draw::template::augment::{Augmentation, Crops};
 use crate::error::{Error, Result};
-use crate::sweep::{Aim, FramingMode, Sensor, Settings};
-use crate::template::Template;
-use crate::template::augment::{Augmentation, Crops};
+use crate::files::ResultHeader;
 use glam::Vec3;
 use std::path::Path;
 

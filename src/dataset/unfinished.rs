@@ -17,9 +17,8 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::SCHEMA;
 use crate::error::{ChoiceError, Error, FilePlace, Result};
-use crate::files::{folder_of, together};
+use crate::files::{SCHEMA, folder_of, together};
 
 const JOURNAL: &str = "journal.json";
 const LOCK: &str = "lock";

@@ -9,12 +9,12 @@ use super::existing::{Existing, check_replaceable};
 use super::index::{COLUMNS, WALKER_COLUMNS};
 use super::partition::Partition;
 use super::reader::read_manifest;
-use super::sequences::{GrowingSequences, PARTITION, SEQUENCES};
+use super::tree_writer::{GrowingSequences, PARTITION, SEQUENCES};
 use super::unfinished::{Unfinished, difference};
 use super::{INDEX, IndexRow, MANIFEST, WALKERS, WalkerRow, npz};
-use crate::dataset::{InputFile, Manifest, ResultHeader};
+use crate::dataset::Manifest;
 use crate::error::{Error, Result};
-use crate::files::sha256_of_file;
+use crate::files::{InputFile, ResultHeader, sha256_of_file};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -397,7 +397,7 @@ impl DatasetWriter {
             Store::Tree(sequences) => {
                 sequences.append(shard, manifest)?;
                 let Partition { train, test, .. } =
-                    crate::dataset::sequences::partition_of(shard, manifest)?;
+                    crate::dataset::tree_writer::partition_of(shard, manifest)?;
                 let parts = &mut self.work.journal.parts;
                 for (part, people) in [(TRAIN, train), (TEST, test)] {
                     parts.entry(part.to_owned()).or_default().extend(people);

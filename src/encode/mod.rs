@@ -12,6 +12,7 @@ mod entry_table;
 mod fourier;
 mod frames;
 mod hull;
+pub(crate) mod inspect;
 mod knots;
 mod mean_walks;
 mod motion_sections;
@@ -24,6 +25,7 @@ mod target;
 mod uncut;
 mod uncut_fit;
 mod uncut_target;
+pub(crate) mod within_error;
 
 pub use avatar::{EncodedAvatar, encode_avatar};
 pub use pack::{

@@ -1,10 +1,10 @@
 //! Agreement between a recognizer and its copy with 8-bit weights.
 
 use super::rank1::{ProbeOutcome, Tally, closed_set};
+use crate::dataset::sequences::{Form, SequenceSource};
 use crate::error::Result;
 use crate::inference::Recognizer;
 use crate::inference::answers::ask;
-use crate::sequences::{Form, SequenceSource};
 use edgegait_core::linear::LinearRecognizer;
 use serde::{Deserialize, Serialize};
 

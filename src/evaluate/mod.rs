@@ -22,6 +22,8 @@ pub(crate) mod distance;
 pub(crate) mod eight_bit;
 pub(crate) mod identification;
 pub(crate) mod intervals;
+#[cfg(feature = "train")]
+pub(crate) mod literature;
 pub(crate) mod median;
 pub(crate) mod paired;
 pub(crate) mod paired_results;
@@ -31,6 +33,8 @@ pub(crate) mod rank1;
 pub mod results;
 #[cfg(feature = "plots")]
 pub(crate) mod strengths;
+#[cfg(all(feature = "import", feature = "train", feature = "plots"))]
+pub(crate) mod study;
 #[cfg(test)]
 pub(crate) mod testing;
 mod totals;

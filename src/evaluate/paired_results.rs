@@ -1,7 +1,7 @@
 //! Paired differences in results.
 
 use super::rank1::Tally;
-use crate::sequences::ViewLabel;
+use crate::dataset::sequences::ViewLabel;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;

@@ -9,11 +9,11 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::confounders::{Condition, NORMAL};
+use crate::dataset::sequences::{MadeTake, SequenceTake};
+use crate::draw::confounders::{Condition, NORMAL};
 use crate::error::{Error, EvaluateError, Result};
-use crate::named_or_file::toml_of;
+use crate::files::named_or_file::toml_of;
 use crate::people::variation::CYCLES_OF_A_TAKE;
-use crate::sequences::{MadeTake, SequenceTake};
 
 /// The first variation that no training of this program uses. Variations of probes begin here.
 pub const FIRST_UNSEEN: u32 = 1_000;

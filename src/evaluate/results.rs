@@ -8,13 +8,13 @@ use super::intervals::Rank1Intervals;
 use super::rank1::Tally;
 use super::verification::{RocPoint, TarAtFar};
 use super::view_angle::AngleResult;
-use crate::sequences::ViewLabel;
+use crate::dataset::sequences::ViewLabel;
 use serde::{Deserialize, Serialize};
 
 pub use super::paired_results::{
     Confusion, HitsByView, PairedResult, PairedViewpoint, PersonResult,
 };
-pub use crate::dataset::{InputFile, ResultHeader};
+pub use crate::files::{InputFile, ResultHeader};
 pub use crate::inference::RuntimeName;
 
 /// The results of `edgegait score`.

@@ -2,10 +2,10 @@
 
 use super::intervals::Rank1Intervals;
 use super::results::RecognizerResult;
-use crate::confounders::{Condition, Confounder, NORMAL};
-use crate::confounders::{Dose, Doses};
+use crate::draw::confounders::{Condition, Confounder, NORMAL};
+use crate::draw::confounders::{Dose, Doses};
+use crate::draw::sweep::{Job, Settings, Swept, View, sweep};
 use crate::error::{EvaluateError, Result};
-use crate::sweep::{Job, Settings, Swept, View, sweep};
 use edgegait_core::pack::Pack;
 use serde::Serialize;
 use std::time::Instant;
@@ -247,7 +247,7 @@ fn rmse(a: &[Vec<u8>], b: &[Vec<u8>]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::confounders::catalogue::named;
+    use crate::draw::confounders::catalogue::named;
 
     #[test]
     fn a_study_has_each_confounder_at_each_strength_and_opposites_where_there_are() {

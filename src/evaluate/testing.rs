@@ -1,10 +1,11 @@
 //! Shared test data: distance matrix E1, with metrics computed by hand, and tiny datasets of GEIs.
 
 use crate::dataset::{
-    Contents, DatasetFormat, DatasetRun, DatasetWriter, Existing, IndexRow, Item, ResultHeader,
+    Contents, DatasetFormat, DatasetRun, DatasetWriter, Existing, IndexRow, Item,
 };
+use crate::draw::template::Template;
 use crate::error::Result;
-use crate::template::Template;
+use crate::files::ResultHeader;
 use edgegait_core::budget::PIXELS;
 use edgegait_core::silhouette::Size;
 use std::path::Path;

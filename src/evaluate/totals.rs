@@ -14,10 +14,10 @@ use super::results::{
 use super::trial::{ProbeComparison, Trial};
 use super::verification::{Pairs, Verification};
 use super::view_angle::by_angle;
+use crate::dataset::sequences::Sequences;
 use crate::error::{EvaluateError, Result};
 use crate::inference::Recognizer;
 use crate::inference::answers::Answers;
-use crate::sequences::Sequences;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashSet};
 

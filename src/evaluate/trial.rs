@@ -5,11 +5,11 @@ use super::protocol::{GalleryViews, Protocol, TakeRoles};
 use super::rank1::ProbeOutcome;
 use super::results::ProbeAnswer;
 use super::verification::Pairs;
+use crate::dataset::sequences::{Sequences, ViewLabel};
+use crate::draw::sweep::View;
 use crate::error::{EvaluateError, Result};
 use crate::inference::Recognizer;
 use crate::inference::answers::Answers;
-use crate::sequences::{Sequences, ViewLabel};
-use crate::sweep::View;
 use std::ops::Neg;
 
 /// The maximum number of viewpoints of which all pairs are compared.

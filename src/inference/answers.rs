@@ -1,9 +1,9 @@
 //! The answers of recognizers to sequences.
 
 use super::{Distance, Outputs, Recognizer};
+use crate::dataset::sequences::{Form, SequenceSource, ShownCounts};
+use crate::draw::template::Template;
 use crate::error::{InferenceError, Result};
-use crate::sequences::{Form, SequenceSource, ShownCounts};
-use crate::template::Template;
 
 /// The maximum number of values in a batch: 4 MB. Sequences of silhouettes are given one at a
 /// time: each is already a batch of frames, for which a large network needs 700 MB and a second,

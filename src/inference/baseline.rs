@@ -7,9 +7,9 @@
 
 use super::provider::RuntimeName;
 use super::{Contract, Distance, InputLayout, Outputs, Recognizer};
+use crate::draw::sweep::FramingMode;
+use crate::draw::template::Template;
 use crate::error::Result;
-use crate::sweep::FramingMode;
-use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, ArrayView2, Axis};
 use rand::SeedableRng;

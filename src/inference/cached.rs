@@ -8,8 +8,8 @@
 
 use super::provider::RuntimeName;
 use super::{Contract, Model, Outputs, Recognizer, join};
-use crate::cache::{Cache, CacheKey, touch};
 use crate::error::{Error, Result};
+use crate::files::cache::{Cache, CacheKey, touch};
 use sha2::{Digest as _, Sha256};
 use std::collections::HashMap;
 use std::fs::{self, File};

@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::input::{Distance, InputAxis, InputLayout, InputRange};
+use crate::draw::sweep::FramingMode;
+use crate::draw::template::{Template, TemplateShape};
 use crate::error::{Error, InferenceError, Result, TemplateOrigin};
-use crate::sweep::FramingMode;
-use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
 
 /// The maximum number of bytes a contract may have.

@@ -2,11 +2,10 @@
 
 use super::provider::RuntimeName;
 use super::{Contract, InputLayout, OutputNames, Outputs, Recognizer, SCORES};
-use crate::dataset::InputFile;
+use crate::draw::sweep::FramingMode;
+use crate::draw::template::Template;
 use crate::error::{Error, FilePlace, Result};
-use crate::files::sha256_of_bytes;
-use crate::sweep::FramingMode;
-use crate::template::Template;
+use crate::files::{InputFile, sha256_of_bytes};
 use edgegait_core::camera;
 use edgegait_core::format::RECOGNIZER_MAGIC;
 use edgegait_core::linear::LinearRecognizer as Linear;

@@ -4,7 +4,7 @@ use super::contract::{Contract, OutputNames};
 use super::graph::{Dimension, Graph, Port};
 use super::input::{InputAxis, InputLayout, InputRange};
 use super::ports::Element;
-use crate::template::Template;
+use crate::draw::template::Template;
 use edgegait_core::silhouette::Size;
 
 /// Channels of pictures in colour.

@@ -4,7 +4,7 @@
 //! Templates of several images have their channels first. One image may be given as several equal
 //! channels, in the layout's order.
 
-use crate::template::{Template, TemplateShape};
+use crate::draw::template::{Template, TemplateShape};
 use serde::{Deserialize, Serialize};
 
 /// The values of background and foreground.

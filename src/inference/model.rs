@@ -10,9 +10,8 @@ use super::contract::{Contract, OutputNames};
 use super::graph::Graph;
 use super::guess;
 use super::ports::{Batching, EMBEDDING, Ports, list_of};
-use crate::dataset::InputFile;
 use crate::error::{Error, Result};
-use crate::files::sha256_of_bytes;
+use crate::files::{InputFile, sha256_of_bytes};
 use edgegait_core::format::RECOGNIZER_MAGIC;
 use edgegait_core::silhouette::Size;
 

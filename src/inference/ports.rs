@@ -3,7 +3,7 @@
 use super::contract::Contract;
 use super::graph::{Dimension, Graph, Port};
 use super::input::{InputAxis, InputLayout, InputRange};
-use crate::template::Template;
+use crate::draw::template::Template;
 use edgegait_core::silhouette::Size;
 
 /// The name, in our own models, of the output that is compared by distance, f32 `[N, dims]`.

@@ -8,9 +8,9 @@
 //! for LDA the means are 0 already, and for an SVM the mean error of scores rose.
 
 use super::{Affine, Contract};
+use crate::draw::sweep::FramingMode;
+use crate::draw::template::Template;
 use crate::error::{InferenceError, Result};
-use crate::sweep::FramingMode;
-use crate::template::Template;
 use edgegait_core::format::{
     FRAMING_BOX, FRAMING_HEIGHT, RECOGNIZER_CRC_AT, RECOGNIZER_MAGIC, RECOGNIZER_VERSION,
     RECOGNIZER_VERSION_AT, crc32,

@@ -104,8 +104,8 @@ mod tests {
     use super::super::testing::ort_library;
     use super::super::{Outputs, Runtime};
     use super::*;
+    use crate::draw::sweep::{Job, Settings, Views, sweep};
     use crate::people::cohort::{self, CohortOptions};
-    use crate::sweep::{Job, Settings, Views, sweep};
     use edgegait_core::pack::Pack;
 
     /// Renders GEIs of four people from the side, in the range that the models take.
@@ -122,7 +122,7 @@ mod tests {
         let settings = Settings::default();
         let views = Views::side().expect("the side view").list;
         let mut geis = Vec::new();
-        let keep = |_: Job<'_>, swept: crate::sweep::Swept| Ok(swept.templates);
+        let keep = |_: Job<'_>, swept: crate::draw::sweep::Swept| Ok(swept.templates);
         sweep(&pack, &jobs, &views, settings, keep, |_, found| {
             geis.extend(found[0].iter().map(|&pixel| f32::from(pixel) / 255.0));
             Ok(())

@@ -2,8 +2,8 @@
 
 use super::provider::RuntimeName;
 use super::{Contract, InputLayout, Model, Outputs, Recognizer};
+use crate::draw::template::Template;
 use crate::error::Result;
-use crate::template::Template;
 use crate::train::onnx;
 use crate::train::testing::small_recognizer;
 use std::path::PathBuf;

@@ -3,6 +3,8 @@
 //! Everything that produces a walker (an importer, the built-in cohort) returns the
 //! types of this module, and the encoder takes them.
 
+#[cfg(feature = "import")]
+pub mod audit;
 pub(crate) mod cleaning;
 pub(crate) mod clothes;
 pub mod cohort;

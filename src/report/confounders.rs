@@ -4,9 +4,9 @@ use super::strengths::recognizers;
 use super::{percent, strengths};
 use crate::error::Result;
 use crate::evaluate::strengths::{ConfounderResult, StrengthResult};
+use crate::files::text_table::Column::{Left, Right};
+use crate::files::text_table::Table;
 use crate::files::write_bytes;
-use crate::text_table::Column::{Left, Right};
-use crate::text_table::Table;
 use std::fmt::Write as _;
 use std::path::Path;
 

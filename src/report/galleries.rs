@@ -3,15 +3,15 @@
 use super::camera_effects::{faded, mean, pixelated, warped};
 use super::camera_view::{DrawnFloor, HullKind as Colour, SceneShot, ShownHull, frame};
 use super::labelled_sheet::{GalleryImage, GalleryRow, TemplateCell, gallery, template_sheet};
-use crate::confounders::image::straightened;
-use crate::confounders::{Condition, ConfounderKind};
-use crate::error::Result;
-use crate::people::clothes::BodyPart;
-use crate::sweep::{
+use crate::draw::confounders::image::straightened;
+use crate::draw::confounders::{Condition, ConfounderKind};
+use crate::draw::sweep::{
     Job, Moments, Scene, SceneHullKind, SceneHulls, Settings, Shot, Swept, View, scene,
     silhouettes, sweep,
 };
-use crate::template::{Template, TemplateShape};
+use crate::draw::template::{Template, TemplateShape};
+use crate::error::Result;
+use crate::people::clothes::BodyPart;
 use edgegait_core::pack::Pack;
 use glam::{DVec2, Vec3};
 use image::RgbImage;

@@ -16,11 +16,10 @@ use serde_json::Value;
 use super::summary::{finding, summary};
 use super::viewpoints::recognizer;
 use super::{THIN, chart, cmc_roc, grouped, paired, people, percent, png};
-use crate::dataset::ResultHeader;
+use crate::draw::template::Template;
 use crate::error::{Error, ReportError, Result};
 use crate::evaluate::results::ScoreResults;
-use crate::files::write_atomically;
-use crate::template::Template;
+use crate::files::{ResultHeader, write_atomically};
 
 const CSS: &str = concat!(include_str!("style.css"), include_str!("chart.css"));
 
@@ -258,9 +257,9 @@ fn plain(value: &Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::InputFile;
     use crate::evaluate::results::tests::{result_of, results_of};
     use crate::evaluate::results::{Latency, RecognizerResult};
+    use crate::files::InputFile;
 
     fn grid() -> RecognizerResult {
         RecognizerResult {

@@ -1,9 +1,9 @@
 //! Tables of published recognizers by class of confounder.
 
 use super::percent;
-use crate::literature::{ClassRank1, Garments, LiteratureRow};
-use crate::text_table::Column::{Left, Right};
-use crate::text_table::Table;
+use crate::evaluate::literature::{ClassRank1, Garments, LiteratureRow};
+use crate::files::text_table::Column::{Left, Right};
+use crate::files::text_table::Table;
 
 /// Returns a table of Rank-1 of each recognizer under each class, with its 95 % interval over
 /// people, percent.

@@ -3,8 +3,8 @@
 use super::cells::shortened;
 use crate::evaluate::paired_results::PairedResult;
 use crate::evaluate::results::ScoreResults;
-use crate::text_table::Column::{Left, Right};
-use crate::text_table::Table;
+use crate::files::text_table::Column::{Left, Right};
+use crate::files::text_table::Table;
 use maud::{Markup, html};
 
 /// Returns the verdict on a difference in words.

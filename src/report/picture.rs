@@ -5,9 +5,9 @@ use std::path::Path;
 
 use image::{GrayImage, ImageBuffer, ImageFormat, Luma, PixelWithColorType};
 
+use crate::draw::template::TemplateShape;
 use crate::error::{ReportError, Result};
 use crate::files::write_bytes;
-use crate::template::TemplateShape;
 use edgegait_core::format::crc32;
 use edgegait_core::silhouette::Size;
 

@@ -4,8 +4,8 @@ use super::cells::shortened;
 use super::{THIN, grouped, headline_scope, percent};
 use crate::evaluate::results::{CrossViewResult, ProbeSetResult, RecognizerResult};
 use crate::evaluate::view_angle::AngleResult;
-use crate::text_table::Column::{Left, Right};
-use crate::text_table::Table;
+use crate::files::text_table::Column::{Left, Right};
+use crate::files::text_table::Table;
 use maud::{Markup, html};
 
 /// The number of angle bins in a row on a terminal.
@@ -239,11 +239,11 @@ fn matrix(set: &str, cross_view: &CrossViewResult) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dataset::sequences::ViewLabel;
     use crate::evaluate::intervals::Rank1Intervals;
     use crate::evaluate::results::VerificationResult;
     use crate::evaluate::results::tests::result_of;
     use crate::evaluate::verification::TarAtFar;
-    use crate::sequences::ViewLabel;
 
     pub(super) fn set() -> ProbeSetResult {
         let at = |far, tar, note: Option<&str>| TarAtFar {

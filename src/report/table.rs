@@ -5,8 +5,8 @@ use super::{grouped, headline_scope, microseconds, paired, percent, probe_sets};
 use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
 use crate::evaluate::rank1::Tally;
 use crate::evaluate::results::{Latency, RecognizerResult, ScoreResults};
-use crate::text_table::Column::{Left, Right};
-use crate::text_table::Table;
+use crate::files::text_table::Column::{Left, Right};
+use crate::files::text_table::Table;
 use std::fmt::Write;
 
 /// Returns the results as text: a line for each recognizer, then its rank-1 by viewpoint.

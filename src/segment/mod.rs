@@ -50,9 +50,9 @@ pub(crate) use painted::softened;
 pub use sheet::Sheet;
 pub use writer::{SequenceNames, SequenceWriter, check_replaceable};
 
-use crate::dataset::InputFile;
+use crate::draw::grey_threshold::threshold;
 use crate::error::{Error, Result};
-use crate::grey_threshold::threshold;
+use crate::files::InputFile;
 use difference::{EmptyScene, SceneDifference, over_noise};
 use image::RgbImage;
 use std::path::Path;

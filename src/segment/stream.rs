@@ -2,8 +2,8 @@
 //! other file.
 
 use super::y4m::Y4m;
-use crate::dataset::InputFile;
 use crate::error::{Error, Result};
+use crate::files::InputFile;
 use image::RgbImage;
 use std::ffi::OsString;
 use std::fs::File;

@@ -3,8 +3,7 @@
 use super::mask::Mask;
 use crate::dataset::{check_folder_name, check_view_name};
 use crate::error::{ChoiceError, Error, Result};
-use crate::files::Staging;
-use crate::files::grey_png;
+use crate::files::{Staging, grey_png};
 use rayon::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};

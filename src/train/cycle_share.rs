@@ -4,9 +4,9 @@
 //! mirrored and cropped copies. So no image of a cycle that is left out, and no variant of it, is
 //! trained on.
 
+use crate::dataset::sequences::SequenceOrigin;
 use crate::error::{Result, TrainError};
 use crate::files::sha256_of_bytes;
-use crate::sequences::SequenceOrigin;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 /// A share of each person's gait cycles, drawn by a seed.

@@ -125,8 +125,8 @@ pub(crate) fn fit(samples: &Samples) -> Result<LinearModel> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::draw::template::Template;
     use crate::inference::Training;
-    use crate::template::Template;
     use edgegait_core::silhouette::Size;
 
     /// Returns two people in three garments each, twice: row 0 depends on the person, row 1 on the

@@ -3,10 +3,10 @@
 //! Principal components are fitted only to the joined samples.
 
 use super::{CycleShare, Samples};
+use crate::draw::sweep::FramingMode;
+use crate::draw::template::Template;
 use crate::error::{ChoiceError, Error, Result};
 use crate::inference::Training;
-use crate::sweep::FramingMode;
-use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use ndarray::Array2;
 use std::collections::{BTreeSet, HashMap, HashSet};
@@ -197,9 +197,9 @@ fn training(parts: &[MixPart]) -> Training {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sequences::{BUILT_IN_WALK, PackSource, Selection, built_in};
-    use crate::sweep::{Raster, Settings, Views};
-    use crate::template::augment::Augmentation;
+    use crate::dataset::sequences::{BUILT_IN_WALK, PackSource, Selection, built_in};
+    use crate::draw::sweep::{Raster, Settings, Views};
+    use crate::draw::template::augment::Augmentation;
     use crate::train::Recipe;
     use edgegait_core::pack::Pack;
     use edgegait_core::raster::Rasterizer;

@@ -27,10 +27,10 @@ pub use samples::{Recipe, Samples};
 use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, ArrayView1, ArrayView2, s};
 
+use crate::draw::template::Template;
+use crate::draw::template::augment::Crops;
 use crate::error::{Result, TrainError};
 use crate::inference::Affine;
-use crate::template::Template;
-use crate::template::augment::Crops;
 use lda::{Classes, Lda};
 use pca::Pca;
 use std::fmt;

@@ -5,8 +5,8 @@
 
 use super::onnx_file::OnnxFile;
 use super::{Classifier, LinearModel};
+use crate::draw::template::{Template, TemplateShape};
 use crate::inference::{EMBEDDING, SCORES};
-use crate::template::{Template, TemplateShape};
 use edgegait_core::silhouette::Size;
 use ndarray::Array2;
 

@@ -2,7 +2,7 @@
 //! using gait energy image", IEEE Trans. Pattern Anal. 28:316.
 //!
 //! A synthetic template is a template without its lowest rows, enlarged
-//! ([`crate::template::augment`]). Principal components and discriminants are learnt separately
+//! ([`crate::draw::template::augment`]). Principal components and discriminants are learnt separately
 //! from real and from synthetic templates. The distance of two templates is the sum of both
 //! distances, each divided by the mean distance between the means of two people. A template's
 //! synthetic embedding is the mean of the embeddings of its synthetic templates, so the whole is
@@ -12,10 +12,10 @@
 use super::{
     Analysed, Classifier, Components, LinearModel, Real, TrainMethod, TrainOptions, linear_algebra,
 };
+use crate::draw::template::TemplateShape;
+use crate::draw::template::augment::{Augmentation, Crops, Variant, crop_weights, varied};
 use crate::error::Result;
 use crate::inference::Affine;
-use crate::template::TemplateShape;
-use crate::template::augment::{Augmentation, Crops, Variant, crop_weights, varied};
 use ndarray::{Array1, Array2, ArrayView2, s};
 
 impl<F: Real> Analysed<'_, F> {
@@ -146,8 +146,8 @@ fn mean_distance(rows: ArrayView2<'_, f32>) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::draw::template::Template;
     use crate::error::Error;
-    use crate::template::Template;
     use crate::train::testing::people;
     use edgegait_core::silhouette::Size;
 

@@ -1,13 +1,13 @@
 //! Training samples: templates of rendered walks, of a dataset, or of a tree.
 
 use super::CycleShare;
+use crate::dataset::sequences::{Form, SequenceOrigin, SequenceSource};
 use crate::dataset::{Dataset, IndexRow};
+use crate::draw::sweep::{FramingMode, Job, Lens, Settings, Views, jobs, sweep};
+use crate::draw::template::Template;
+use crate::draw::template::augment::{Augmentation, Crops, varied};
 use crate::error::{ChoiceError, Result};
 use crate::inference::{Contract, EMBEDDING, InputLayout, OutputNames, SCORES, Training};
-use crate::sequences::{Form, SequenceOrigin, SequenceSource};
-use crate::sweep::{FramingMode, Job, Lens, Settings, Views, jobs, sweep};
-use crate::template::Template;
-use crate::template::augment::{Augmentation, Crops, varied};
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::Size;
 use ndarray::Array2;

@@ -25,9 +25,9 @@ use super::onnx::add_input;
 use super::onnx_file::{NodeAttribute, OnnxFile};
 use super::pca::Pca;
 use super::{Components, Samples};
+use crate::draw::template::Template;
 use crate::error::{Result, TrainError};
 use crate::inference::{Affine, Contract, Distance, EMBEDDING, SAME_VIEW_DEG};
-use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use ndarray::{Array1, Array2, Array3, Axis, s};
 

@@ -1,8 +1,8 @@
 //! Tests that the commands in the README and the guide are valid.
 
 use crate::command::done;
-use edgegait::confounders::Conditions;
-use edgegait::design::Design;
+use edgegait::dataset::design::Design;
+use edgegait::draw::confounders::Conditions;
 use edgegait::evaluate::protocol::Protocol;
 use edgegait::inference::Contract;
 use std::collections::{BTreeMap, BTreeSet};

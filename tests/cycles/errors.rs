@@ -1,7 +1,7 @@
 //! The errors of detected cycles.
 
 use super::truth::Take;
-use edgegait::gait_cycles::{FoundCycles, NoCycle};
+use edgegait::dataset::gait_cycles::{FoundCycles, NoCycle};
 use std::f64::consts::TAU;
 use std::fmt;
 

@@ -5,7 +5,7 @@ use super::data::{fixtures, given};
 use super::errors::{Errors, Tally};
 use super::truth::takes;
 use edgegait::dataset::TreeLayout;
-use edgegait::gait_cycles::{CycleFinder, CycleMethod, LowerBody, Signal, lower_bodies};
+use edgegait::dataset::gait_cycles::{CycleFinder, CycleMethod, LowerBody, Signal, lower_bodies};
 use edgegait::{FramingMode, Tree};
 use edgegait_core::silhouette::Size;
 use rayon::prelude::*;

@@ -1,11 +1,11 @@
 //! Drawing by columns compared with drawing each viewpoint: sweeps of people of the cohort.
 
-use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
-use edgegait::people::cohort::{CohortOptions, subjects};
-use edgegait::sweep::{
+use edgegait::draw::sweep::{
     Aim, FramingMode, Jitter, Job, Moments, Raster, Sensor, Settings, Shot, Swept, View, Views,
     silhouettes, sweep,
 };
+use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
+use edgegait::people::cohort::{CohortOptions, subjects};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
 use edgegait_core::silhouette::{AnySilhouette, Size};

@@ -3,10 +3,10 @@
 use crate::command::{done, refused};
 use crate::npy::npy;
 use crate::two::folder;
-use edgegait::confounders::{CATALOGUE, Condition, ConfounderKind, Dose, Doses, Stage};
+use edgegait::draw::confounders::{CATALOGUE, Condition, ConfounderKind, Dose, Doses, Stage};
+use edgegait::draw::sweep::{FramingMode, Job, Lens, Raster, Settings, Swept, View, sweep};
 use edgegait::encode::{MAX_ERROR_MM, encode_subjects};
 use edgegait::people::cohort::{CohortOptions, subjects};
-use edgegait::sweep::{FramingMode, Job, Lens, Raster, Settings, Swept, View, sweep};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::Rasterizer;
 use serde_json::Value;

@@ -1,10 +1,10 @@
 //! From a synthetic walker to Gait Energy Images: the encoder's stated errors are true, results do
 //! not depend on threads, and people differ more than their cycles do.
 
+use edgegait::draw::sweep::{FramingMode, Job, Settings, View, Views, sweep};
 use edgegait::encode::{encode_avatar, encode_subjects};
 use edgegait::people::cohort::{self, CohortOptions};
 use edgegait::people::{Cycle, Subject, Track};
-use edgegait::sweep::{FramingMode, Job, Settings, View, Views, sweep};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::pack::{Gait, Pack};
 use edgegait_core::pose::ModelPose;

@@ -7,7 +7,7 @@ use crate::people::{Row, body, recordings, rows};
 use crate::skinned::spans;
 use edgegait::Tree;
 use edgegait::dataset::TreeLayout;
-use edgegait::sweep::FramingMode;
+use edgegait::draw::sweep::FramingMode;
 use edgegait_core::silhouette::Size;
 use image::{GrayImage, Luma};
 use std::ffi::OsString;

@@ -32,7 +32,7 @@ impl Fixture {
             "Cargo.toml",
             "Cargo.lock",
             "src/lib.rs",
-            "src/sweep/mod.rs",
+            "src/draw/sweep/mod.rs",
             "no_std_core/Cargo.toml",
             "no_std_core/src/lib.rs",
             "benches/common/mod.rs",
@@ -243,7 +243,7 @@ fn a_result_of_yesterday_is_refused() {
 
 #[test]
 fn a_result_older_than_the_code_it_measured_is_refused() {
-    for changed in ["src/sweep/mod.rs", "benches/raster.rs", "Cargo.lock"] {
+    for changed in ["src/draw/sweep/mod.rs", "benches/raster.rs", "Cargo.lock"] {
         let fixture = Fixture::new();
         let fixture = fixture
             .median("raster/old", 1000.0)

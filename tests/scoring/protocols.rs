@@ -165,7 +165,7 @@ fn shipped_protocols_make_takes_of_one_walk_and_say_so() {
 
 /// Writes the silhouettes of a pack's walks as a tree of 64x64 images.
 fn write_tree(pack: &Path, root: &Path) {
-    use edgegait::sweep::{Job, Moments, Settings, Shot, View, silhouettes};
+    use edgegait::draw::sweep::{Job, Moments, Settings, Shot, View, silhouettes};
     use edgegait_core::pack::Pack;
     use edgegait_core::silhouette::Size;
     let bytes = std::fs::read(pack).expect("a pack");

@@ -6,7 +6,7 @@ use crate::data::given;
 use crate::npy::npy;
 use crate::people::{Row, body, recordings, rows};
 use edgegait::dataset::{Silhouettes, TreeLayout};
-use edgegait::sweep::FramingMode;
+use edgegait::draw::sweep::FramingMode;
 use edgegait::train::{Components, TrainMethod, TrainOptions, fit};
 use edgegait::{Dataset, Tree};
 use edgegait_core::silhouette::Size;

@@ -5,7 +5,7 @@ use crate::data::fixtures;
 use crate::people::{body, rows};
 use crate::skinned::{Seen, spans};
 use edgegait::dataset::TreeLayout;
-use edgegait::sweep::FramingMode;
+use edgegait::draw::sweep::FramingMode;
 use edgegait::{Dataset, Tree};
 use edgegait_core::silhouette::Size;
 use image::{GrayImage, imageops};

@@ -3,7 +3,7 @@
 use crate::command::{done, edgegait, refused, text};
 use edgegait::Tree;
 use edgegait::dataset::TreeLayout;
-use edgegait::sweep::FramingMode;
+use edgegait::draw::sweep::FramingMode;
 use edgegait_core::silhouette::Size;
 use serde_json::Value;
 use std::fs;

@@ -8,10 +8,10 @@ pub(crate) use chart::chart;
 use super::results::{BenchResults, ModelResult};
 use super::table::{ResultColumn, TableFormat, named, render, side_by_side};
 use super::timing::Timing;
-use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
 use crate::evaluate::median::median_interval;
 use crate::evaluate::wilson::Interval;
+use crate::files::ResultHeader;
 
 /// The settings that affect rank-1. Other settings concern models, the board, or timing.
 const OF_ACCURACY: [&str; 7] = [

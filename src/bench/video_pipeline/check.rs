@@ -1,12 +1,12 @@
 //! Checks before measuring that a model can take its input from a video, and that the video has a
 //! gait cycle.
 
-use crate::dataset::InputFile;
+use crate::dataset::gait_cycles::{CycleFinder, LowerBody, NoCycle};
+use crate::draw::sweep::FramingMode;
 use crate::error::{Error, Result, TemplateOrigin};
-use crate::gait_cycles::{CycleFinder, LowerBody, NoCycle};
+use crate::files::InputFile;
 use crate::inference::Model;
 use crate::segment::{Segmenter, Video};
-use crate::sweep::FramingMode;
 use edgegait_core::budget::CYCLE_STEPS_PER_MINUTE;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -1,9 +1,9 @@
 //! A synthetic video for machines without one: a walker of a pack crosses a painted scene.
 
+use crate::draw::sweep::{Job, Moments, Settings, figures};
 use crate::error::{Error, Result};
 use crate::report::write_png;
 use crate::segment::Painted;
-use crate::sweep::{Job, Moments, Settings, figures};
 use edgegait_core::camera::{Camera, Viewpoint};
 use edgegait_core::outline;
 use edgegait_core::pack::Pack;

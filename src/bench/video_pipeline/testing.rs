@@ -1,11 +1,11 @@
 //! Helpers for tests of the pipeline: small videos with known legs, and a recognizer that returns
 //! its input.
 
-use crate::gait_cycles::LowerBody;
+use crate::dataset::gait_cycles::LowerBody;
+use crate::draw::template::Template;
 use crate::inference::testing::MadeUp;
 use crate::inference::{Contract, InputLayout};
 use crate::segment::{SegmentSettings, Segmenter};
-use crate::template::Template;
 use image::{Rgb, RgbImage};
 use std::path::Path;
 

@@ -2,12 +2,12 @@
 
 use super::laps::{Laps, PathStage};
 use crate::dataset::framed;
+use crate::dataset::gait_cycles::{CycleDetector, DetectedCycle, LowerBody, whole_frames};
+use crate::dataset::sequences::{Form, in_form};
+use crate::draw::sweep::Settings;
 use crate::error::{Error, Result};
-use crate::gait_cycles::{CycleDetector, DetectedCycle, LowerBody, whole_frames};
 use crate::inference::{Outputs, Recognizer};
 use crate::segment::Segmenter;
-use crate::sequences::{Form, in_form};
-use crate::sweep::Settings;
 use edgegait_core::budget::CYCLE_STEPS_PER_MINUTE;
 use edgegait_core::silhouette::Silhouette;
 use image::RgbImage;

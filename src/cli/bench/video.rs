@@ -7,14 +7,13 @@ use crate::bench::{
     measure_path, utc_now, write_made,
 };
 use crate::cli::progress::Progress;
-use crate::dataset::ResultHeader;
+use crate::dataset::sequences::is_pack_or_folder;
+use crate::draw::sweep::{UNCUT_FPS, jobs};
 use crate::error::{Error, Result};
-use crate::files::Staging;
+use crate::files::{ResultHeader, Staging};
 use crate::inference::Model;
 use crate::report::write_png;
 use crate::segment::{SegmentSettings, Segmenter, Video};
-use crate::sequences::is_pack_or_folder;
-use crate::sweep::{UNCUT_FPS, jobs};
 use edgegait_core::pack::Pack;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -194,10 +193,7 @@ pub(super) fn alone(
 }
 
 /// Segments the video once, and writes its background into the folder.
-fn checked(
-    args: &PathArgs,
-    folder: &Path,
-) -> Result<(CheckedVideo, Vec<crate::dataset::InputFile>)> {
+fn checked(args: &PathArgs, folder: &Path) -> Result<(CheckedVideo, Vec<crate::files::InputFile>)> {
     let (given, video) = args.given(folder)?;
     let background = given.background.as_deref();
     let settings = SegmentSettings::default();

@@ -3,8 +3,8 @@
 use crate::evaluate::parity::{
     AnswerDifference, Comparison, Limits, ParityPart, ParityResults, ParitySide, Verdict,
 };
-use crate::text_table::Column::{Left, Right};
-use crate::text_table::Table;
+use crate::files::text_table::Column::{Left, Right};
+use crate::files::text_table::Table;
 use std::fmt;
 
 /// The greatest difference to expect from half precision, whose numbers have 11 bits. Our choice.

@@ -3,14 +3,13 @@
 use super::{MadeDataset, SweepArgs};
 use crate::cli::progress::Progress;
 use crate::cli::tree_cycles::CuttingArgs;
-use crate::dataset::{
-    Contents, DatasetFormat, DatasetRun, DatasetWriter, IndexRow, Item, ResultHeader, Tree,
-};
+use crate::dataset::sequences::{Form, SequenceSource, ShownCounts, ViewLabel};
+use crate::dataset::{Contents, DatasetFormat, DatasetRun, DatasetWriter, IndexRow, Item, Tree};
+use crate::draw::sweep::{Settings, Wanted};
+use crate::draw::template::Template;
+use crate::draw::template::augment::{Variant, varied};
 use crate::error::{Error, Result};
-use crate::sequences::{Form, SequenceSource, ShownCounts, ViewLabel};
-use crate::sweep::{Settings, Wanted};
-use crate::template::Template;
-use crate::template::augment::{Variant, varied};
+use crate::files::ResultHeader;
 use rayon::prelude::*;
 use std::path::Path;
 use std::time::Instant;

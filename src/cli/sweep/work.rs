@@ -3,11 +3,13 @@
 use crate::cli::export::take_name;
 use crate::cli::progress::Progress;
 use crate::dataset::{DatasetWriter, IndexRow, Item};
+use crate::draw::sweep::{
+    DrawingRequest, Job, Settings, Swept, View, Wanted, is_uncut, sweep_each,
+};
+use crate::draw::template::augment::{Variant, varied};
 use crate::error::Result;
 use crate::files::hex;
 use crate::people::variation::CYCLES_OF_A_TAKE;
-use crate::sweep::{DrawingRequest, Job, Settings, Swept, View, Wanted, is_uncut, sweep_each};
-use crate::template::augment::{Variant, varied};
 use edgegait_core::pack::Pack;
 use sha2::{Digest as _, Sha256};
 use std::ops::Range;

@@ -3,11 +3,12 @@
 use super::TrainArgs;
 use super::opened_source::{ChosenSource, Opened, TemplateSettings};
 use crate::cli::progress::Progress;
-use crate::dataset::{Dataset, ResultHeader};
+use crate::dataset::Dataset;
+use crate::dataset::sequences::{PackSource, Recordings, SequenceSource};
+use crate::draw::template::Template;
+use crate::draw::template::augment::Augmentation;
 use crate::error::{Error, Result};
-use crate::sequences::{PackSource, Recordings, SequenceSource};
-use crate::template::Template;
-use crate::template::augment::Augmentation;
+use crate::files::ResultHeader;
 use crate::train::{CycleShare, Recipe, Samples};
 use edgegait_core::pack::Pack;
 use std::path::Path;

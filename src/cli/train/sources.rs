@@ -3,8 +3,8 @@
 use super::TrainArgs;
 use super::mix::SharedSource;
 use super::opened_source::{ChosenSource, TemplateSettings};
-use crate::dataset::ResultHeader;
 use crate::error::{Error, Result};
+use crate::files::ResultHeader;
 use crate::train::{CycleShare, MixPart, Samples, joined, strangers};
 use serde::Serialize;
 use serde_json::Value;

@@ -1,6 +1,6 @@
 //! The arrays of one rendered item.
 
-use crate::sweep::Swept;
+use crate::draw::sweep::Swept;
 
 /// The arrays of one rendered item.
 #[derive(Clone, Debug, Default)]

@@ -1,8 +1,8 @@
 use super::*;
-use crate::confounders::Doses;
-use crate::confounders::dose;
-use crate::sweep::{DrawingRequest, Raster, Views, sweep_each};
-use crate::template::Template;
+use crate::draw::confounders::Doses;
+use crate::draw::confounders::dose;
+use crate::draw::sweep::{DrawingRequest, Raster, Views, sweep_each};
+use crate::draw::template::Template;
 use edgegait_core::raster::Rasterizer;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -85,8 +85,8 @@ fn of_takes() -> Items {
 }
 
 fn of_pack(conditions: Vec<Condition>, variations: Range<u32>) -> Items {
-    let source = crate::sequences::built_in(&["walk-5kmh".into()]);
-    let bytes = crate::sequences::stored(&source).expect("the built-in cohort");
+    let source = crate::dataset::sequences::built_in(&["walk-5kmh".into()]);
+    let bytes = crate::dataset::sequences::stored(&source).expect("the built-in cohort");
     let items = PackItems {
         bytes: bytes.into(),
         walks: vec![3, 0, 25],

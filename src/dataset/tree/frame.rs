@@ -1,7 +1,7 @@
 //! Frames a figure in a picture, as the core frames the figures that it draws.
 
+use crate::draw::sweep::FramingMode;
 use crate::error::{Error, Result};
-use crate::sweep::FramingMode;
 use edgegait_core::silhouette::{Silhouette, Size};
 
 /// The lowest grey value of the figure. Our choice: half of 255, rounded up.

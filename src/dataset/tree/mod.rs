@@ -18,8 +18,8 @@ use std::path::{Path, PathBuf};
 
 use super::MANIFEST;
 use super::reader::read_manifest;
+use crate::draw::sweep::FramingMode;
 use crate::error::{Error, Remedy, Result};
-use crate::sweep::FramingMode;
 use edgegait_core::cycle::LowerBody;
 use edgegait_core::silhouette::Size;
 use files::FrameFiles;
@@ -339,7 +339,7 @@ impl Tree {
     }
 
     /// Reads a sequence and measures the legs in each of its unframed pictures; `None`
-    /// where nobody is visible. [`crate::gait_cycles::CycleFinder`] finds gait cycles in them.
+    /// where nobody is visible. [`crate::dataset::gait_cycles::CycleFinder`] finds gait cycles in them.
     ///
     /// # Errors
     /// If a file is broken, or there are no or too many pictures.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::dataset::Dataset;
-use crate::template::Template;
+use crate::draw::template::Template;
 use edgegait_core::budget::PIXELS;
 use edgegait_core::silhouette::Size;
 

@@ -5,12 +5,12 @@
 //! gallery pictures that the recognizers have.
 
 use super::{Contest, Entrant, training_views};
+use crate::draw::sweep::{FRAMES_PER_CYCLE, Job, View, sweep};
+use crate::draw::template::Template;
 use crate::error::Result;
 use crate::evaluate::protocol::{Decision, GalleryViews};
 use crate::inference::baseline::{Baseline, PIXELS, RANDOM};
 use crate::inference::{Contract, Recognizer};
-use crate::sweep::{FRAMES_PER_CYCLE, Job, View, sweep};
-use crate::template::Template;
 use edgegait_core::pack::Pack;
 use ndarray::Array2;
 

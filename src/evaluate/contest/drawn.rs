@@ -1,11 +1,11 @@
 //! Contests with walks of a pack, which are rendered.
 
 use super::{Contest, Entrant, training_views};
-use crate::confounders::Condition;
+use crate::dataset::sequences::{PackWalks, SequenceSource};
+use crate::draw::confounders::Condition;
+use crate::draw::sweep::{View, Views};
 use crate::error::{ChoiceError, EvaluateError, Result};
 use crate::evaluate::protocol::{Decision, GalleryViews, Protocol};
-use crate::sequences::{PackWalks, SequenceSource};
-use crate::sweep::{View, Views};
 use edgegait_core::pack::Pack;
 
 /// Options of a contest with the walks of a pack.

@@ -1,12 +1,12 @@
 //! A recognizer in a contest, and how its inputs are rendered.
 
 use crate::dataset::Dataset;
+use crate::dataset::sequences::Form;
+use crate::draw::sweep::{FramingMode, Settings};
+use crate::draw::template::Template;
 use crate::error::{Result, TemplateOrigin};
 use crate::inference::baseline::Baseline;
 use crate::inference::{Contract, Model, Recognizer, Runtime};
-use crate::sequences::Form;
-use crate::sweep::{FramingMode, Settings};
-use crate::template::Template;
 use edgegait_core::silhouette::Size;
 use std::path::Path;
 

@@ -3,8 +3,8 @@
 //! A recognizer recognizes its training data, and a seeded variation of a recording is that
 //! recording with noise. Rank-1 on either says little about another walk of the same people.
 
+use crate::dataset::sequences::Sequences;
 use crate::inference::Contract;
-use crate::sequences::Sequences;
 
 /// Counts of probes that were seen in training.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,12 +32,12 @@ impl SeenInTraining {
         };
         let knows = |name: &String| people.contains(name);
         let is_known: Vec<bool> = sequences.subjects.iter().map(knows).collect();
-        let is_of_training = |origin: &crate::sequences::SequenceOrigin| {
+        let is_of_training = |origin: &crate::dataset::sequences::SequenceOrigin| {
             let cycles = &training.cycles;
             let has = |cycle| cycles.is_empty() || cycles.contains(&cycle);
             training.walks.contains(&origin.walk) && origin.cycle.is_none_or(has)
         };
-        let was_shown = |origin: &crate::sequences::SequenceOrigin| {
+        let was_shown = |origin: &crate::dataset::sequences::SequenceOrigin| {
             let is_of = |seed| seed == training.seed || training.seeds.contains(&seed);
             (origin.variation == 0 || is_of(origin.seed))
                 && training.variations.contains(&origin.variation)
@@ -86,8 +86,8 @@ impl SeenInTraining {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dataset::sequences::{Sequence, SequenceOrigin, SequenceTake, ViewLabel};
     use crate::inference::Training;
-    use crate::sequences::{Sequence, SequenceOrigin, SequenceTake, ViewLabel};
 
     /// Returns one sequence for each (person, walk, stored cycle, variation, seed).
     fn sequences(of: &[(usize, &str, Option<u32>, u32, u64)]) -> Sequences {

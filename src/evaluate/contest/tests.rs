@@ -1,9 +1,9 @@
 use super::*;
 use crate::dataset::TreeLayout;
+use crate::draw::sweep::Settings;
 use crate::evaluate::testing::{Gei, write_geis};
 use crate::inference::RuntimeName;
 use crate::inference::{InputRange, Outputs, Recognizer};
-use crate::sweep::Settings;
 
 /// A recognizer that answers with the first two pixels of a GEI, as embedding and as class scores,
 /// or with NaN where the first pixel is 13.

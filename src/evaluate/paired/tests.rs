@@ -1,6 +1,6 @@
 use super::*;
+use crate::dataset::sequences::ViewLabel;
 use crate::evaluate::results::tests::{result_of, set};
-use crate::sequences::ViewLabel;
 use std::collections::BTreeMap;
 
 /// Returns ten people, each with `probes` probes and `hits(number)` hits.

@@ -17,8 +17,8 @@ pub(crate) use side::ParitySide;
 pub(crate) use verdict::{Limits, Verdict};
 
 use super::contest::{Contest, ContestAnswers, Entrant, ShownPicture};
-use crate::dataset::ResultHeader;
 use crate::error::{EvaluateError, Result};
+use crate::files::ResultHeader;
 use crate::inference::answers::Answers;
 use places::ComparedAnswers;
 use ranks::SideRanks;

@@ -1,8 +1,8 @@
 //! Differences between two sides by input, person and viewpoint.
 
 use super::difference::{AnswerDifference, VectorPair};
+use crate::dataset::sequences::{Sequences, ViewLabel};
 use crate::inference::answers::Answers;
-use crate::sequences::{Sequences, ViewLabel};
 use serde::Serialize;
 use std::collections::BTreeMap;
 

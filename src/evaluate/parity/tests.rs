@@ -2,13 +2,13 @@
 
 use super::*;
 use crate::dataset::TreeLayout;
+use crate::dataset::sequences::{SequenceSource, ViewLabel};
+use crate::draw::sweep::Settings;
 use crate::evaluate::protocol::Protocol;
 use crate::evaluate::testing::{Gei, write_geis};
 use crate::inference::RuntimeName;
 use crate::inference::testing::small_model;
 use crate::inference::{Contract, InputRange, Outputs, Recognizer};
-use crate::sequences::{SequenceSource, ViewLabel};
-use crate::sweep::Settings;
 
 /// A recognizer that answers with a function of the first two pixels, as embedding and as class
 /// scores.

@@ -172,7 +172,7 @@ fn only_the_set_on_which_nothing_acts_is_clean() {
         ("casia-b", "NM"),
         ("tum-iitkgp", "regular"),
     ] {
-        let list = crate::confounders::Conditions::named(conditions)
+        let list = crate::draw::confounders::Conditions::named(conditions)
             .expect("built in")
             .list;
         let under = named("closed-set").under(&list);

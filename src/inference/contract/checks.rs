@@ -1,9 +1,9 @@
 //! Checks of the values in a contract.
 
 use super::Contract;
+use crate::draw::template::{Template, TemplateShape};
 use crate::error::{Error, Result};
 use crate::inference::InputLayout;
-use crate::template::{Template, TemplateShape};
 use std::path::Path;
 
 /// The maximum number of rows, columns or frames of an input.

@@ -49,9 +49,9 @@ impl Contract {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::draw::sweep::FramingMode;
+    use crate::draw::template::Template;
     use crate::inference::{Distance, InputLayout, InputRange};
-    use crate::sweep::FramingMode;
-    use crate::template::Template;
 
     type Change = fn(&mut Contract);
 

@@ -161,8 +161,8 @@ fn add(text: &mut String, table: &toml::Table, keys: &[ContractKey]) {
 mod tests {
     use super::super::{OutputNames, Training};
     use super::*;
+    use crate::draw::template::Template;
     use crate::inference::input::{Distance, InputLayout, InputRange};
-    use crate::template::Template;
     use std::path::Path;
 
     fn full() -> Contract {

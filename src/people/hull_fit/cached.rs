@@ -1,8 +1,8 @@
 //! The cache of fitted hulls: a fit takes a minute of processor time, and is the same each time.
 
 use super::fitted_body;
-use crate::cache::{Cache, CacheKey};
 use crate::error::Result;
+use crate::files::cache::{Cache, CacheKey};
 use crate::import::Motion;
 use crate::people::{Body, BodyHull, HullFit};
 use edgegait_core::skeleton::{JOINTS, Joint};

@@ -16,6 +16,7 @@ from . import _native
 from ._design import Design
 from ._flags import whole, words
 from ._pack import Pack
+from ._picture import by_item, sheet_of, sheet_of_items
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -189,7 +190,7 @@ class Dataset:
     def _drawn(self, numbers: list[int], epoch: int) -> tuple[Arrays, np.ndarray]:
         """Draws items: one array each, or a list of arrays if the numbers of frames differ."""
         drawn, frames = self._items.draw(numbers, epoch, self._threads())
-        arrays = {name: _by_item(array, frames) if self._arrays[name][1] else array for name, array in drawn.items()}
+        arrays = {name: by_item(array, frames) if self._arrays[name][1] else array for name, array in drawn.items()}
         return _only(arrays), self._items.labels(numbers)
 
     def _epoch_of(self, epoch: int | None) -> int:
@@ -215,9 +216,7 @@ class Dataset:
         return _dataset, (source, split, people, self.threads, drawing, files, self._epoch)
 
     def _repr_png_(self) -> bytes:
-        step = max(1, self._len // 40)
-        arrays, _ = self._drawn(list(range(0, min(self._len, 40 * step), step)), 0)
-        return _sheet_of(next(iter(_named(arrays, self._arrays).values())))
+        return sheet_of_items(self._items, self._threads())
 
 
 def _is_design(path: Path) -> bool:
@@ -256,16 +255,6 @@ def _dataset(
     return dataset
 
 
-def _sheet_of(images: np.ndarray | list[np.ndarray]) -> bytes:
-    """Returns a PNG of images, or of sequences, with a row of the first frames each."""
-    from ._picture import Picture
-
-    if isinstance(images, np.ndarray) and images.ndim == 3:
-        return Picture(images)._repr_png_()
-    frames = min(16, *(len(one) for one in images), 16)
-    return Picture(np.stack([one[:frames] for one in images[:24]]))._repr_png_()
-
-
 def _only(arrays: dict[str, Any]) -> Any:
     """Returns the only array, or several by name."""
     return next(iter(arrays.values())) if len(arrays) == 1 else arrays
@@ -274,15 +263,6 @@ def _only(arrays: dict[str, Any]) -> Any:
 def _named(arrays: Any, names: Iterable[str]) -> dict[str, Any]:
     """Returns arrays by name, also if there is only one."""
     return arrays if isinstance(arrays, dict) else {next(iter(names)): arrays}
-
-
-def _by_item(array: np.ndarray, frames: Sequence[int]) -> np.ndarray | list[np.ndarray]:
-    """Splits frames by item: one array if all items have the same number, else a list."""
-    if not frames:
-        return array[:, None]
-    if len(set(frames)) == 1:
-        return array.reshape(len(frames), frames[0], *array.shape[1:])
-    return np.split(array, np.cumsum(frames)[:-1])
 
 
 def _stacked(name: str, array: np.ndarray | list[np.ndarray]) -> np.ndarray:
@@ -481,7 +461,7 @@ class Swept:
         return f"<Swept: {self.subject}, {self.rows['walk'][0]}: {shapes}>"
 
     def _repr_png_(self) -> bytes:
-        return _sheet_of(self.images[:60])
+        return sheet_of(self.images[:60])
 
 
 def sweep(

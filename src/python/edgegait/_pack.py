@@ -9,6 +9,8 @@ from typing import Any
 
 from . import _native
 from ._command import Results, command
+from ._flags import words
+from ._picture import sheet_of_items
 
 
 class Pack:
@@ -58,11 +60,10 @@ class Pack:
         return Pack.from_bytes, (bytes(self), self._native.path)
 
     def _repr_png_(self) -> bytes:
-        from ._dataset import Dataset
-
         first = self.walks[0]
         template = "silhouettes" if first["is_uncut"] else "gei"
-        return Dataset(self, views="side", template=template, raster="rows", walks=first["walk"])._repr_png_()
+        drawing = {"views": "side", "template": template, "raster": "rows", "walks": first["walk"]}
+        return sheet_of_items(_native.Items.of_sweep(words(drawing), self._native))
 
 
 def _made(name: str, inputs: tuple[Any, ...], flags: dict[str, Any]) -> Pack:

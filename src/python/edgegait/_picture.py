@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +63,31 @@ class Picture:
 
     def _repr_png_(self) -> bytes:
         return _native.png(self._sheet)
+
+
+def by_item(array: np.ndarray, frames: Sequence[int]) -> np.ndarray | list[np.ndarray]:
+    """Splits frames by item: one array if all items have the same number, else a list."""
+    if not frames:
+        return array[:, None]
+    if len(set(frames)) == 1:
+        return array.reshape(len(frames), frames[0], *array.shape[1:])
+    return np.split(array, np.cumsum(frames)[:-1])
+
+
+def sheet_of(images: np.ndarray | list[np.ndarray]) -> bytes:
+    """Returns a PNG of images, or of sequences, with a row of the first frames each."""
+    if isinstance(images, np.ndarray) and images.ndim == 3:
+        return Picture(images)._repr_png_()
+    frames = min(16, *(len(one) for one in images), 16)
+    return Picture(np.stack([one[:frames] for one in images[:24]]))._repr_png_()
+
+
+def sheet_of_items(items: _native.Items, threads: int = 0) -> bytes:
+    """Returns a PNG of up to 40 items, evenly chosen; `threads` draw them, 0 for all cores."""
+    step = max(1, len(items) // 40)
+    drawn, frames = items.draw(list(range(0, min(len(items), 40 * step), step)), 0, threads)
+    name, _, has_frames = items.arrays[0]
+    return sheet_of(by_item(drawn[name], frames) if has_frames else drawn[name])
 
 
 def _sheet(images: np.ndarray, columns: int | None, scale: int) -> np.ndarray:

@@ -3,8 +3,8 @@
 use crate::attend::attended;
 use crate::errors::exception;
 use crate::pack::PyPack;
+use edgegait::dataset::design::{self, Design};
 use edgegait::dataset::{Array, DrawnItem, IndexRow, PackBytes};
-use edgegait::design::{self, Design};
 use edgegait::files::grey_png;
 use ndarray::{Array1, ArrayD};
 use numpy::{IntoPyArray as _, PyReadonlyArray2};

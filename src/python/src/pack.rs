@@ -1,11 +1,10 @@
 //! Packs of people, bodies and walks.
 
 use crate::errors::exception;
-use edgegait::dataset::InputFile;
+use edgegait::dataset::sequences::PackSource;
 use edgegait::dataset::{PackBytes, kmh};
 use edgegait::error::ChoiceError;
-use edgegait::files::{sha256_of_bytes, write_bytes};
-use edgegait::sequences::PackSource;
+use edgegait::files::{InputFile, sha256_of_bytes, write_bytes};
 use edgegait_core::pack::Sex;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};

@@ -1,9 +1,9 @@
 //! Figures of a study: box plots, curves, overlaid silhouettes, and components as pictures.
 
 use crate::error::Result;
+use crate::evaluate::study::{BoxPlot, ComparedSubspaces, Overlay, Recognition, SIZE, Similarity};
 use crate::report::drawing::{Axes, LINES, LineStyle, Tick, percents, to_tenth};
 use crate::report::{percent, png};
-use crate::study::{BoxPlot, ComparedSubspaces, Overlay, Recognition, SIZE, Similarity};
 use image::{GrayImage, Luma, Rgb, RgbImage};
 use maud::{Markup, html};
 
@@ -49,7 +49,7 @@ impl Chart {
 /// Draws box plots of Jaccard indices by person: a box for pairs of cycles of one take, and one for
 /// pairs of a cycle and the twin's.
 pub(super) fn boxes(similarity: &Similarity) -> Option<Chart> {
-    let groups: Vec<(&str, &crate::study::SimilarityGroup)> = similarity
+    let groups: Vec<(&str, &crate::evaluate::study::SimilarityGroup)> = similarity
         .groups()
         .filter(|(name, _)| *name != "R-R, two takes")
         .collect();

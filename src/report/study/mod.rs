@@ -6,11 +6,10 @@ mod tables;
 
 pub(crate) use tables::study_tables;
 
-use crate::dataset::ResultHeader;
 use crate::error::Result;
-use crate::files::write_bytes;
+use crate::evaluate::study::Findings;
+use crate::files::{ResultHeader, write_bytes};
 use crate::report::standalone::standalone;
-use crate::study::Findings;
 use figures::Chart;
 use maud::Markup;
 use std::path::Path;

@@ -3,13 +3,13 @@
 use super::StudyFigure;
 use super::figures::{accuracies, boxes, components, overlaid, overlays};
 use super::tables::{index, span};
-use crate::dataset::ResultHeader;
 use crate::error::Result;
-use crate::report::html::{document, provenance};
-use crate::report::percent;
-use crate::study::{
+use crate::evaluate::study::{
     ChangeEffect, Findings, PaperOrder, Recognition, SIZE, Similarity, SplitUnit, banded,
 };
+use crate::files::ResultHeader;
+use crate::report::html::{document, provenance};
+use crate::report::percent;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
@@ -329,7 +329,7 @@ fn rows(all: &[Similarity]) -> Markup {
             "All shares add up to 1 minus the index by phase." }
         div.wide { table.study {
             thead { tr { th { "view" } th { "masks" } th { "framing" }
-                @for (name, _) in crate::study::BANDS { th { (name) ": only R, %" } th { "only S" } } } }
+                @for (name, _) in crate::evaluate::study::BANDS { th { (name) ": only R, %" } th { "only S" } } } }
             tbody { @for one in all { @if one.synthetic.is_some() { tr {
                 td { (one.view) } td { (one.masks) } td { (one.framing) }
                 @for (real, synthetic) in banded(&one.rows) {

@@ -1,10 +1,10 @@
 //! The terminal tables of a study.
 
-use crate::inspect::optional;
+use crate::encode::inspect::optional;
+use crate::evaluate::study::{AccuracyCurve, ChangeEffect, Findings, Recognition, SimilarityGroup};
+use crate::files::text_table::Column::{Left, Right};
+use crate::files::text_table::Table;
 use crate::report::percent;
-use crate::study::{AccuracyCurve, ChangeEffect, Findings, Recognition, SimilarityGroup};
-use crate::text_table::Column::{Left, Right};
-use crate::text_table::Table;
 
 /// Returns the main numbers of all parts.
 pub(crate) fn study_tables(findings: &Findings) -> String {
@@ -138,7 +138,9 @@ fn recognition(findings: &Findings) -> Option<String> {
             (*framing).to_owned(),
             if *augmented { "with" } else { "" }.to_owned(),
             experiment.name().to_owned(),
-            split.map_or("", crate::study::SplitUnit::name).to_owned(),
+            split
+                .map_or("", crate::evaluate::study::SplitUnit::name)
+                .to_owned(),
             people.to_string(),
             percent(last.accuracy),
             span(last.low, last.high),

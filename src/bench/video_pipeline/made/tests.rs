@@ -1,9 +1,9 @@
 //! Tests of the synthetic video against its source.
 
 use super::*;
-use crate::gait_cycles::{CycleFinder, LowerBody};
+use crate::dataset::gait_cycles::{CycleFinder, LowerBody};
+use crate::dataset::sequences::{BUILT_IN_WALK, PackSource, built_in};
 use crate::segment::{SegmentSettings as Segmentation, Segmenter};
-use crate::sequences::{BUILT_IN_WALK, PackSource, built_in};
 
 #[test]
 fn a_walker_crosses_the_picture_as_a_whole_and_is_found_in_it() {

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::bench::video_pipeline::testing::{SIZE, echo, segmenter, walker, write_video};
-use crate::gait_cycles::CycleFinder;
-use crate::template::Template;
+use crate::dataset::gait_cycles::CycleFinder;
+use crate::draw::template::Template;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 const FPS: f32 = 25.0;

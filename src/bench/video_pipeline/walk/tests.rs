@@ -4,14 +4,14 @@ use super::*;
 use crate::bench::video_pipeline::made::write_made;
 use crate::bench::video_pipeline::testing::{echo, legs, segmenter, walker, write_video};
 use crate::dataset::TreeLayout;
-use crate::gait_cycles::CycleFinder;
-use crate::gait_cycles::FoundCycles;
+use crate::dataset::gait_cycles::CycleFinder;
+use crate::dataset::gait_cycles::FoundCycles;
+use crate::dataset::sequences::SequenceSource;
+use crate::draw::sweep::FramingMode;
+use crate::draw::template::Template;
 use crate::inference::testing::{MadeUp, bytes_of_a_mean_over_frames, contract_of_sequences};
 use crate::inference::{Contract, InputLayout, Model, Runtime, shipped};
 use crate::segment::{SegmentSettings as Segmentation, SequenceNames, SequenceWriter, Video};
-use crate::sequences::SequenceSource;
-use crate::sweep::FramingMode;
-use crate::template::Template;
 use std::path::Path;
 
 /// Returns all answers to one pass of a video.
@@ -177,10 +177,10 @@ fn answers_agree_for_every_template_size_framing_and_number_of_frames() {
 }
 
 /// Returns the pack of the built-in cohort.
-fn cohort() -> crate::sequences::PackSource {
-    let walks = [crate::sequences::BUILT_IN_WALK.to_owned()];
-    let options = crate::sequences::built_in(&walks);
-    crate::sequences::PackSource::made(&options, &|| {}).expect("a pack")
+fn cohort() -> crate::dataset::sequences::PackSource {
+    let walks = [crate::dataset::sequences::BUILT_IN_WALK.to_owned()];
+    let options = crate::dataset::sequences::built_in(&walks);
+    crate::dataset::sequences::PackSource::made(&options, &|| {}).expect("a pack")
 }
 
 /// Returns the cycles that are found in all frames together.

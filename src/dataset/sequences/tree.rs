@@ -1,0 +1,517 @@
+//! Sequences of a tree of silhouettes: whole recordings or gait cycles.
+
+use super::packs::{Selection, require};
+use super::{Form, Labels, SequenceOrigin, Sequences, ShownCounts, ViewLabel, mean};
+use crate::dataset::gait_cycles::{CycleFinder, whole_frames};
+use crate::dataset::{Partition, Tree, TreeLayout, TreeSequence};
+use crate::draw::sweep::Views;
+use crate::draw::template::{Builder, Template};
+use crate::error::{Error, Result};
+use edgegait_core::silhouette::{AnySilhouette, Coverage, Size};
+use rayon::prelude::*;
+use std::collections::HashSet;
+use std::ops::Range;
+use std::path::Path;
+
+mod cycles;
+
+/// A whole recording of a tree, or a gait cycle of it.
+#[derive(Clone)]
+struct RecordingPart {
+    /// The recording's number in the tree.
+    number: usize,
+    /// Its frames, from 0; up to `usize::MAX` if it is whole.
+    frames: Range<usize>,
+}
+
+/// The recordings of a tree with their labels.
+pub struct Recordings {
+    tree: Tree,
+    /// The part of the tree that each sequence is.
+    parts: Vec<RecordingPart>,
+    pub(super) sequences: Sequences,
+    /// For each sequence of the tree its gait cycles; empty where none were searched or found.
+    cycles: Vec<Vec<Range<usize>>>,
+    as_stored: bool,
+    /// The gallery and probe sequences, if a partition states them.
+    roles: Option<SequenceRoles>,
+}
+
+/// The conditions of gallery takes and of probe takes.
+const GALLERY: &str = "gallery";
+const PROBE: &str = "probe";
+
+/// The names of gallery and probe sequences, `<person>-<take>-<view>`.
+#[derive(Clone, Debug)]
+struct SequenceRoles {
+    gallery: Option<HashSet<String>>,
+    probes: Option<HashSet<String>>,
+}
+
+impl SequenceRoles {
+    /// Returns the role of a sequence, or an empty text if it has none.
+    fn of(&self, name: &str) -> &'static str {
+        let is_in =
+            |set: &Option<HashSet<String>>| set.as_ref().is_some_and(|set| set.contains(name));
+        if is_in(&self.probes) || (self.probes.is_none() && !is_in(&self.gallery)) {
+            PROBE
+        } else if is_in(&self.gallery) || self.gallery.is_none() {
+            GALLERY
+        } else {
+            ""
+        }
+    }
+}
+
+/// Returns the name of a sequence in a partition.
+fn name_of(sequence: &TreeSequence) -> String {
+    let TreeSequence {
+        subject,
+        take,
+        view,
+        ..
+    } = sequence;
+    format!("{subject}-{take}-{view}")
+}
+
+impl Recordings {
+    pub(super) fn open(path: &Path, layout: &TreeLayout) -> Result<Self> {
+        let all = Self {
+            tree: Tree::open(path, layout)?,
+            parts: Vec::new(),
+            sequences: Sequences::default(),
+            cycles: Vec::new(),
+            as_stored: false,
+            roles: None,
+        };
+        Ok(all.of(|_, _| true))
+    }
+
+    /// Keeps the sequences for which `is_kept` is true; it gets the number in the tree.
+    fn of(self, is_kept: impl Fn(usize, &TreeSequence) -> bool) -> Self {
+        let Self { tree, roles, .. } = &self;
+        let mut labels = Labels::default();
+        let mut parts = Vec::new();
+        for (number, recording) in tree.sequences().iter().enumerate() {
+            if !is_kept(number, recording) {
+                continue;
+            }
+            let role = roles
+                .as_ref()
+                .map_or("", |roles| roles.of(&name_of(recording)));
+            let take = match (roles, recording.angles_deg) {
+                // Each recording has a role of its own.
+                (Some(_), None) => format!("{}-{}", recording.take, recording.view),
+                _ => recording.take.clone(),
+            };
+            let take = labels.take(&recording.subject, &take, role);
+            let view = labels.view(match recording.angles_deg {
+                Some((azimuth, elevation)) => ViewLabel::Angles(azimuth, elevation),
+                None => ViewLabel::Named(recording.view.clone()),
+            });
+            let mut push = |cycle: Option<u32>, frames: Range<usize>| {
+                let origin = labels.origin(SequenceOrigin {
+                    walk: recording.take.clone(),
+                    cycle,
+                    variation: 0,
+                    seed: 0,
+                });
+                labels.push(take, origin, view);
+                parts.push(RecordingPart { number, frames });
+            };
+            match self.cycles.get(number).map_or(&[][..], Vec::as_slice) {
+                [] => push(None, 0..usize::MAX),
+                cycles => (0..)
+                    .zip(cycles)
+                    .for_each(|(at, frames)| push(Some(at), frames.clone())),
+            }
+        }
+        Self {
+            parts,
+            sequences: labels.sequences,
+            ..self
+        }
+    }
+
+    /// Returns the numbers of the tree's sequences that are kept at least in part, ascending.
+    fn numbers(&self) -> Vec<usize> {
+        let mut numbers: Vec<usize> = self.parts.iter().map(|part| part.number).collect();
+        numbers.dedup();
+        numbers
+    }
+
+    /// Returns the number of frames of each gait cycle, if EdgeGait wrote the tree from whole
+    /// cycles.
+    #[must_use]
+    pub fn frames_per_cycle(&self) -> Option<usize> {
+        self.tree.frames_per_cycle()
+    }
+
+    /// Splits each recording into gait cycles of `frames` frames, unless its length is not a
+    /// multiple of `frames`.
+    ///
+    /// # Errors
+    /// If a recording cannot be read.
+    pub fn in_even_cycles(self, frames: usize) -> Result<Self> {
+        let numbers = self.numbers();
+        let mut cycles = vec![Vec::new(); self.tree.sequences().len()];
+        let counts: Vec<Result<Option<usize>>> = numbers
+            .par_iter()
+            .map(|&number| self.tree.frames(number))
+            .collect();
+        for (&number, count) in numbers.iter().zip(counts) {
+            // Other recordings lack frames without a figure.
+            let count = count?.filter(|count| count.is_multiple_of(frames));
+            let starts = (0..count.unwrap_or(0)).step_by(frames.max(1));
+            cycles[number] = starts.map(|start| start..start + frames).collect();
+        }
+        let kept: HashSet<usize> = numbers.into_iter().collect();
+        Ok(Self { cycles, ..self }.of(|number, _| kept.contains(&number)))
+    }
+
+    /// Splits each recording into the gait cycles that the finder finds, one sequence each. Keeps
+    /// the whole recording where it finds none, and returns the reasons. Reads every picture, on
+    /// all cores; `progress` is called once a recording.
+    ///
+    /// # Errors
+    /// If a recording cannot be read.
+    pub fn in_cycles(
+        self,
+        finder: &CycleFinder,
+        progress: &(dyn Fn() + Sync),
+    ) -> Result<(Self, Vec<String>)> {
+        let numbers = self.numbers();
+        let find = |&number: &usize| -> Result<_> {
+            let legs = self.tree.lower_bodies(number)?;
+            progress();
+            Ok(finder.find(legs))
+        };
+        let found: Vec<Result<_>> = numbers.par_iter().map(find).collect();
+        let mut cycles = vec![Vec::new(); self.tree.sequences().len()];
+        let mut without = Vec::new();
+        for (&number, found) in numbers.iter().zip(found) {
+            match found? {
+                Ok(found) => cycles[number] = found.cycles.iter().map(whole_frames).collect(),
+                Err(reason) => {
+                    let TreeSequence {
+                        subject,
+                        take,
+                        view,
+                        ..
+                    } = &self.tree.sequences()[number];
+                    without.push(format!("{subject}/{take}/{view}: {reason}"));
+                }
+            }
+        }
+        let kept: HashSet<usize> = numbers.into_iter().collect();
+        let cut = Self { cycles, ..self };
+        Ok((cut.of(|number, _| kept.contains(&number)), without))
+    }
+
+    /// Keeps the people of a partition's test set, with gallery and probe sequences if it states
+    /// them. Returns warnings about names that are not in the tree.
+    ///
+    /// # Errors
+    /// If the tree has none of the people, or none of the sequences of a set.
+    pub fn tested(self, partition: &Partition, path: &Path) -> Result<(Self, Vec<String>)> {
+        let numbers = self.numbers();
+        let recordings = numbers
+            .iter()
+            .map(|&at| name_of(&self.tree.sequences()[at]));
+        let recordings: HashSet<String> = recordings.collect();
+        let mut warnings = Vec::new();
+        for (set, names) in [
+            ("GALLERY_SET", &partition.gallery),
+            ("PROBE_SET", &partition.probes),
+        ] {
+            if let Some(names) = names {
+                warnings.extend(lacking(path, set, names, &recordings)?);
+            }
+        }
+        let set = |names: &Option<Vec<String>>| {
+            names.as_ref().map(|names| names.iter().cloned().collect())
+        };
+        let roles = partition.has_roles().then(|| SequenceRoles {
+            gallery: set(&partition.gallery),
+            probes: set(&partition.probes),
+        });
+        let (tested, more) = Self { roles, ..self }.of_people(path, "TEST_SET", &partition.test)?;
+        Ok((tested, more.into_iter().chain(warnings).collect()))
+    }
+
+    /// Keeps the people of a partition's training set. Returns a warning about names that are not
+    /// in the tree.
+    ///
+    /// # Errors
+    /// If the tree has none of the people.
+    pub fn trained(self, partition: &Partition, path: &Path) -> Result<(Self, Option<String>)> {
+        self.of_people(path, "TRAIN_SET", &partition.train)
+    }
+
+    /// Keeps the people of one set of a partition.
+    fn of_people(
+        self,
+        path: &Path,
+        set: &str,
+        people: &[String],
+    ) -> Result<(Self, Option<String>)> {
+        let subjects: HashSet<String> = self.sequences.subjects.iter().cloned().collect();
+        let warning = lacking(path, set, people, &subjects)?;
+        let people: HashSet<&String> = people.iter().collect();
+        let kept: HashSet<usize> = self.numbers().into_iter().collect();
+        let is_kept = |number, sequence: &TreeSequence| {
+            kept.contains(&number) && people.contains(&sequence.subject)
+        };
+        Ok((self.of(is_kept), warning))
+    }
+
+    /// Checks by the headers of files, on all cores, that each sequence's pictures have one size,
+    /// and that pictures to be used unchanged fit all sizes in `stored`. `progress` is called once
+    /// a sequence.
+    ///
+    /// # Errors
+    /// The first error in the tree's order.
+    pub fn check_sizes(&self, stored: &[Size], progress: &(dyn Fn() + Sync)) -> Result<()> {
+        let stored = if self.as_stored { stored } else { &[] };
+        let check = |&number: &usize| {
+            let result = self.tree.check_size(number, stored);
+            progress();
+            result
+        };
+        let results: Vec<Result<()>> = self.numbers().par_iter().map(check).collect();
+        results.into_iter().collect()
+    }
+
+    /// Returns the number of sequences.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// Returns whether a partition states gallery and probe sequences.
+    #[must_use]
+    pub const fn has_roles(&self) -> bool {
+        self.roles.is_some()
+    }
+
+    /// Returns whether there are no sequences.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.parts.is_empty()
+    }
+
+    /// Keeps the sequences of the selected people and takes, from these viewpoints if any are
+    /// given.
+    ///
+    /// # Errors
+    /// For unknown names, and for viewpoints if the tree's views have no angles.
+    pub fn chosen(self, selection: &Selection, views: Option<&Views>) -> Result<Self> {
+        let Sequences {
+            subjects, takes, ..
+        } = &self.sequences;
+        let people: Vec<&str> = subjects.iter().map(String::as_str).collect();
+        let takes: Vec<&str> = takes.iter().map(|take| take.name.as_str()).collect();
+        require("subject", &selection.subjects, &people)?;
+        require("take", &selection.walks, &takes)?;
+        let is_kept = |sequence: &TreeSequence| {
+            let is_seen = |views: &Views| {
+                let mut views = views.list.iter();
+                views.any(|view| Some(view.angles_deg()) == sequence.angles_deg)
+            };
+            selection.has(&sequence.subject, &sequence.take) && views.is_none_or(is_seen)
+        };
+        if views.is_some()
+            && self
+                .sequences
+                .views
+                .iter()
+                .all(|view| view.angles_deg().is_none())
+        {
+            return Err(Error::Usage(
+                "expected views named by angles, to choose viewpoints, found names of cameras or recordings".into(),
+            ));
+        }
+        Ok(self.of(|_, sequence| is_kept(sequence)))
+    }
+
+    /// Keeps the sequences that can be shown in all of these forms, and returns the errors of the
+    /// others, in the tree's order. Reads every picture once for each form, on all cores;
+    /// `progress` is called once a sequence.
+    ///
+    /// # Errors
+    /// For a form that no tree supports.
+    pub fn readable(
+        self,
+        forms: &[Form],
+        progress: &(dyn Fn() + Sync),
+    ) -> Result<(Self, Vec<Error>)> {
+        let read = |number| -> Result<()> {
+            let mut forms = forms.iter();
+            forms.try_for_each(|form| self.template(number, form).map(drop))
+        };
+        let results: Vec<Result<()>> = (0..self.parts.len())
+            .into_par_iter()
+            .map(|number| {
+                let result = read(number);
+                progress();
+                result
+            })
+            .collect();
+        let (mut kept, mut refused) = (HashSet::new(), Vec::new());
+        for (part, result) in self.parts.iter().zip(results) {
+            match result {
+                Ok(()) => {
+                    kept.insert(part.number);
+                }
+                Err(Error::Usage(problem)) => return Err(Error::Usage(problem)),
+                Err(error) => refused.push(error),
+            }
+        }
+        Ok((self.of(|number, _| kept.contains(&number)), refused))
+    }
+
+    /// Uses the pictures unchanged, since they are framed already, as OpenGait does.
+    #[must_use]
+    pub fn taken_as_stored(self) -> Self {
+        Self {
+            as_stored: true,
+            ..self
+        }
+    }
+
+    /// Returns the entries of the tree that were skipped because they are not sequences.
+    #[must_use]
+    pub fn skipped(&self) -> &[String] {
+        self.tree.skipped()
+    }
+
+    pub(super) fn show(
+        &self,
+        wanted: &[usize],
+        form: &Form,
+        sink: &mut dyn FnMut(usize, &[u8]) -> Result<()>,
+    ) -> Result<ShownCounts> {
+        let mut shown = ShownCounts {
+            clipped: wanted.first().map(|_| 0.0),
+            ..ShownCounts::default()
+        };
+        for &number in wanted {
+            let (bytes, own) = self.template(number, form)?;
+            shown = shown.and(own);
+            sink(number, &bytes)?;
+        }
+        Ok(shown)
+    }
+
+    /// Returns a sequence in a form, and counts of its silhouettes.
+    fn template(&self, number: usize, form: &Form) -> Result<(Vec<u8>, ShownCounts)> {
+        let (size, framing) = (form.settings.size, form.settings.framing);
+        let RecordingPart { number, frames } = self.parts[number].clone();
+        let found = if self.as_stored {
+            self.tree.stored_of(number, frames, size)?
+        } else {
+            self.tree.silhouettes_of(number, frames, size, framing)?
+        };
+        let frames = found.frames;
+        let brightest = found.pixels.iter().copied().max().unwrap_or(0);
+        if frames == 0 || brightest == 0 {
+            return Err(Error::input(
+                self.tree.folder(number),
+                "expected a figure in some frame, pixels of 128 to 255, found none (leave the sequence out; pixels of 0 and 1 need to be 0 and 255)",
+            ));
+        }
+        if brightest == 1 {
+            return Err(Error::input(
+                self.tree.folder(number),
+                "expected pixels from 0 to 255, found only 0 and 1 (multiply them by 255)",
+            ));
+        }
+        let shown = ShownCounts {
+            silhouettes: frames as u64,
+            clipped: Some(found.clipped_share * frames as f64),
+            empty: found.empty as u64,
+        };
+        let (template, most) = (form.settings.template, Builder::MAX_FRAMES as usize);
+        if frames > most && ![Template::Gei, Template::Silhouettes].contains(&template) {
+            return Err(Error::input(
+                self.tree.folder(number),
+                format!(
+                    "expected at most {most} frames for {}, found {frames}",
+                    template.plural()
+                ),
+            ));
+        }
+        Ok((in_form(found.pixels, form)?, shown))
+    }
+}
+
+/// Converts the silhouettes of a recording or a gait cycle to a recognizer's input. Silhouettes
+/// are bytes of 0 to 255, at least one frame.
+///
+/// # Errors
+/// For more frames than [`Builder::MAX_FRAMES`], except for GEIs and silhouettes.
+pub(crate) fn in_form(silhouettes: Vec<u8>, form: &Form) -> Result<Vec<u8>> {
+    let size = form.settings.size;
+    let frames = silhouettes.len() / size.pixels();
+    match (form.settings.template, form.frames) {
+        (Template::Gei, _) => Ok(mean(&silhouettes, size)),
+        (Template::Silhouettes, None) => Ok(silhouettes),
+        (Template::Silhouettes, Some(wanted)) => Ok((0..wanted)
+            .flat_map(|at| {
+                // Evenly spaced frames, or a repetition from the start if there are too few.
+                let from = if frames > wanted {
+                    at * frames / wanted
+                } else {
+                    at % frames
+                };
+                silhouettes[from * size.pixels()..][..size.pixels()].to_vec()
+            })
+            .collect()),
+        (template, _) => whole(template, &silhouettes, size),
+    }
+}
+
+/// Returns a warning with the number of a partition set's names that are not in the tree, if there
+/// are any. A set without any name in the tree is an error.
+fn lacking(
+    path: &Path,
+    set: &str,
+    names: &[String],
+    known: &HashSet<String>,
+) -> Result<Option<String>> {
+    let lacking: Vec<&String> = names.iter().filter(|name| !known.contains(*name)).collect();
+    if lacking.len() == names.len() {
+        let form = match set {
+            "GALLERY_SET" | "PROBE_SET" => ", as <person>-<take>-<view>",
+            _ => "",
+        };
+        let found = match names.first() {
+            Some(first) => format!("none of them (the first is {first:?})"),
+            None => "none".to_owned(),
+        };
+        return Err(Error::input(
+            path,
+            format!("{set}: expected names that are in the tree{form}, found {found}"),
+        ));
+    }
+    Ok(lacking.first().map(|first| {
+        format!(
+            "{}: {set}: {} of {} names are not in the tree, first {first:?}",
+            path.display(),
+            lacking.len(),
+            names.len()
+        )
+    }))
+}
+
+/// Makes a template from silhouettes, which count as one cycle.
+fn whole(template: Template, silhouettes: &[u8], size: Size) -> Result<Vec<u8>> {
+    let frames = silhouettes.chunks_exact(size.pixels());
+    let mut builder = Builder::new(template, size, frames.len() as u32);
+    for bytes in frames {
+        let mut coverage = Coverage::empty(size);
+        coverage.pixels_mut().copy_from_slice(bytes);
+        builder.add(&AnySilhouette::Grey(coverage))?;
+    }
+    Ok(builder.finish())
+}

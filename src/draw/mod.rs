@@ -1,0 +1,6 @@
+//! Silhouettes and templates: conditions, sweeps over viewpoints, and templates of gait cycles.
+
+pub mod confounders;
+pub(crate) mod grey_threshold;
+pub mod sweep;
+pub mod template;

@@ -1,0 +1,422 @@
+//! The figure of one job, dressed and posed at any moment.
+
+use super::{Job, Moments, walk_name};
+use crate::draw::confounders::appearance::{self, BodyPart, Outfit, Wearer};
+use crate::draw::confounders::image::{Crossing, Floor};
+use crate::draw::confounders::motion::{self, GaitFacts};
+use crate::draw::confounders::{Condition, ConfounderKind, DosePlan, Stage};
+use crate::error::{Result, SweepError};
+use crate::people::variation::{CycleSeed, Variation};
+use edgegait_core::avatar::Avatar;
+use edgegait_core::body::{Figure, UnpackedBody};
+use edgegait_core::clip::Clip;
+use edgegait_core::format::crc32;
+use edgegait_core::pack::{Pack, SubjectEntry, WalkEntry};
+use edgegait_core::pose::{ModelPose, Pose};
+use edgegait_core::skeleton::Skeleton;
+use glam::{DVec3, Vec3};
+
+/// The number of poses from which the mean of a walk is computed.
+const MEAN_POSES: u32 = 64;
+
+/// A moment of a walk.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Moment {
+    /// The phase, in cycles.
+    Phase(f32),
+    /// The time from the clip's first frame, seconds.
+    Seconds(f64),
+}
+
+impl Moments {
+    /// Returns the moment of a frame.
+    pub(super) fn of_frame(self, frame: u32, frames_per_cycle: u32) -> Moment {
+        match self {
+            Self::Cycle => Moment::Phase(frame as f32 / frames_per_cycle as f32),
+            Self::Seconds { start_s, fps, .. } => Moment::Seconds(start_s + f64::from(frame) / fps),
+        }
+    }
+
+    /// Returns the number of frames.
+    pub(super) const fn count(self, frames_per_cycle: u32) -> u32 {
+        match self {
+            Self::Cycle => frames_per_cycle,
+            Self::Seconds { frames, .. } => frames,
+        }
+    }
+}
+
+/// A job's body, unpacked and dressed: 81 kB, and twice that if it differs from the pack's.
+pub(super) struct Dressed {
+    plan: DosePlan,
+    body: Box<UnpackedBody>,
+    skeleton: Skeleton,
+    /// The pack's body, if a condition changed the body.
+    bare: Option<Box<UnpackedBody>>,
+    /// The body of the person who crosses, if there is one.
+    crossing: Option<Box<UnpackedBody>>,
+    /// The kind of each of the body's hulls.
+    parts: Vec<BodyPart>,
+}
+
+impl Dressed {
+    /// Dresses the body of a job's walker for its condition.
+    ///
+    /// # Errors
+    /// If there is no such walk, or clothes and loads exceed the budget.
+    pub(super) fn new(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<Self> {
+        let (walk, subject, avatar, _) = parts(pack, job)?;
+        let plan = DosePlan::new(job.condition, seed_of(job, seed, &walk, &subject));
+        let mut dressed = Self {
+            plan,
+            body: Box::new(UnpackedBody::new(&avatar)),
+            skeleton: avatar.skeleton(),
+            bare: None,
+            crossing: None,
+            parts: Outfit::of(&avatar)
+                .hulls
+                .iter()
+                .map(|hull| hull.part)
+                .collect(),
+        };
+        if !dressed.plan.doses().list().is_empty() {
+            dressed
+                .put_on(&avatar, &subject)
+                .map_err(|error| SweepError::Undrawn {
+                    what: format!("condition {}", job.condition_name()),
+                    cause: error.into(),
+                })?;
+        }
+        Ok(dressed)
+    }
+
+    /// Changes the body for the condition, and makes the body of the person who crosses.
+    fn put_on(&mut self, avatar: &Avatar<'_>, subject: &SubjectEntry<'_>) -> Result<()> {
+        let wearer = Wearer::new(avatar.skeleton(), subject);
+        if let Some(strength) = self.plan.strength(ConfounderKind::Age) {
+            self.skeleton = wearer.aged(strength).skeleton;
+        }
+        let mut outfit = outfit(&self.plan, avatar, &wearer);
+        if self.plan.acts_at(Stage::Body) {
+            self.bare = Some(std::mem::replace(&mut self.body, outfit.body()?));
+            self.parts = outfit.hulls.iter().map(|hull| hull.part).collect();
+        }
+        if let Some(strength) = self.plan.strength(ConfounderKind::MovingOccluder) {
+            let mut rng = self.plan.of_cycle(ConfounderKind::MovingOccluder);
+            let scale = Crossing::new(strength, &mut rng).scale();
+            for (_, point) in outfit.hulls.iter_mut().flat_map(|hull| &mut hull.points) {
+                *point *= scale;
+            }
+            self.crossing = Some(outfit.body()?);
+        }
+        Ok(())
+    }
+
+    /// Returns the body as it is in the pack.
+    fn bare(&self) -> &UnpackedBody {
+        self.bare.as_ref().unwrap_or(&self.body)
+    }
+
+    /// Returns the kind of each of the body's hulls.
+    pub(super) fn parts(&self) -> &[BodyPart] {
+        &self.parts
+    }
+
+    /// Returns the doses for the job.
+    pub(super) const fn plan(&self) -> &DosePlan {
+        &self.plan
+    }
+}
+
+/// Returns the hulls of an avatar with its clothes and loads.
+fn outfit(plan: &DosePlan, avatar: &Avatar<'_>, wearer: &Wearer) -> Outfit {
+    let mut outfit = Outfit::of(avatar);
+    for dose in plan.doses().list() {
+        let put_on = match dose.kind {
+            ConfounderKind::BodyMass => appearance::body_mass,
+            ConfounderKind::Build => appearance::build,
+            ConfounderKind::Age => appearance::age_body,
+            ConfounderKind::Hair => appearance::hair,
+            ConfounderKind::Shoes => appearance::shoes,
+            ConfounderKind::WideTrousers => appearance::wide_trousers,
+            ConfounderKind::Skirt => appearance::skirt,
+            ConfounderKind::Coat => appearance::coat,
+            ConfounderKind::Hat => appearance::hat,
+            ConfounderKind::Backpack => appearance::backpack,
+            ConfounderKind::ShoulderBag => appearance::shoulder_bag,
+            ConfounderKind::Suitcase => appearance::suitcase,
+            _ => continue,
+        };
+        put_on(&mut outfit, wearer, dose.strength);
+    }
+    outfit
+}
+
+/// A figure at one moment.
+pub(super) struct PosedWalker<'a> {
+    pub figure: Figure<'a>,
+    pub model: ModelPose,
+    pub pelvis: Vec3,
+}
+
+/// The walker of one job, from which a figure can be posed at any moment.
+pub(super) struct Walker<'a> {
+    dressed: &'a Dressed,
+    /// The skeleton of the dressed body, and the pack's skeleton.
+    skeleton: Skeleton,
+    bare: Skeleton,
+    clip: Clip<'a>,
+    variation: Variation,
+    /// Facts of the walk for effects on motion and time.
+    gait: GaitFacts,
+    floor_m: f32,
+}
+
+impl<'a> Walker<'a> {
+    pub(super) fn new(
+        pack: &Pack<'a>,
+        job: Job<'_>,
+        dressed: &'a Dressed,
+        seed: u64,
+    ) -> Result<Self> {
+        let (walk, subject, avatar, clip) = parts(pack, job)?;
+        if job.variation > 0 && clip.as_uncut().is_some() {
+            return Err(SweepError::UncutHasNoVariations(walk_name(pack, job.walk)).into());
+        }
+        let duration_s = clip.duration_s();
+        // Without confounders, neither the mean pose nor the floor is needed.
+        let poses = match dressed.plan.doses().list() {
+            [] => 0,
+            _ => MEAN_POSES,
+        };
+        let pose = |at| clip.sample(f64::from(at) / f64::from(poses) * duration_s);
+        let poses: Vec<Pose> = (0..poses).map(pose).collect();
+        let speed_mps = 1e-3 * f64::from(walk.speed_mm_per_s);
+        let bare = avatar.skeleton();
+        Ok(Self {
+            floor_m: floor_m(dressed.bare(), &bare, &poses),
+            gait: GaitFacts::of(dressed.skeleton.clone(), poses, speed_mps, duration_s),
+            skeleton: dressed.skeleton.clone(),
+            bare,
+            dressed,
+            clip,
+            variation: Variation::new(seed_of(job, seed, &walk, &subject)),
+        })
+    }
+
+    /// Returns length (metres) and duration (seconds) of a cycle under the condition. A whole uncut
+    /// motion counts as one cycle.
+    pub(super) fn stride(&self) -> (f64, f64) {
+        let plan = &self.dressed.plan;
+        let paces = [
+            plan.strength(ConfounderKind::Speed).map(motion::speed_pace),
+            plan.strength(ConfounderKind::Age).map(motion::age_pace),
+        ];
+        let own = (self.gait.stride_m, self.gait.duration_s);
+        paces
+            .into_iter()
+            .flatten()
+            .fold(own, |(stride_m, duration_s), pace| {
+                (stride_m * pace.stride, duration_s * pace.duration)
+            })
+    }
+
+    /// Returns the number of strides since the first frame.
+    pub(super) fn strides(&self, moment: Moment) -> f64 {
+        match moment {
+            Moment::Phase(phase) => f64::from(phase),
+            Moment::Seconds(seconds) => seconds / self.stride().1,
+        }
+    }
+
+    /// Returns the figure `seconds` later, before a static camera: a cycle, which is otherwise
+    /// walked on the spot, moves ahead; an uncut motion has its own path.
+    pub(super) fn passing(&self, moment: Moment, seconds: f64) -> Figure<'a> {
+        let (stride_m, duration_s) = self.stride();
+        let later = match moment {
+            #[expect(clippy::cast_possible_truncation, reason = "a phase")]
+            Moment::Phase(phase) => Moment::Phase(phase + (seconds / duration_s) as f32),
+            Moment::Seconds(at) => Moment::Seconds(at + seconds),
+        };
+        let PosedWalker {
+            mut figure,
+            mut model,
+            ..
+        } = self.at(later);
+        if self.clip.as_loop().is_some() {
+            #[expect(clippy::cast_possible_truncation, reason = "a length")]
+            let ahead = Vec3::new(0.0, 0.0, (stride_m / duration_s * seconds) as f32);
+            for position in &mut model.positions {
+                *position += ahead;
+            }
+            figure.update(&model);
+        }
+        figure
+    }
+
+    /// Returns the body of the person who crosses: the walker's, scaled by the condition.
+    pub(super) fn crossing(&self) -> &'a UnpackedBody {
+        self.dressed.crossing.as_ref().unwrap_or(&self.dressed.body)
+    }
+
+    /// Returns the floor below a pelvis, at the height of the stored cycle's lowest point.
+    pub(super) fn floor(&self, pelvis: Vec3) -> Floor {
+        Floor {
+            point: Vec3::new(pelvis.x, self.floor_m, pelvis.z),
+            normal: self.floor_normal().as_vec3(),
+        }
+    }
+
+    /// Returns the upward normal of the floor, a unit vector.
+    fn floor_normal(&self) -> DVec3 {
+        let slope = self.dressed.plan.strength(ConfounderKind::Slope);
+        slope.map_or(DVec3::Y, motion::floor_normal)
+    }
+
+    /// Poses the figure. A changed figure keeps the stored cycle's clearance from the floor.
+    pub(super) fn at(&self, moment: Moment) -> PosedWalker<'a> {
+        let (mut pose, phase) = self.stored(moment);
+        let model = |pose: &Pose| ModelPose::new(&self.skeleton, pose);
+        let mut found = ModelPose::new(&self.bare, &pose);
+        let stored = Figure::new(self.dressed.bare(), &found);
+        let before = pose.rotations;
+        self.variation.apply(&mut pose, phase, &self.skeleton);
+        self.act(&mut pose);
+        if pose.rotations == before && self.dressed.bare.is_none() {
+            return PosedWalker {
+                figure: stored,
+                model: found,
+                pelvis: pose.root,
+            };
+        }
+        let clearance = lowest(&stored, 0.0, 0.0);
+        found = model(&pose);
+        let mut figure = if self.dressed.bare.is_some() {
+            Figure::new(&self.dressed.body, &found)
+        } else {
+            let mut figure = stored;
+            figure.update(&found);
+            figure
+        };
+        let normal = self.floor_normal();
+        #[expect(clippy::cast_possible_truncation, reason = "a tangent")]
+        let rise = (-normal.z / normal.y) as f32;
+        pose.root.y += clearance - lowest(&figure, rise, pose.root.z);
+        found = model(&pose);
+        figure.update(&found);
+        PosedWalker {
+            figure,
+            model: found,
+            pelvis: pose.root,
+        }
+    }
+
+    /// Returns the pack's pose at a moment, and its phase in the cycle.
+    fn stored(&self, moment: Moment) -> (Pose, f32) {
+        let duration_s = self.clip.duration_s();
+        match (moment, self.clip.as_loop()) {
+            (Moment::Phase(phase), Some(cycle)) => {
+                let limp = self.dressed.plan.strength(ConfounderKind::AsymmetricGait);
+                #[expect(clippy::cast_possible_truncation, reason = "a phase")]
+                let phase = limp.map_or(phase, |strength| {
+                    motion::limp_phase(f64::from(phase), strength) as f32
+                });
+                (cycle.pose(phase), phase)
+            }
+            (Moment::Phase(phase), None) => {
+                (self.clip.sample(f64::from(phase) * duration_s), phase)
+            }
+            (Moment::Seconds(seconds), _) => {
+                #[expect(clippy::cast_possible_truncation, reason = "a phase")]
+                let phase = (seconds / duration_s).rem_euclid(1.0) as f32;
+                (self.clip.sample(seconds), phase)
+            }
+        }
+    }
+
+    /// Applies the condition's effects on motion to a pose.
+    fn act(&self, pose: &mut Pose) {
+        let effects: [(ConfounderKind, motion::Effect); 8] = [
+            (ConfounderKind::Speed, motion::speed),
+            (ConfounderKind::Age, motion::age_gait),
+            (ConfounderKind::ArmStill, motion::arm_still),
+            (ConfounderKind::HandsInPockets, motion::hands_in_pockets),
+            (ConfounderKind::Backpack, motion::load_lean),
+            (ConfounderKind::Suitcase, motion::carried_arm),
+            (ConfounderKind::AsymmetricGait, motion::limp),
+            (ConfounderKind::Slope, motion::slope),
+        ];
+        for (kind, effect) in effects {
+            if let Some(strength) = self.dressed.plan.strength(kind) {
+                effect(pose, &self.gait, strength);
+            }
+        }
+    }
+}
+
+/// Returns all doses of a job whose condition is random, such as `coat=0.5`, or an empty text if
+/// the condition is fixed.
+///
+/// # Errors
+/// If there is no such walk.
+pub fn drawn(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<String> {
+    if job.condition.is_none_or(Condition::is_fixed) {
+        return Ok(String::new());
+    }
+    let (walk, subject, ..) = parts(pack, job)?;
+    let plan = DosePlan::new(job.condition, seed_of(job, seed, &walk, &subject));
+    Ok(plan.doses().to_string())
+}
+
+/// Returns the hash that seeds a person's random numbers, whatever else is in the pack.
+fn subject_hash(name: &str) -> u64 {
+    u64::from(crc32(name.as_bytes()))
+}
+
+/// Returns the seed of a cycle's variation and of its other random numbers.
+fn seed_of(job: Job<'_>, seed: u64, walk: &WalkEntry<'_>, subject: &SubjectEntry<'_>) -> CycleSeed {
+    CycleSeed {
+        seed,
+        subject: subject_hash(subject.name),
+        walk: u64::from(crc32(walk.name.as_bytes())) << 16 | u64::from(walk.cycle),
+        variation: job.variation,
+    }
+}
+
+type JobParts<'a> = (WalkEntry<'a>, SubjectEntry<'a>, Avatar<'a>, Clip<'a>);
+
+/// Returns walk, subject, avatar and clip of a job.
+fn parts<'a>(pack: &Pack<'a>, job: Job<'_>) -> Result<JobParts<'a>> {
+    let walk = pack.walk(job.walk);
+    let subject = walk.and_then(|walk| pack.subject(walk.subject));
+    let parts = walk.zip(subject).and_then(|(walk, subject)| {
+        let (avatar, clip) = (pack.avatar(walk.avatar)?, pack.clip(walk.clip)?);
+        Some((walk, subject, avatar, clip))
+    });
+    parts.ok_or_else(|| {
+        SweepError::NoWalk {
+            number: job.walk,
+            walks: pack.walks().len(),
+        }
+        .into()
+    })
+}
+
+/// Returns the height of the lowest point of a body in all poses, metres; 0 without poses.
+fn floor_m(body: &UnpackedBody, skeleton: &Skeleton, poses: &[Pose]) -> f32 {
+    let height = |pose| {
+        lowest(
+            &Figure::new(body, &ModelPose::new(skeleton, pose)),
+            0.0,
+            0.0,
+        )
+    };
+    poses.iter().map(height).reduce(f32::min).unwrap_or(0.0)
+}
+
+/// Returns the least height of a figure's points over a floor that rises by `rise` metres for each
+/// metre ahead of `z`, metres.
+pub(super) fn lowest(figure: &Figure<'_>, rise: f32, z: f32) -> f32 {
+    let heights = figure.points().map(|p| p.y - rise * (p.z - z));
+    heights.fold(f32::MAX, f32::min)
+}
