@@ -14,14 +14,14 @@ use std::fs;
 /// foot's breadth. People walk with bent knees and lean, so that crowns are lower, and shrug or
 /// droop.
 const BOUNDS: [(&str, f64, f64); 9] = [
-    ("stature", 1.0, 2.0),
+    ("stature", 1.0, 2.5),
     ("trochanterion_height", 0.1, 0.5),
     ("knee_height", 0.1, 0.5),
     ("hip_breadth", 0.2, 1.0),
     ("bideltoid_breadth", 1.5, 5.0),
     ("chest_depth", 0.2, 1.0),
     ("foot_length", 0.2, 2.0),
-    ("foot_breadth", 0.5, 4.0),
+    ("foot_breadth", 0.7, 4.0),
     ("head_breadth", 0.5, 2.5),
 ];
 
@@ -109,6 +109,7 @@ mod slow {
                 }
             }
         }
+        let mut missed = Vec::new();
         for (name, mean_most, most) in BOUNDS {
             let off = &off[name];
             let mean = off.iter().sum::<f64>() / off.len() as f64;
@@ -120,7 +121,10 @@ mod slow {
                     },
                 );
             println!("{name:<22} off by {mean:>5.2} % on average, {worst:>5.2} % at worst");
-            assert!(mean.abs() < mean_most && worst.abs() < most, "{name}");
+            if mean.abs() >= mean_most || worst.abs() >= most {
+                missed.push(name);
+            }
         }
+        assert!(missed.is_empty(), "{missed:?}");
     }
 }

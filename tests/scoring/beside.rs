@@ -1,6 +1,7 @@
 //! An image of imported walkers next to silhouettes that other software rendered from skinned
 //! bodies.
 
+use crate::command::done;
 use crate::data::given;
 use crate::npy::npy;
 use crate::people::{Row, body, recordings, rows};
@@ -10,10 +11,8 @@ use edgegait::dataset::TreeLayout;
 use edgegait::draw::sweep::FramingMode;
 use edgegait_core::silhouette::Size;
 use image::{GrayImage, Luma};
-use std::ffi::OsString;
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 /// The people that may be shown, and the number of their takes.
 const SHOWN: [(&str, usize); 9] = [
@@ -40,23 +39,8 @@ const FRAMES: usize = 48;
 const SCALE: usize = 2;
 const GAP: [usize; 2] = [12, 4];
 
-fn run(command: &OsString, folder: &Path, arguments: &[&str]) {
-    let output = Command::new(command)
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .expect("the command starts");
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        output.status.success(),
-        "{}: {error}",
-        command.to_string_lossy()
-    );
-}
-
-/// Returns the frames of a cycle of a walk, as the given build of the command draws the person of a
-/// table's row.
-fn drawn(command: &OsString, data: &Path, person: &Row, (walk, view): (&str, &str)) -> Vec<u8> {
+/// Returns the frames of a cycle of a walk, as EdgeGait draws the person of a table's row.
+fn drawn(data: &Path, person: &Row, (walk, view): (&str, &str)) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a folder");
     let id = &person["id"];
     fs::write(folder.path().join("body.csv"), body(person)).expect("a table");
@@ -66,16 +50,12 @@ fn drawn(command: &OsString, data: &Path, person: &Row, (walk, view): (&str, &st
     let sources = recordings(data, id);
     let mut import: Vec<&str> = import.split(' ').collect();
     import.extend(sources.iter().map(String::as_str));
-    run(command, folder.path(), &import);
+    done(folder.path(), &import);
     let azimuth_deg: f64 = view.parse().expect("degrees");
     let render = format!(
         "render walks.egp --walks {walk} --size 64x44 --azimuth-deg {azimuth_deg} --lens persp --distance-m 6 --frames-per-cycle {FRAMES} --out frames.npy"
     );
-    run(
-        command,
-        folder.path(),
-        &render.split(' ').collect::<Vec<_>>(),
-    );
+    done(folder.path(), &render.split(' ').collect::<Vec<_>>());
     npy(folder.path().join("frames.npy")).1
 }
 
@@ -90,17 +70,15 @@ fn put(image: &mut GrayImage, frame: &[u8], (left, top): (usize, usize)) {
 }
 
 #[test]
-#[ignore = "needs EDGEGAIT_DATA, and EDGEGAIT_BEFORE: the path of an older build's command"]
-fn ten_walkers_before_and_after_as_a_picture() {
+#[ignore = "needs EDGEGAIT_DATA"]
+fn ten_walkers_as_a_picture() {
     let data = given();
-    let before = std::env::var_os("EDGEGAIT_BEFORE").expect("EDGEGAIT_BEFORE: expected a path");
-    let now = OsString::from(env!("CARGO_BIN_EXE_edgegait"));
     let bodies = rows(&data.join("people/bodies.csv"));
     let takes = rows(&data.join("people/manifest.csv"));
     let tree = Tree::open(data.join("people/people"), &TreeLayout::default()).expect("a tree");
     let (rows, columns) = (SIZE.rows() * SCALE, SIZE.columns() * SCALE);
     let walkers: usize = SHOWN.iter().map(|(_, takes)| takes).sum();
-    let wide = COLUMNS.len() * (3 * columns + GAP[0]) - GAP[0];
+    let wide = COLUMNS.len() * (2 * columns + GAP[0]) - GAP[0];
     let tall = walkers * (rows + GAP[1]) - GAP[1];
     let grey = Luma([96]);
     let mut image = GrayImage::from_pixel(wide as u32, tall as u32, grey);
@@ -126,16 +104,11 @@ fn ten_walkers_before_and_after_as_a_picture() {
                 let at = (left + phase * (to - from)).round() as usize;
                 let walk = Path::new(&row["source"]).file_stem().expect("a name");
                 let walk = walk.to_string_lossy();
-                let drawn = [&before, &now].map(|command| {
-                    let frames = drawn(command, &data, person, (&walk, view));
-                    let at = (phase * FRAMES as f64).round() as usize * size;
-                    frames[at..at + size].to_vec()
-                });
-                let corner = column * (3 * columns + GAP[0]);
+                let frames = drawn(&data, person, (&walk, view));
+                let drawn = &frames[(phase * FRAMES as f64).round() as usize * size..][..size];
+                let corner = column * (2 * columns + GAP[0]);
                 put(&mut image, &seen.pixels[at * size..][..size], (corner, top));
-                for (place, frame) in drawn.iter().enumerate() {
-                    put(&mut image, frame, (corner + (place + 1) * columns, top));
-                }
+                put(&mut image, drawn, (corner + columns, top));
             }
             top += rows + GAP[1];
         }
