@@ -3,8 +3,12 @@
 //! A path consists of the keys of the JSON, with dots between them. Brackets choose an element of a
 //! list by its name (`recognizers[mine]`) or by any of its keys
 //! (`by_viewpoint[azimuth_deg=90,elevation_deg=0]`), or all elements (`probe_sets[*]`). A list of
-//! one element needs none. Names with dots or brackets are in quotation marks: `recognizers["pixels
-//! as gei"]`.
+//! one element needs none. Names with brackets, commas or `=`, and keys with dots, are in quotation
+//! marks: `recognizers["a=b"]`.
+//!
+//! JSONPath (RFC 9535) would not replace this. It selects, but a limit also needs a path by which
+//! the same element is found in other results, where its number differs, and an error that says
+//! what is there instead.
 
 use serde_json::{Map, Value};
 
@@ -403,9 +407,7 @@ impl Letters<'_> {
         let mut keys = Vec::new();
         loop {
             let is_quoted = self.rest().starts_with('"');
-            let word = self.until(&['.', ',', '=', ']', '[']);
-            // Numbers may contain a dot.
-            let word = self.with_decimals(word, is_quoted);
+            let word = self.until(&[',', '=', ']', '[']);
             if word.is_empty() && !is_quoted {
                 return Err(self.expected("a name, KEY=VALUE or *"));
             }
@@ -418,9 +420,7 @@ impl Letters<'_> {
                 return Ok(ElementChoice::At(number));
             }
             if self.next_if('=') {
-                let is_quoted = self.rest().starts_with('"');
-                let value = self.until(&['.', ',', '=', ']', '[']);
-                let value = self.with_decimals(value, is_quoted);
+                let value = self.until(&[',', '=', ']', '[']);
                 keys.push((Some(word), value));
             } else if word == "*" && !is_quoted && keys.is_empty() && self.next_if(']') {
                 return Ok(ElementChoice::Each);
@@ -434,15 +434,6 @@ impl Letters<'_> {
                 return Err(self.expected("a comma or a closing bracket"));
             }
         }
-    }
-
-    fn with_decimals(&mut self, mut word: String, is_quoted: bool) -> String {
-        let is_number = |text: &str| text.parse::<f64>().is_ok();
-        if !is_quoted && is_number(&word) && self.next_if('.') {
-            let decimals = self.until(&['.', ',', '=', ']', '[']);
-            word = format!("{word}.{decimals}");
-        }
-        word
     }
 
     fn expected(&self, what: &str) -> String {

@@ -11,6 +11,7 @@ fn results() -> Value {
             { "name": "a", "runtime": { "name": "r" }, "threads": 2, "p50_us": 2, "accuracy": { "rank1": 0.5 } },
             { "name": "pixels as gei", "threads": 1, "p50_us": 3 },
         ],
+        "dotted": [{ "name": "net.v2", "p50_us": 4 }, { "name": "net.v3", "p50_us": 5 }],
         "only": [{ "name": "x", "views": [
             { "azimuth_deg": 90.0, "elevation_deg": 0.0, "rank1": 0.1 },
             { "azimuth_deg": 90.0, "elevation_deg": 30.5, "rank1": 0.2 },
@@ -32,6 +33,8 @@ fn a_figure_is_found_by_keys_and_by_what_elements_are_called() {
         ("models[name=a,threads=1].p50_us", 1.0),
         ("models[\"pixels as gei\"].p50_us", 3.0),
         ("models[pixels as gei].p50_us", 3.0),
+        ("dotted[net.v2].p50_us", 4.0),
+        ("dotted[\"net.v2\"].p50_us", 4.0),
         ("models[threads=2].accuracy.rank1", 0.5),
         ("only.views[90,0].rank1", 0.1),
         ("only[x].views[elevation_deg=30.5].rank1", 0.2),
