@@ -10,14 +10,16 @@ use crate::bench::gate::{
 use crate::error::{Error, Result};
 use crate::files::{InputFile, ResultHeader, write_bytes};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 /// Check results against limits, alone or relative to a baseline, so that a build can fail
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait gate --init bench.json > limits.toml       # a first set of limits\n  edgegait gate limits.toml bench.json main.json\n  edgegait gate limits.toml 1.json main-1.json --run 2.json,3.json --baseline-run main-2.json\n  edgegait gate limits.toml score.json main.json --markdown comment.md --junit gate.xml\n\nA limit names a value by the keys of the JSON results, as in models[mine].p50_us or recognizers[mine].probe_sets[BG].rank1; [*] stands for all of them. Times have an interval, from their windows and runs. A limit within that interval cannot be decided, nor can a miss while other processes kept the machine busy. Rank-1 is compared with a baseline's on the same probes, with an interval over people. The exit code is 0 if all limits hold, 4 if one is missed, 3 if one cannot be decided and none is missed, 1 or 2 after an error."
+    after_help = "Examples:\n  edgegait gate --init bench.json > limits.toml       # a first set of limits\n  edgegait gate limits.toml bench.json main.json\n  edgegait gate limits.toml 1.json main-1.json --run 2.json,3.json --baseline-run main-2.json\n  edgegait gate limits.toml score.json main.json --markdown comment.md --junit gate.xml\n\nA limit names a value by the keys of the JSON results, as in models[mine].p50_us or recognizers[mine].probe_sets[BG].rank1; [*] stands for all of them, and per = \"...\" divides by another value of the same results. The results of criterion are a folder, with benchmarks[NAME].median_ns. Times have an interval, from their windows and runs. A limit within that interval cannot be decided, nor can a miss while other processes kept the machine busy. Rank-1 is compared with a baseline's on the same probes, with an interval over people. The exit code is 0 if all limits hold, 4 if one is missed, 3 if one cannot be decided and none is missed, 1 or 2 after an error."
 )]
 pub(super) struct GateArgs {
-    /// The limits (TOML), the results to check, and the results of a baseline
+    /// The limits (TOML), the results to check, and the results of a baseline; results are JSON of
+    /// a command or a folder of criterion's
     #[arg(value_name = "FILE", num_args = 2..=3, required_unless_present = "init")]
     files: Vec<PathBuf>,
     /// Further runs of the results to check; the medians of all runs count
@@ -29,6 +31,9 @@ pub(super) struct GateArgs {
     /// Skip limits relative to a baseline, if there is no baseline yet
     #[arg(long, conflicts_with_all = ["baseline_run", "init"])]
     without_baseline: bool,
+    /// Skip limits that need two idle threads, because other work ran during the measurement
+    #[arg(long, conflicts_with = "init")]
+    busy: bool,
     /// Print a first set of limits from these results, and check nothing
     #[arg(long, value_name = "RESULT", conflicts_with_all = ["files", "run", "baseline_run", "markdown", "junit", "bencher", "json"])]
     init: Option<PathBuf>,
@@ -109,13 +114,18 @@ pub(super) fn run(args: &GateArgs) -> Result<Ending> {
     let runs = read(&mut std::iter::once(result).chain(&args.run))?;
     let baselines = read(&mut baseline.iter().chain(&args.baseline_run))?;
     let mut header = ResultHeader::new("gate", args.common.seed);
-    for path in &args.files().inputs {
-        header.inputs.push(InputFile::of(path)?);
+    header.inputs.push(InputFile::of(limits_at)?);
+    let firsts = [runs.first(), baselines.first()].into_iter().flatten();
+    let others = runs.iter().skip(1).chain(baselines.iter().skip(1));
+    for file in firsts.chain(others) {
+        header.inputs.push(file.input()?);
     }
     let judged = JudgedRuns {
         runs: &runs,
         baselines: &baselines,
         without_baseline: args.without_baseline,
+        is_busy: args.busy,
+        now: SystemTime::now(),
     };
     let report = gate(limits_at, &limits, &judged, header)?;
     args.common.say(format!("{report}").trim_end());

@@ -177,7 +177,7 @@ fn the_files_that_the_guide_shows_can_be_read() {
             }
         }
     }
-    assert_eq!(read, [2, 2, 2, 2, 1]);
+    assert_eq!(read, [2, 2, 2, 3, 1]);
 }
 
 /// Checks good results against limits.
@@ -188,7 +188,11 @@ fn holds(limits: &str) {
     write("limits.toml", limits);
     let results = serde_json::json!({
         "schema": 1, "command": "score", "version": "0.1.0", "seed": 1, "inputs": [], "settings": {}, "warnings": [],
-        "models": [{ "name": "mine", "p50_us": 5.0, "bytes": 1000 }],
+        "models": [{ "name": "mine", "p50_us": 5.0, "p99_us": 15.0 }],
+        "benchmarks": [
+            { "name": "draw/slow", "median_ns": 5.0, "measured_s": 4e9 },
+            { "name": "draw/fast", "median_ns": 1.0, "measured_s": 4e9 },
+        ],
         "recognizers": [{ "name": "mine", "rank1": 0.9, "probe_sets": [{ "name": "BG", "rank1": 0.7 }] }],
     });
     write("results.json", &results.to_string());

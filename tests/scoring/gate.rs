@@ -136,6 +136,66 @@ fn a_planted_slowdown_is_missed_and_a_busy_machine_cannot_tell() {
     );
 }
 
+/// Writes criterion's result of a benchmark.
+fn measured(at: &Path, id: &str, median_ns: f64) {
+    let new = at.join("criterion").join(id).join("new");
+    fs::create_dir_all(&new).expect("a folder");
+    let write = |name: &str, value: Value| fs::write(new.join(name), value.to_string());
+    write(
+        "benchmark.json",
+        json!({ "full_id": id, "throughput": null }),
+    )
+    .expect("written");
+    let interval = json!({ "lower_bound": 0.99 * median_ns, "upper_bound": 1.01 * median_ns });
+    let median = json!({ "point_estimate": median_ns, "confidence_interval": interval });
+    write("estimates.json", json!({ "median": median })).expect("written");
+}
+
+#[test]
+fn a_limit_on_criterions_results_is_missed_and_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    measured(at, "draw/slow", 1000.0);
+    measured(at, "draw/fast", 100.0);
+    let write = |name: &str, text: &str| fs::write(at.join(name), text).expect("written");
+    let time = "[[limit]]\nfigure = \"benchmarks[draw/slow].median_ns\"\nat_most = 1200\n";
+    write("time.toml", time);
+    write(
+        "ratio.toml",
+        "[criterion]\nmax_age_hours = 24\nmax_apart_hours = 2\n\
+         [[limit]]\nfigure = \"benchmarks[draw/slow].median_ns\"\nper = \"benchmarks[draw/fast].median_ns\"\nat_least = 8\n\
+         [[limit]]\nfigure = \"benchmarks[draw/none].median_ns\"\nat_most = 1\nneeds = \"two-threads\"\n",
+    );
+    assert_eq!(gated(at, &["time.toml", "criterion"]).0, 0);
+    let (status, said) = gated(
+        at,
+        &["ratio.toml", "criterion", "--busy", "--json", "g.json"],
+    );
+    assert_eq!(status, 0, "{said}");
+    assert!(
+        said.contains("warning: line 9: skipped: this machine has no idle second thread"),
+        "{said}"
+    );
+    let report: Value =
+        serde_json::from_str(&fs::read_to_string(at.join("g.json")).expect("a report"))
+            .expect("JSON");
+    assert_eq!(report["limits"][0]["found"]["value"], 10.0);
+    assert_eq!(report["inputs"][1]["path"], "criterion");
+    measured(at, "draw/slow", 1300.0);
+    let (status, said) = gated(at, &["time.toml", "criterion"]);
+    assert_eq!(status, 4, "{said}");
+    measured(at, "draw/fast", 200.0);
+    let (status, said) = gated(at, &["ratio.toml", "criterion", "--busy"]);
+    assert_eq!(status, 4, "{said}");
+    write("once.json", "{}");
+    refused(
+        at,
+        &["gate", "time.toml", "once.json", "criterion"],
+        1,
+        &["once.json: expected the JSON results"],
+    );
+}
+
 /// Returns the file with noise on the numbers of its largest tensor: the longest run of bytes that
 /// look like float weights.
 fn with_noise(file: &[u8]) -> Vec<u8> {

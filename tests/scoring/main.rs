@@ -22,7 +22,6 @@ mod bench_path;
 mod beside;
 mod contracts;
 mod gate;
-mod gates;
 mod likeness;
 mod literature;
 mod mix;

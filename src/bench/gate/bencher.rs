@@ -16,6 +16,10 @@ impl GateReport {
                 Some((around, key)) if !key.contains(['[', ']', '"']) => (around, key),
                 _ => ("results", line.figure.as_str()),
             };
+            let measure = match &line.per {
+                Some(per) => format!("{measure} per {per}"),
+                None => measure.to_owned(),
+            };
             let found = line.found;
             let mut metric = json!({ "value": found.value });
             for (key, end) in [("lower_value", found.low), ("upper_value", found.high)] {
@@ -24,7 +28,7 @@ impl GateReport {
                 }
             }
             let measures = benchmarks.entry(benchmark).or_insert_with(|| json!({}));
-            measures[measure] = metric;
+            measures[&measure] = metric;
         }
         Value::Object(benchmarks)
     }

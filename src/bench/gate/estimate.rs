@@ -103,7 +103,7 @@ impl Estimate {
     /// Returns the estimate from the same value in each run.
     ///
     /// With one run, the interval comes from fields next to the value: the means of its windows for
-    /// a time, `<key>_low` and `<key>_high` for a rate of hits. With several runs, the value is
+    /// a time, or else `<key>_low` and `<key>_high`. With several runs, the value is
     /// their median. With fewer than five, which is too few for the interval of a median, the
     /// interval contains the intervals of all runs.
     pub(crate) fn of(places: &[ResultFigure<'_>], measure: FigureKind) -> Self {
@@ -129,10 +129,12 @@ impl Estimate {
 
     fn of_one(place: &ResultFigure<'_>, measure: FigureKind) -> Self {
         let value = place.value;
-        if measure.is_timed() {
-            return match windows(place).as_deref() {
+        if measure.is_timed()
+            && let Some(means) = windows(place)
+        {
+            return match means[..] {
                 // The variation between windows is unknown, but within the range of the calls.
-                Some(&[mean]) => match ["min_us", "max_us"].map(|key| place.beside(key)) {
+                [mean] => match ["min_us", "max_us"].map(|key| place.beside(key)) {
                     [Some(least), Some(most)] => Self {
                         value: mean,
                         low: least.min(mean),
@@ -145,8 +147,7 @@ impl Estimate {
                         high: f64::INFINITY,
                     },
                 },
-                Some(means) => Self::of_median(means).scaled_to(value, measure),
-                None => Self::exact(value),
+                _ => Self::of_median(&means).scaled_to(value, measure),
             };
         }
         let [low, high] = ["low", "high"].map(|end| place.beside(&format!("{}_{end}", place.key)));
@@ -157,6 +158,16 @@ impl Estimate {
             value,
             low: low.min(value),
             high: high.max(value),
+        }
+    }
+
+    /// Returns the sum with another estimate that counts a number of times.
+    pub(crate) fn plus(self, other: Self, times: u32) -> Self {
+        let plus = |mine: f64, its: f64| mine + f64::from(times) * its;
+        Self {
+            value: plus(self.value, other.value),
+            low: plus(self.low, other.low),
+            high: plus(self.high, other.high),
         }
     }
 

@@ -36,6 +36,8 @@ pub(crate) struct BaselineChange {
     pub ratio: Estimate,
     /// The value minus the baseline's.
     pub difference: Estimate,
+    /// Whether both are from the same probes.
+    pub is_paired: bool,
 }
 
 impl BaselineChange {
@@ -61,6 +63,7 @@ impl BaselineChange {
                 low: new.low - old.high,
                 high: new.high - old.low,
             },
+            is_paired: false,
         }
     }
 }
@@ -81,16 +84,15 @@ pub(crate) fn absolute(
     within(found, bound, judge.unwrap_or(usual))
 }
 
-/// Judges a value by a limit relative to a baseline; `is_paired` if both are from the same probes.
+/// Judges a value by a limit relative to a baseline.
 pub(crate) fn relative(
     between: BaselineChange,
     bound: Bound,
     measure: FigureKind,
     judge: Option<Judge>,
-    is_paired: bool,
 ) -> GateOutcome {
     // The separate intervals of two values with the same seed say little about their difference.
-    let usual = if measure.is_timed() || is_paired {
+    let usual = if measure.is_timed() || between.is_paired {
         Judge::Interval
     } else {
         Judge::Value
@@ -205,7 +207,6 @@ mod tests {
                 Bound::RatioAtMost(limit),
                 TIME,
                 None,
-                false,
             )
         };
         let quiet = about(10.0, 0.0);
@@ -228,8 +229,9 @@ mod tests {
             let between = BaselineChange {
                 ratio: Estimate::exact(f64::NAN),
                 difference,
+                is_paired,
             };
-            relative(between, Bound::NotWorse, measure, judge, is_paired)
+            relative(between, Bound::NotWorse, measure, judge)
         };
         assert_eq!(of(-0.1, 0.05, rank1, None, true), Missed);
         assert_eq!(of(-0.1, 0.15, rank1, None, true), CannotTell);
@@ -237,15 +239,8 @@ mod tests {
         assert_eq!(of(-0.1, 0.15, rank1, Some(Judge::Value), true), Missed);
         assert_eq!(of(1.0, 0.5, TIME, None, false), Missed);
         assert_eq!(of(-1.0, 0.5, TIME, None, false), Holds);
-        let apart = |new, old| {
-            relative(
-                BaselineChange::apart(new, old),
-                Bound::NotWorse,
-                TIME,
-                None,
-                false,
-            )
-        };
+        let apart =
+            |new, old| relative(BaselineChange::apart(new, old), Bound::NotWorse, TIME, None);
         let (fast, slow) = (about(1.0, 0.1), about(2.0, 0.1));
         assert_eq!(apart(slow, fast), Missed);
         assert_eq!(apart(slow.disturbed(TIME), fast), CannotTell);
@@ -266,14 +261,14 @@ mod tests {
             (Bound::DifferenceAtLeast(2.0), Holds),
             (Bound::DifferenceAtLeast(2.5), Missed),
         ] {
-            let found = relative(between, bound, FigureKind::of("bytes"), None, false);
+            let found = relative(between, bound, FigureKind::of("bytes"), None);
             assert_eq!(found, outcome, "{bound}");
         }
         // A ratio of values below 0 is meaningless.
         for both in [(0.5, -0.01), (-0.5, 0.01), (-2.0, -1.0)] {
             let below = BaselineChange::apart(Estimate::exact(both.0), Estimate::exact(both.1));
             let spread = FigureKind::of("spread");
-            let found = relative(below, Bound::RatioAtMost(1.2), spread, None, false);
+            let found = relative(below, Bound::RatioAtMost(1.2), spread, None);
             assert_eq!(found, CannotTell);
         }
         let nothing = BaselineChange::apart(Estimate::exact(0.0), Estimate::exact(0.0));

@@ -1,9 +1,14 @@
 //! The file of limits.
 
-use super::figure::FigurePath;
+use super::figure::{FigurePath, ResultFigure};
+use super::freshness::Freshness;
+use super::need::MachineNeed;
 use crate::error::{Error, FilePlace, Result};
 use serde::Deserialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fmt;
+use std::num::NonZeroU32;
 use std::path::Path;
 use toml::Spanned;
 
@@ -14,6 +19,8 @@ const MAX_BYTES: u64 = 1 << 20;
 #[derive(Clone, Debug)]
 pub(crate) struct GateLimits {
     pub limits: Vec<GateLimit>,
+    /// Which of criterion's results are refused.
+    pub criterion: Option<Freshness>,
 }
 
 /// A limit: what must hold for one or more values.
@@ -25,12 +32,25 @@ pub(crate) struct GateLimit {
     pub reason: Option<String>,
     /// Path of the values.
     pub figure: FigurePath,
+    /// What the values are divided by, the sum of these; none if empty.
+    pub per: Vec<LimitDivisor>,
+    /// What the limit needs of the machine.
+    pub needs: Option<MachineNeed>,
     /// Line of the file with the path.
     pub line: usize,
     /// The bounds, at least one.
     pub bounds: Vec<Bound>,
     /// Whether the value or the interval decides, if the file states it.
     pub judge: Option<Judge>,
+}
+
+/// A value of the same results that counts a number of times.
+#[derive(Clone, Debug)]
+pub(crate) struct LimitDivisor {
+    pub figure: FigurePath,
+    /// The path as written.
+    pub text: String,
+    pub times: u32,
 }
 
 /// One bound of a limit.
@@ -86,6 +106,8 @@ type Make = fn(f64) -> Bound;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenLimits {
+    judge: Option<Judge>,
+    criterion: Option<Freshness>,
     #[serde(default)]
     limit: Vec<WrittenLimit>,
 }
@@ -94,6 +116,8 @@ struct WrittenLimits {
 #[serde(deny_unknown_fields)]
 struct WrittenLimit {
     figure: Spanned<String>,
+    per: Option<WrittenDivisor>,
+    needs: Option<MachineNeed>,
     name: Option<String>,
     reason: Option<String>,
     at_most: Option<f64>,
@@ -105,6 +129,16 @@ struct WrittenLimit {
     #[serde(default)]
     not_worse: bool,
     judge: Option<Judge>,
+}
+
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a figure, or a table of figures and the number of times that each counts"
+)]
+enum WrittenDivisor {
+    One(String),
+    Sum(BTreeMap<String, NonZeroU32>),
 }
 
 impl GateLimits {
@@ -146,15 +180,60 @@ impl GateLimits {
                 .limit(line)
                 .map_err(|problem| Error::at(path, FilePlace::Line(line), problem))
         });
+        let mut limits = limits.collect::<Result<Vec<_>>>()?;
+        for limit in &mut limits {
+            limit.judge = limit.judge.or(written.judge);
+        }
         Ok(Self {
-            limits: limits.collect::<Result<_>>()?,
+            limits,
+            criterion: written.criterion,
         })
+    }
+}
+
+impl GateLimit {
+    /// Returns the values of the limit and what they are divided by.
+    pub(super) fn places<'a>(
+        &self,
+        results: &'a Value,
+    ) -> std::result::Result<Vec<ResultFigure<'a>>, String> {
+        let mut all = self.figure.places(results)?;
+        for part in &self.per {
+            all.extend(part.figure.places(results)?);
+        }
+        Ok(all)
+    }
+
+    /// Returns what the values are divided by, if they are.
+    pub(super) fn per_text(&self) -> Option<String> {
+        let parts = self.per.iter().map(|part| match part.times {
+            1 => part.text.clone(),
+            times => format!("{times} x {}", part.text),
+        });
+        let parts: Vec<String> = parts.collect();
+        (!parts.is_empty()).then(|| parts.join(" + "))
     }
 }
 
 impl WrittenLimit {
     fn limit(self, line: usize) -> std::result::Result<GateLimit, String> {
         let figure = FigurePath::parse(self.figure.get_ref())?;
+        let parts = match self.per {
+            None => BTreeMap::new(),
+            Some(WrittenDivisor::One(text)) => [(text, NonZeroU32::MIN)].into(),
+            Some(WrittenDivisor::Sum(parts)) if parts.is_empty() => {
+                return Err("per: expected at least one figure, found none".into());
+            }
+            Some(WrittenDivisor::Sum(parts)) => parts,
+        };
+        let parts = parts.into_iter().map(|(text, times)| {
+            Ok(LimitDivisor {
+                figure: FigurePath::parse(&text)?,
+                text,
+                times: times.get(),
+            })
+        });
+        let per: Vec<LimitDivisor> = parts.collect::<std::result::Result<_, String>>()?;
         let numbers: [(&str, Option<f64>, Make); 6] = [
             ("at_most", self.at_most, Bound::AtMost),
             ("at_least", self.at_least, Bound::AtLeast),
@@ -174,7 +253,8 @@ impl WrittenLimit {
         let mut bounds = Vec::new();
         for (key, number, bound) in numbers {
             let Some(number) = number else { continue };
-            let is_ratio = key.starts_with("ratio");
+            let is_ratio =
+                key.starts_with("ratio") || !per.is_empty() && !key.starts_with("difference");
             if !number.is_finite() || is_ratio && number <= 0.0 {
                 let expected = if is_ratio {
                     "a number above 0"
@@ -205,6 +285,8 @@ impl WrittenLimit {
             name: self.name,
             reason: self.reason,
             figure,
+            per,
+            needs: self.needs,
             line,
             bounds,
             judge: self.judge,
@@ -241,6 +323,19 @@ mod tests {
     }
 
     #[test]
+    fn a_value_is_divided_by_one_or_by_a_sum() {
+        let text = "judge = \"value\"\n[[limit]]\nfigure = \"a\"\nper = \"b\"\nat_most = 2\n\
+                    [[limit]]\nfigure = \"a\"\nat_most = 2\njudge = \"interval\"\nper = { b = 1, \"c.d\" = 3 }\n";
+        let [one, sum] = &parsed(text).expect("limits").limits[..] else {
+            panic!("two limits");
+        };
+        assert_eq!(one.per_text().as_deref(), Some("b"));
+        assert_eq!(one.judge, Some(Judge::Value), "that of the file");
+        assert_eq!(sum.per_text().as_deref(), Some("b + 3 x c.d"));
+        assert_eq!(sum.judge, Some(Judge::Interval));
+    }
+
+    #[test]
     fn what_is_no_limit_is_refused_with_its_line() {
         for (text, words) in [
             ("", "limits.toml: expected at least one [[limit]]"),
@@ -256,6 +351,34 @@ mod tests {
             (
                 "[[limit]]\nfigure = \"a\"\nratio_at_most = 0\n",
                 "limits.toml:2: ratio_at_most: expected a number above 0, found 0",
+            ),
+            (
+                "[[limit]]\nfigure = \"a\"\nper = \"b\"\nat_least = -8\n",
+                "limits.toml:2: at_least: expected a number above 0, found -8",
+            ),
+            (
+                "[[limit]]\nfigure = \"a\"\nper = \"b\"\nat_least = nan\n",
+                "limits.toml:2: at_least: expected a number above 0, found NaN",
+            ),
+            (
+                "[[limit]]\nfigure = \"a\"\nper = {}\nat_most = 1\n",
+                "limits.toml:2: per: expected at least one figure, found none",
+            ),
+            (
+                "[[limit]]\nfigure = \"a\"\nper = { b = 0 }\nat_most = 1\n",
+                "limits.toml:3: expected a figure, or a table of figures",
+            ),
+            (
+                "[[limit]]\nfigure = \"a\"\nper = \"b[\"\nat_most = 1\n",
+                "limits.toml:2: \"b[\": expected a name",
+            ),
+            (
+                "[[limit]]\nfigure = \"a\"\nat_most = 1\nneeds = \"sse\"\n",
+                "limits.toml:4: unknown variant `sse`",
+            ),
+            (
+                "[criterion]\nhours = 3\n[[limit]]\nfigure = \"a\"\nat_most = 1\n",
+                "limits.toml:2: unknown field `hours`",
             ),
             (
                 "[[limit]]\nfigure = \"a\"\nat_most = nan\n",

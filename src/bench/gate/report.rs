@@ -16,6 +16,9 @@ pub(crate) struct GateLine {
     pub name: String,
     /// The path of the value.
     pub figure: String,
+    /// What the value is divided by.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub per: Option<String>,
     /// Why the limit is there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,

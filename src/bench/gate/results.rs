@@ -1,7 +1,8 @@
 //! Files of results, and whether they can be compared.
 
+use super::criterion;
 use crate::error::{Error, Result};
-use crate::files::{InputFile, ResultHeader, SCHEMA};
+use crate::files::{InputFile, ResultHeader, SCHEMA, sha256_of_bytes};
 use serde::Deserialize as _;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -24,7 +25,7 @@ const NOT_COMPARED: [&str; 11] = [
     "no_accuracy",
 ];
 
-/// A file of results.
+/// A file of results, or a folder of criterion's.
 #[derive(Clone, Debug)]
 pub(crate) struct ResultFile {
     pub path: PathBuf,
@@ -33,11 +34,18 @@ pub(crate) struct ResultFile {
 }
 
 impl ResultFile {
-    /// Reads the JSON results of any command.
+    /// Reads the JSON results of any command, or a folder of criterion's results.
     ///
     /// # Errors
-    /// If the file cannot be read, is not such JSON, or has another version of the format.
+    /// If the results cannot be read, is not such JSON, or has another version of the format.
     pub(crate) fn read(path: &Path) -> Result<Self> {
+        if path.is_dir() {
+            return Ok(Self {
+                path: path.to_path_buf(),
+                value: criterion::benchmarks(path)?,
+                header: ResultHeader::new("criterion", 1),
+            });
+        }
         let io = |error| Error::io(path, error);
         let length = std::fs::metadata(path).map_err(io)?.len();
         if length > MAX_BYTES {
@@ -72,6 +80,20 @@ impl ResultFile {
             path: path.to_path_buf(),
             value,
             header,
+        })
+    }
+
+    /// Returns the path and the hash of the file, or of what was read in the folder.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub(crate) fn input(&self) -> Result<InputFile> {
+        if !self.path.is_dir() {
+            return InputFile::of(&self.path);
+        }
+        Ok(InputFile {
+            path: self.path.display().to_string(),
+            sha256: sha256_of_bytes(self.value.to_string().as_bytes()),
         })
     }
 

@@ -43,6 +43,14 @@ const OF_PROBES: [Usual; 2] = [
     }),
 ];
 
+/// Values of one benchmark of criterion.
+const OF_CRITERION: [Usual; 2] = [
+    ("median_ns", |_| "ratio_at_most = 1.2".into()),
+    ("bytes", |value| {
+        format!("at_most = {}", round_up(1.1 * value))
+    }),
+];
+
 /// Values in other results.
 const OF_OTHERS: [Usual; 2] = [
     ("silhouettes_per_second", |_| "ratio_at_least = 0.8".into()),
@@ -77,8 +85,8 @@ fn round_up(value: f64) -> String {
 pub(crate) fn starter(results: &ResultFile) -> Result<String> {
     let command = &results.header.command;
     let mut text = format!(
-        "# Limits on the results of `edgegait {command}`: edgegait gate LIMITS.toml RESULT.json [BASELINE.json]\n\
-         # figure is the path of a value in the JSON. Limits: at_most, at_least; relative to a baseline: ratio_at_most,\n\
+        "# Limits on the results of {command}: edgegait gate LIMITS.toml RESULT [BASELINE]\n\
+         # figure is the path of a value, which is divided by that of per. Limits: at_most, at_least; relative to a baseline: ratio_at_most,\n\
          # ratio_at_least, difference_at_most, difference_at_least, not_worse = true. judge = \"value\" or \"interval\".\n"
     );
     let start = text.len();
@@ -144,11 +152,18 @@ pub(crate) fn starter(results: &ResultFile) -> Result<String> {
             }
         }
     }
+    for benchmark in list(&results.value, "benchmarks") {
+        if let Some(name) = name_of(benchmark) {
+            add(&format!("benchmarks[{name}]."), &OF_CRITERION);
+        }
+    }
     add("", &OF_OTHERS);
     if text.len() == start {
         return Err(Error::input(
             &results.path,
-            format!("expected results of bench, score, sweep or segment, found those of {command}"),
+            format!(
+                "expected results of bench, score, sweep, segment or criterion, found those of {command}"
+            ),
         ));
     }
     Ok(text)

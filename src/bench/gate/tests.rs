@@ -3,6 +3,8 @@
 use super::*;
 use serde_json::{Value, json};
 
+mod criterion;
+
 /// Returns results of `bench` with one model, whose median call takes `p50_us`.
 fn bench(p50_us: f64, change: impl FnOnce(&mut Value)) -> ResultFile {
     let mut value = json!({
@@ -44,6 +46,8 @@ fn report(text: &str, runs: &[ResultFile], baselines: &[ResultFile]) -> Result<G
             runs,
             baselines,
             without_baseline: false,
+            is_busy: false,
+            now: SystemTime::UNIX_EPOCH,
         },
         ResultHeader::new("gate", 1),
     )
@@ -175,6 +179,53 @@ fn what_cannot_be_judged_is_an_error_and_no_pass() {
 }
 
 #[test]
+fn a_ratio_of_two_values_of_one_result_is_limited() {
+    let tail = |p99_us: f64| {
+        [bench(100.0, |value| {
+            value["models"][0]["p99_us"] = json!(p99_us);
+        })]
+    };
+    let limit = "[[limit]]\nfigure = \"models[m].p99_us\"\nper = \"models.p50_us\"\nat_most = 2\n";
+    assert_eq!(outcomes(limit, &tail(150.0), &[]), [Holds]);
+    assert_eq!(outcomes(limit, &tail(250.0), &[]), [Missed]);
+    assert_eq!(outcomes(limit, &tail(200.0), &[]), [CannotTell]);
+    let busy = [bench(100.0, |value| {
+        value["models"][0]["p99_us"] = json!(250.0);
+        value["models"][0]["others_busy"] = json!(0.5);
+    })];
+    assert_eq!(outcomes(limit, &busy, &[]), [CannotTell]);
+    // The ratio is compared with that of the baseline.
+    let beside = limit.replace("at_most = 2", "ratio_at_most = 1.2");
+    assert_eq!(outcomes(&beside, &tail(200.0), &tail(200.0)), [Holds]);
+    assert_eq!(outcomes(&beside, &tail(300.0), &tail(200.0)), [Missed]);
+    for (from, to, words) in [
+        (
+            "models.p50_us",
+            "models.p51_us",
+            "limits.toml:2: bench.json: per: models[m] has no \"p51_us\"",
+        ),
+        (
+            "models.p50_us",
+            "models.bytes",
+            "expected two times, two of throughput, or two others",
+        ),
+        (
+            "\"models.p50_us\"",
+            "{ \"models.missing\" = 2 }",
+            "models[m] has no \"missing\"",
+        ),
+    ] {
+        let said = report(&limit.replace(from, to), &tail(1.0), &[]).expect_err(to);
+        assert!(said.to_string().contains(words), "{said}");
+    }
+    let zero = [bench(100.0, |value| value["models"][0]["macs"] = json!(0))];
+    let by_zero = "[[limit]]\nfigure = \"models.bytes\"\nper = \"models.macs\"\nat_least = 2\n";
+    let said = report(by_zero, &zero, &[]).expect_err("by 0").to_string();
+    let words = "expected a value of at least 0 and one above 0, found 1000 and 0";
+    assert!(said.contains(words), "{said}");
+}
+
+#[test]
 fn the_worst_outcome_is_that_of_all_and_each_form_says_it() {
     let text = "[[limit]]\nfigure = \"models[m].bytes\"\nat_most = 900\nname = \"small <enough>\"\nreason = \"flash & RAM\"\n\
                 [[limit]]\nfigure = \"models.p50_us\"\nat_most = 100\n\
@@ -259,6 +310,8 @@ fn limits_beside_a_baseline_can_be_left_out_before_there_is_one() {
         runs: &runs,
         baselines: &[],
         without_baseline: true,
+        is_busy: false,
+        now: SystemTime::UNIX_EPOCH,
     };
     let found = gate(path, &limits, &judged, ResultHeader::new("gate", 1)).expect("judged");
     assert_eq!(found.limits.len(), 1);

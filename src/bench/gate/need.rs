@@ -1,14 +1,14 @@
-//! Requirements of gates on the machine.
+//! What a limit needs of the machine that runs the gate.
 
 use edgegait_core::raster::Simd;
 use serde::Deserialize;
 use std::fmt;
 use std::thread::available_parallelism;
 
-/// A requirement; without it, a gate is skipped.
+/// A requirement; without it, the limit is skipped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Need {
+pub(crate) enum MachineNeed {
     /// A processor with AVX2.
     Avx2,
     /// A processor with the parts of AVX-512 that bit rows use.
@@ -21,21 +21,24 @@ pub enum Need {
     TwoThreads,
 }
 
-impl Need {
-    /// Returns whether this machine meets the requirement.
-    pub fn is_met(self) -> bool {
+impl MachineNeed {
+    /// Returns whether this machine meets the requirement. `is_busy` states that other work ran
+    /// during the measurement.
+    pub(super) fn is_met(self, is_busy: bool) -> bool {
         let has = |name| Simd::available().any(|simd| simd.name() == name);
         match self {
             Self::Avx2 => has("avx2"),
             Self::Avx512f => has("avx512"),
             Self::Neon => has("neon"),
             Self::Ort => std::env::var_os("EDGEGAIT_ORT_LIB").is_some(),
-            Self::TwoThreads => available_parallelism().is_ok_and(|threads| threads.get() >= 2),
+            Self::TwoThreads => {
+                !is_busy && available_parallelism().is_ok_and(|threads| threads.get() >= 2)
+            }
         }
     }
 }
 
-impl fmt::Display for Need {
+impl fmt::Display for MachineNeed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Avx2 => "AVX2",
@@ -44,5 +47,20 @@ impl fmt::Display for Need {
             Self::Ort => "ONNX Runtime",
             Self::TwoThreads => "idle second thread",
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_processor_with_avx_512_has_avx2() {
+        assert!(MachineNeed::Avx2.is_met(false) || !MachineNeed::Avx512f.is_met(false));
+    }
+
+    #[test]
+    fn a_busy_machine_has_no_idle_second_thread() {
+        assert!(!MachineNeed::TwoThreads.is_met(true));
     }
 }
