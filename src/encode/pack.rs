@@ -15,7 +15,6 @@ use edgegait_core::format::{
 };
 use edgegait_core::pack::{Gait, Pack, Sex};
 use edgegait_core::skeleton::Skeleton;
-use memchr::memmem;
 use rayon::prelude::*;
 use std::collections::HashSet;
 
@@ -197,7 +196,7 @@ impl Bodies {
 /// A collector of records, names and encoded parts.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PackBuilder {
-    names: Vec<u8>,
+    names: String,
     subjects: Vec<u8>,
     subject_names: HashSet<String>,
     walks: Vec<u8>,
@@ -263,8 +262,7 @@ impl PackBuilder {
 
     /// Returns the length of the pack with this code, in bytes.
     pub(super) fn len_bytes(&self, code: &CodeSections) -> usize {
-        let records = [&self.names, &self.subjects, &self.walks];
-        let records: usize = records.into_iter().map(Vec::len).sum();
+        let records = self.names.len() + self.subjects.len() + self.walks.len();
         let table =
             |entries: &[Vec<u8>]| 4 + entries.iter().map(|one| 4 + one.len()).sum::<usize>();
         let header = HEADER_BYTES + SECTION_ORDER.len() * SECTION_ENTRY_BYTES;
@@ -275,7 +273,7 @@ impl PackBuilder {
     /// Returns the pack's bytes, after a check by the core's parser.
     pub(super) fn finish(self, code: CodeSections) -> Result<Vec<u8>> {
         let sections = [
-            self.names,
+            self.names.into_bytes(),
             self.subjects,
             self.walks,
             table(&self.avatars)?,
@@ -307,11 +305,10 @@ impl PackBuilder {
 
 /// Appends a name's offset and length to a record, and the name itself to the
 /// names unless it is there already.
-fn push_name(names: &mut Vec<u8>, record: &mut Vec<u8>, name: &str) -> Result<()> {
+fn push_name(names: &mut String, record: &mut Vec<u8>, name: &str) -> Result<()> {
     let length = u8::try_from(name.len()).map_err(|_| EncodeError::NameTooLong(name.to_owned()))?;
-    let known = memmem::find(names, name.as_bytes());
-    let at = known.unwrap_or_else(|| {
-        names.extend(name.as_bytes());
+    let at = names.find(name).unwrap_or_else(|| {
+        names.push_str(name);
         names.len() - name.len()
     });
     record.extend(narrow::<u32>(at)?.to_le_bytes());
