@@ -15,7 +15,6 @@ use crate::report::{cells, contact_sheet, write_png};
 use crate::report::{condition_gallery, template_gallery};
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
-use ndarray::{ArrayView, Dimension, IntoDimension};
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -355,8 +354,8 @@ fn write_array(
         let bytes: Vec<u8> = frames.iter().flatten().flat_map(pixels).collect();
         let count = frames.first().map_or(0, Vec::len);
         return match views {
-            1 => write_bytes(path, (count, height, width), &bytes),
-            _ => write_bytes(path, (views, count, height, width), &bytes),
+            1 => write_npy(path, &[count, height, width], &bytes),
+            _ => write_npy(path, &[views, count, height, width], &bytes),
         };
     };
     let of = |frames: &Vec<AnySilhouette>| made(template, frames, size);
@@ -366,18 +365,9 @@ fn write_array(
             planes,
             rows,
             columns,
-        } => write_bytes(path, (views, planes * rows, columns), &bytes),
-        TemplateShape::Vector(numbers) => write_bytes(path, (views, numbers), &bytes),
+        } => write_npy(path, &[views, planes * rows, columns], &bytes),
+        TemplateShape::Vector(numbers) => write_npy(path, &[views, numbers], &bytes),
     }
-}
-
-fn write_bytes<D: Dimension>(
-    path: &Path,
-    shape: impl IntoDimension<Dim = D>,
-    bytes: &[u8],
-) -> Result<()> {
-    let array = ArrayView::from_shape(shape.into_dimension(), bytes)?;
-    write_npy(path, &array)
 }
 
 /// Draws two frames of the first view side by side as text, with two rows of pixels in a line: at

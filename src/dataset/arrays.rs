@@ -4,7 +4,8 @@ use std::fs::File;
 use std::io::{BufWriter, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 
-use super::contents::{Array, NPY_HEADER, npy_header};
+use super::contents::Array;
+use super::npy::{NPY_HEADER, npy_header};
 use crate::error::{Error, Result};
 
 /// A .npy file that is being written.

@@ -1,6 +1,6 @@
 //! A file of a shard, read once and checked against its hash.
 
-use super::contents::NPY_HEADER;
+use super::npy::NPY_HEADER;
 use super::{MANIFEST, Manifest};
 use crate::error::{Error, Result};
 use crate::files::hex;

@@ -2,33 +2,56 @@
 //!
 //! Format: NEP 1 (Kern, 2007), <https://numpy.org/neps/nep-0001-npy-format.html>.
 
+use std::io::Write as _;
 use std::path::Path;
-
-use ndarray::{ArrayView, ArrayView2, ArrayView3, Dimension};
-use ndarray_npy::{ViewNpyError, ViewNpyExt, WriteNpyError, WriteNpyExt};
 
 use crate::draw::template::{Template, TemplateShape};
 use crate::error::{Error, Result};
 use crate::files::write_atomically;
 use edgegait_core::silhouette::Size;
 
-/// The longest header that is parsed, bytes. NumPy writes 128 bytes for our shapes. The
-/// parser recurses, so a hostile header of many brackets must not reach it.
+/// The longest header that is parsed, bytes. NumPy writes 128 bytes for our shapes.
 const MAX_HEADER: usize = 1024;
+
+/// The length of [`npy_header`], bytes.
+pub(super) const NPY_HEADER: usize = 128;
+
+/// Returns the header of a .npy file, version 1.0: 128 bytes for our shapes, the text padded with
+/// spaces.
+pub(super) fn npy_header(descr: &str, shape: &[usize]) -> Vec<u8> {
+    let mut sides: Vec<String> = shape.iter().map(usize::to_string).collect();
+    if sides.len() == 1 {
+        sides.push(String::new());
+    }
+    let sides = sides.join(", ");
+    let text = format!(
+        "{{'descr': '{descr}', 'fortran_order': False, 'shape': ({})}}",
+        sides.trim_end()
+    );
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(text.as_bytes());
+    bytes.resize(NPY_HEADER - 1, b' ');
+    bytes.push(b'\n');
+    bytes
+}
 
 /// Writes bytes as a .npy file, whole or not at all: `[T, rows, columns]` for one
 /// viewpoint's silhouettes, `[V, T, rows, columns]` for several.
 ///
 /// # Errors
 ///
-/// If the file cannot be written.
-pub fn write_npy<D: Dimension>(path: impl AsRef<Path>, array: &ArrayView<'_, u8, D>) -> Result<()> {
+/// If the shape is not that of so many bytes, or the file cannot be written.
+pub fn write_npy(path: impl AsRef<Path>, shape: &[usize], numbers: &[u8]) -> Result<()> {
     let path = path.as_ref();
+    if product(shape) != Some(numbers.len()) {
+        let found = numbers.len();
+        let problem = format!("expected numbers of the shape {shape:?}, found {found} numbers");
+        return Err(Error::input(path, problem));
+    }
     write_atomically(path, |file| {
-        array.write_npy(file).map_err(|error| match error {
-            WriteNpyError::Io(source) => Error::io(path, source),
-            other => Error::input(path, other.to_string()),
-        })
+        file.write_all(&npy_header("|u1", shape))
+            .and_then(|()| file.write_all(numbers))
+            .map_err(|source| Error::io(path, source))
     })
 }
 
@@ -42,14 +65,14 @@ pub(super) fn template_bytes(
     stated: Option<Size>,
 ) -> Result<(usize, Size, usize)> {
     let refuse = |problem: String| Error::input(path, problem);
-    if header_is_hostile(bytes) {
-        return Err(refuse(format!(
-            "expected a .npy header of at most {MAX_HEADER} bytes without nesting, found another"
-        )));
-    }
-    if let TemplateShape::Vector(_) = template.shape(Size::default()) {
-        let array = ArrayView2::<u8>::view_npy(bytes).map_err(|error| refuse(vectors(&error)))?;
-        let (count, numbers) = array.dim();
+    let header = Header::of_file(bytes).map_err(refuse)?;
+    let dimensions = header.shape.len();
+    let (size, count) = if let TemplateShape::Vector(_) = template.shape(Size::default()) {
+        let [count, numbers] = header.shape[..] else {
+            return Err(refuse(format!(
+                "expected 2 dimensions [N, numbers], found {dimensions}"
+            )));
+        };
         let Some(size) = stated else {
             return Err(refuse(
                 "expected the size of the silhouettes under \"settings\" in manifest.json, as in \"size\": \"50x30\", found none".into(),
@@ -61,83 +84,136 @@ pub(super) fn template_bytes(
                 "expected shape [N, {expected}], found [{count}, {numbers}]"
             )));
         }
-        require_c_order(array.is_standard_layout()).map_err(refuse)?;
-        return Ok((bytes.len() - count * numbers, size, count));
+        (size, count)
+    } else {
+        let [count, rows, columns] = header.shape[..] else {
+            return Err(refuse(format!(
+                "expected 3 dimensions [N, rows, columns], found {dimensions}"
+            )));
+        };
+        let stacked = |size: Size| {
+            let rows = template.shape(size).numbers() / size.columns();
+            (rows, size.columns())
+        };
+        let size = Size::ALL
+            .into_iter()
+            .find(|&size| stacked(size) == (rows, columns));
+        let Some(size) = size else {
+            let [a, b, c] = Size::ALL
+                .map(stacked)
+                .map(|(r, c)| format!("[N, {r}, {c}]"));
+            return Err(refuse(format!(
+                "expected shape {a}, {b} or {c}, found [{count}, {rows}, {columns}]"
+            )));
+        };
+        (size, count)
+    };
+    if header.is_fortran {
+        return Err(refuse(
+            "expected C order, found Fortran order (save numpy.ascontiguousarray of it)".into(),
+        ));
     }
-    let array = ArrayView3::<u8>::view_npy(bytes).map_err(|error| refuse(problem(&error)))?;
-    let (count, rows, columns) = array.dim();
-    let stacked = |size: Size| {
-        let rows = template.shape(size).numbers() / size.columns();
-        (rows, size.columns())
-    };
-    let size = Size::ALL
-        .into_iter()
-        .find(|&size| stacked(size) == (rows, columns));
-    let Some(size) = size else {
-        let [a, b, c] = Size::ALL
-            .map(stacked)
-            .map(|(r, c)| format!("[N, {r}, {c}]"));
-        return Err(refuse(format!(
-            "expected shape {a}, {b} or {c}, found [{count}, {rows}, {columns}]"
-        )));
-    };
-    require_c_order(array.is_standard_layout()).map_err(refuse)?;
-    Ok((bytes.len() - count * rows * columns, size, count))
+    Ok((header.first, size, count))
 }
 
-fn require_c_order(is_standard: bool) -> std::result::Result<(), String> {
-    if is_standard {
-        return Ok(());
-    }
-    Err("expected C order, found Fortran order (save numpy.ascontiguousarray of it)".into())
+/// The header of a .npy file, read where it lies: nothing is allocated for what it claims.
+struct Header {
+    /// The type of the numbers in NumPy's notation, with quotes.
+    descr: String,
+    is_fortran: bool,
+    shape: Vec<usize>,
+    /// The offset of the first number.
+    first: usize,
 }
 
-fn vectors(error: &ViewNpyError) -> String {
-    match error {
-        ViewNpyError::WrongNdim(_, found) => {
-            format!("expected 2 dimensions [N, numbers], found {found}")
+impl Header {
+    /// Reads the header of a file of bytes, which must be as long as the header says.
+    fn of_file(bytes: &[u8]) -> std::result::Result<Self, String> {
+        let header = Self::parse(bytes)?;
+        let expected = product(&header.shape)
+            .ok_or("expected a .npy file: overflow computing length from shape")?;
+        if !["'|u1'", "'u1'", "'B'"].contains(&&*header.descr) {
+            return Err(format!(
+                "expected bytes from 0 to 255 ('|u1'), found {} (for numbers from 0 to 1: (255 * x).round().astype('uint8'))",
+                header.descr
+            ));
         }
-        other => problem(other),
+        match (bytes.len() - header.first, expected) {
+            (found, expected) if found < expected => Err(format!(
+                "the file ends {} bytes too early (was it copied whole?)",
+                expected - found
+            )),
+            (found, expected) if found > expected => Err(format!(
+                "expected the end of the file, found {} more bytes",
+                found - expected
+            )),
+            _ => Ok(header),
+        }
     }
-}
 
-fn header_is_hostile(bytes: &[u8]) -> bool {
-    // Magic (6 bytes), version (2), length (2 in version 1, 4 after), text.
-    let length = match bytes {
-        [_, _, _, _, _, _, 1, _, low, high, ..] => usize::from(u16::from_le_bytes([*low, *high])),
-        [_, _, _, _, _, _, _, _, a, b, 0, 0, ..] => usize::from(u16::from_le_bytes([*a, *b])),
-        _ => return bytes.len() >= 12,
-    };
-    let text = &bytes[8..bytes.len().min(12 + length)];
-    let opened = text.iter().filter(|byte| b"([{".contains(byte)).count();
-    length > MAX_HEADER || opened > 8
-}
-
-fn problem(error: &ViewNpyError) -> String {
-    match error {
-        ViewNpyError::WrongDescriptor(found) => {
+    fn parse(bytes: &[u8]) -> std::result::Result<Self, String> {
+        let another = || {
             format!(
-                "expected bytes from 0 to 255 ('|u1'), found {found} (for numbers from 0 to 1: (255 * x).round().astype('uint8'))"
+                "expected a .npy header of at most {MAX_HEADER} bytes without nesting, found another"
             )
+        };
+        // Magic (6 bytes), version (2), length (2 in version 1, 4 after), text.
+        let versioned = bytes.strip_prefix(b"\x93NUMPY").ok_or_else(another)?;
+        let (start, length) = match *versioned {
+            [1, 0, a, b, ..] => (10, usize::from(u16::from_le_bytes([a, b]))),
+            [2 | 3, 0, a, b, 0, 0, ..] => (12, usize::from(u16::from_le_bytes([a, b]))),
+            _ => return Err(another()),
+        };
+        if length > MAX_HEADER {
+            return Err(another());
         }
-        ViewNpyError::WrongNdim(_, found) => {
-            format!("expected 3 dimensions [N, rows, columns], found {found}")
-        }
-        ViewNpyError::MissingBytes(missing) => {
-            format!("the file ends {missing} bytes too early (was it copied whole?)")
-        }
-        ViewNpyError::ExtraBytes(extra) => {
-            format!("expected the end of the file, found {extra} more bytes")
-        }
-        other => format!("expected a .npy file: {other}"),
+        let first = start + length;
+        let text = bytes.get(start..first).unwrap_or_default();
+        let text = String::from_utf8_lossy(text);
+        let broken = || {
+            let found = text.trim_end();
+            format!("expected the header of a .npy file of bytes, found {found:?}")
+        };
+        let (descr, is_fortran, shape) = entries(&text).ok_or_else(broken)?;
+        Ok(Self {
+            descr,
+            is_fortran,
+            shape,
+            first,
+        })
     }
+}
+
+/// Returns the number of numbers in an array of this shape; none if it overflows.
+fn product(shape: &[usize]) -> Option<usize> {
+    let mut sides = shape.iter();
+    sides.try_fold(1_usize, |product, &side| product.checked_mul(side))
+}
+
+/// Reads the text of a header: a dictionary of Python with three entries in any order.
+fn entries(text: &str) -> Option<(String, bool, Vec<usize>)> {
+    let text = text.strip_suffix('\n')?.replace(char::is_whitespace, "");
+    let text = text.replace('"', "'");
+    let entries = text.strip_prefix('{')?.strip_suffix('}')?;
+    let (before, shape) = entries.split_once("'shape':(")?;
+    let (shape, after) = shape.split_once(')')?;
+    let (mut descr, mut is_fortran) = (None, None);
+    let others = before.split(',').chain(after.split(','));
+    for entry in others.filter(|entry| !entry.is_empty()) {
+        match entry.split_once(':')? {
+            ("'descr'", text) => descr = Some(text.to_owned()),
+            ("'fortran_order'", "True") => is_fortran = Some(true),
+            ("'fortran_order'", "False") => is_fortran = Some(false),
+            _ => return None,
+        }
+    }
+    let sides = shape.strip_suffix(',').unwrap_or(shape).split(',');
+    let shape = sides.map(|side| side.parse().ok()).collect::<Option<_>>()?;
+    Some((descr?, is_fortran?, shape))
 }
 
 #[cfg(test)]
 mod tests {
-    use ndarray::{Array3, Array4};
-    use ndarray_npy::read_npy;
-
     use super::*;
 
     fn npy(header: &str, data: usize) -> Vec<u8> {
@@ -161,27 +237,39 @@ mod tests {
     }
 
     #[test]
-    fn silhouettes_of_one_and_of_several_viewpoints_come_back() {
-        let folder = tempfile::tempdir().unwrap();
-        let one = Array3::from_shape_fn((2, 50, 30), |(t, r, c)| (t * 100 + r + c) as u8);
-        let several = Array4::from_shape_fn((3, 2, 50, 30), |(v, t, r, c)| (v + t + r + c) as u8);
-        let (path_one, path_several) = (folder.path().join("1.npy"), folder.path().join("3.npy"));
-        write_npy(&path_one, &one.view()).unwrap();
-        write_npy(&path_several, &several.view()).unwrap();
-        assert_eq!(read_npy::<_, Array3<u8>>(&path_one).unwrap(), one);
-        assert_eq!(read_npy::<_, Array4<u8>>(&path_several).unwrap(), several);
+    fn headers_are_those_of_numpy_and_fill_128_bytes() {
+        // As `numpy.save` writes them, without the comma before the brace.
+        for (descr, shape, expected) in [
+            ("|u1", &[2, 64, 44][..], "(2, 64, 44)"),
+            ("<f4", &[12_345, 19, 3], "(12345, 19, 3)"),
+            ("|u1", &[3, 2, 50, 30], "(3, 2, 50, 30)"),
+            ("<U7", &[7], "(7,)"),
+        ] {
+            let text =
+                format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {expected}}}");
+            let bytes = npy_header(descr, shape);
+            assert_eq!(&bytes[..10], b"\x93NUMPY\x01\x00\x76\x00");
+            assert_eq!(bytes[10..], format!("{text:<117}\n").into_bytes());
+        }
     }
 
     #[test]
-    fn the_header_says_bytes_in_c_order_and_fills_128_bytes() {
+    fn silhouettes_come_back_and_are_as_many_as_their_shape_says() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.npy");
-        write_npy(&path, &Array3::<u8>::zeros((1, 50, 30)).view()).unwrap();
+        let numbers: Vec<u8> = (0..3000).map(|at| (at % 251) as u8).collect();
+        write_npy(&path, &[2, 50, 30], &numbers).unwrap();
         let bytes = std::fs::read(&path).unwrap();
-        assert_eq!(bytes.len(), 128 + 1500);
-        let text = b"{'descr': '|u1', 'fortran_order': False, 'shape': (1, 50, 30)}";
-        assert_eq!(&bytes[..10], b"\x93NUMPY\x01\x00\x76\x00");
-        assert_eq!(&bytes[10..10 + text.len()], text);
+        assert_eq!(bytes[128..], numbers);
+        assert_eq!(
+            template_bytes(&path, &bytes, Template::Gei, None).unwrap(),
+            (128, Size::S50x30, 2)
+        );
+        for shape in [[2, 50, 31], [usize::MAX, 2, 1]] {
+            let refused = write_npy(&path, &shape, &numbers).unwrap_err().to_string();
+            assert!(refused.contains("found 3000 numbers"), "{refused}");
+        }
+        assert_eq!(std::fs::read(&path).unwrap(), bytes);
     }
 
     #[test]
@@ -240,6 +328,70 @@ mod tests {
             )
             .is_err()
         );
+    }
+
+    #[test]
+    fn a_header_in_any_order_spacing_and_version_is_read() {
+        let text = b"{\"shape\":( 2,50,30 , ),'fortran_order' : False\t,'descr':'|u1'  }\n";
+        let length = u8::try_from(text.len()).unwrap();
+        for start in [
+            &[1, 0, length, 0][..],
+            &[2, 0, length, 0, 0, 0],
+            &[3, 0, length, 0, 0, 0],
+        ] {
+            let bytes = [b"\x93NUMPY", start, text, &[7; 3000]].concat();
+            assert_eq!(
+                template_bytes(Path::new("g"), &bytes, Template::Gei, None).unwrap(),
+                (6 + start.len() + text.len(), Size::S50x30, 2)
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_no_header_of_bytes_is_refused_and_shown() {
+        for text in [
+            "{'descr': '|u1', 'fortran_order': False}",
+            "{'descr': '|u1', 'shape': (2, 50, 30)}",
+            "{'fortran_order': False, 'shape': (2, 50, 30)}",
+            "{'descr': '|u1', 'fortran_order': False, 'shape': (2, 50, 30), 'more': 1}",
+            "{'descr': '|u1', 'fortran_order': 0, 'shape': (2, 50, 30)}",
+            "{'descr': '|u1', 'fortran_order': False, 'shape': (-2, 50, 30)}",
+            "{'descr': '|u1', 'fortran_order': False, 'shape': (2,, 50, 30)}",
+            "{'descr': '|u1', 'fortran_order': False, 'shape': (99999999999999999999, 50, 30)}",
+            "{'descr': [('a', '|u1')], 'fortran_order': False, 'shape': (2, 50, 30)}",
+            "'descr': '|u1', 'fortran_order': False, 'shape': (2, 50, 30)",
+        ] {
+            let expected =
+                format!("geis.npy: expected the header of a .npy file of bytes, found {text:?}");
+            assert_eq!(refusal(text, 3000), expected);
+        }
+        let overflow =
+            "{'descr': '|u1', 'fortran_order': False, 'shape': (9999999999, 9999999999, 9)}";
+        assert!(refusal(overflow, 10).contains("overflow computing length from shape"));
+        let big = "{'descr': '>u2', 'fortran_order': False, 'shape': (1, 50, 30), }";
+        assert!(refusal(big, 3000).contains("expected bytes from 0 to 255 ('|u1'), found '>u2'"));
+    }
+
+    #[test]
+    fn no_byte_of_a_header_and_no_length_leads_beyond_the_file() {
+        let whole = [npy_header("|u1", &[1, 50, 30]), vec![7; 1500]].concat();
+        let located = |bytes: &[u8]| {
+            let found = template_bytes(Path::new("g"), bytes, Template::Gei, None);
+            if let Ok((first, size, count)) = found {
+                assert_eq!(first + count * size.pixels(), bytes.len());
+            }
+        };
+        for at in 0..NPY_HEADER {
+            for byte in 0..=u8::MAX {
+                let mut bytes = whole.clone();
+                bytes[at] = byte;
+                located(&bytes);
+            }
+        }
+        for length in 0..whole.len() {
+            let found = template_bytes(Path::new("g"), &whole[..length], Template::Gei, None);
+            assert!(found.is_err(), "{length}");
+        }
     }
 
     #[test]

@@ -6,8 +6,8 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter, Read as _, Write as _};
 use std::path::Path;
 
-use super::contents::npy_header;
 use super::index::COLUMNS;
+use super::npy::npy_header;
 use super::reader::parse_manifest;
 use super::{INDEX, MANIFEST, Manifest};
 use crate::error::{Error, Result};

@@ -6,7 +6,6 @@ use std::path::Path;
 
 use flate2::read::DeflateDecoder;
 use ndarray::ArrayD;
-use ndarray_npy::{ReadNpyExt, ReadableElement};
 
 /// The members of a zip archive, by name without `.npy`, unpacked.
 pub struct Npz(HashMap<String, Vec<u8>>);
@@ -39,18 +38,29 @@ impl Npz {
         Self(members)
     }
 
-    pub fn array<T: ReadableElement>(&self, name: &str) -> ArrayD<T> {
-        ArrayD::read_npy(&self.0[name][..]).unwrap()
+    /// An array of numbers, such as `array("heads", f32::from_le_bytes)`.
+    pub fn array<T, const N: usize>(&self, name: &str, number: fn([u8; N]) -> T) -> ArrayD<T> {
+        let (header, data) = self.parts(name);
+        let kind = &std::any::type_name::<T>()[..1];
+        assert!(
+            header.contains(&format!("{kind}{N}', 'fortran_order': False")),
+            "{header}"
+        );
+        let (_, shape) = header.split_once("'shape': (").unwrap();
+        let (shape, _) = shape.split_once(')').unwrap();
+        let sides = shape.trim_end_matches(',').split(", ");
+        let shape: Vec<usize> = sides.map(|side| side.parse().unwrap()).collect();
+        let (numbers, rest) = data.as_chunks();
+        assert!(rest.is_empty(), "{name}");
+        ArrayD::from_shape_vec(shape, numbers.iter().copied().map(number).collect()).unwrap()
     }
 
     /// A one-dimensional array of fixed-width UTF-32 strings.
     pub fn strings(&self, name: &str) -> Vec<String> {
-        let bytes = &self.0[name];
-        let start = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
-        let header = String::from_utf8_lossy(&bytes[..start]);
+        let (header, data) = self.parts(name);
         let width = header.split("<U").nth(1).unwrap();
         let width: usize = width.split('\'').next().unwrap().parse().unwrap();
-        let characters: Vec<char> = bytes[start..]
+        let characters: Vec<char> = data
             .chunks_exact(4)
             .map(|c| char::from_u32(u32::from_le_bytes([c[0], c[1], c[2], c[3]])).unwrap())
             .collect();
@@ -58,5 +68,16 @@ impl Npz {
         words
             .map(|word| word.iter().take_while(|c| **c != '\0').collect())
             .collect()
+    }
+
+    /// The header and the data of an array.
+    fn parts(&self, name: &str) -> (String, &[u8]) {
+        let bytes = &self.0[name];
+        assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");
+        let start = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+        (
+            String::from_utf8_lossy(&bytes[10..start]).into(),
+            &bytes[start..],
+        )
     }
 }

@@ -41,7 +41,7 @@ fn check_joints_and_skin(data: &Path, bodies: &[&str]) {
     for name in bodies {
         let motion = body(data, name);
         let pose = table(data, "pose", name);
-        let heads = pose.array::<f32>("joint_head");
+        let heads = pose.array("joint_head", f32::from_le_bytes);
         let joints: Vec<usize> = pose
             .strings("bones")
             .iter()
@@ -51,7 +51,11 @@ fn check_joints_and_skin(data: &Path, bodies: &[&str]) {
         assert_eq!(motion.sample_rate_hz, 60.0);
         let skin = motion.skin.as_ref().unwrap();
         let (mut joint_mm, mut skin_mm) = (0.0, 0.0);
-        for (frame, source) in pose.array::<i64>("src_frames").iter().enumerate() {
+        for (frame, source) in pose
+            .array("src_frames", i64::from_le_bytes)
+            .iter()
+            .enumerate()
+        {
             let (positions, _) = motion.globals(usize::try_from(*source).unwrap());
             for (bone, joint) in joints.iter().enumerate() {
                 let miss = positions[*joint].distance(point(&heads, frame, bone));
@@ -59,8 +63,12 @@ fn check_joints_and_skin(data: &Path, bodies: &[&str]) {
             }
         }
         let verts = table(data, "verts", name);
-        let skin_at = verts.array::<f32>("verts");
-        for (frame, source) in verts.array::<i64>("src_frames").iter().enumerate() {
+        let skin_at = verts.array("verts", f32::from_le_bytes);
+        for (frame, source) in verts
+            .array("src_frames", i64::from_le_bytes)
+            .iter()
+            .enumerate()
+        {
             let posed = skin.posed(&motion, usize::try_from(*source).unwrap());
             for (vertex, at) in posed.iter().enumerate() {
                 let miss = at.distance(point(&skin_at, frame, vertex));
@@ -102,12 +110,12 @@ fn check_kept_take(data: &Path, bodies: &[&str]) {
         assert!(take.warnings.is_empty(), "{:?}", take.warnings);
         let span = UncutMotion::of(&take);
         let pose = table(data, "pose", name);
-        let heads = pose.array::<f32>("joint_head");
+        let heads = pose.array("joint_head", f32::from_le_bytes);
         let bones = pose.strings("bones");
         for (joint, bone) in BONES {
             let bone = bones.iter().position(|b| b == bone).unwrap();
             let misses: Vec<f64> = pose
-                .array::<i64>("src_frames")
+                .array("src_frames", i64::from_le_bytes)
                 .iter()
                 .enumerate()
                 .map(|(frame, source)| {
@@ -126,7 +134,7 @@ fn check_kept_take(data: &Path, bodies: &[&str]) {
         // The line from the right to the left hip, seen from above.
         let [left, right] = ["upperleg01.L", "upperleg01.R"]
             .map(|bone| bones.iter().position(|b| b == bone).unwrap());
-        let sources = pose.array::<i64>("src_frames");
+        let sources = pose.array("src_frames", i64::from_le_bytes);
         let turns = sources.iter().enumerate().map(|(frame, source)| {
             let source = usize::try_from(*source).unwrap();
             let across = point(&heads, frame, left) - point(&heads, frame, right);
@@ -255,7 +263,10 @@ mod with_data {
     fn joints_found_in_a_mesh_are_near_those_that_makehuman_put_there() {
         let truth = given().join("truth");
         let rig = Npz::read(&truth.join("mesh_M_avg.npz"));
-        let (names, heads) = (rig.strings("bones"), rig.array::<f32>("bone_head"));
+        let (names, heads) = (
+            rig.strings("bones"),
+            rig.array("bone_head", f32::from_le_bytes),
+        );
         let at = |bone: usize| [0, 1, 2].map(|axis| f64::from(heads[[bone, axis]]));
         let bones = names.iter().enumerate().map(|(bone, name)| {
             let [x, y, z] = at(bone);

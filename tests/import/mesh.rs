@@ -141,7 +141,7 @@ struct Truth {
 impl Truth {
     fn read(data: &Path, body: &str) -> Self {
         let npz = Npz::read(&data.join(format!("truth/sil_{body}_{CLIP}.npz")));
-        let bits = npz.array::<u8>("sil_bits");
+        let bits = npz.array("sil_bits", u8::from_le_bytes);
         let [views, frames, rows, bytes] = bits.shape() else {
             panic!("masks of {:?}", bits.shape());
         };
@@ -153,7 +153,7 @@ impl Truth {
         };
         let masks = (0..*views).map(|view| (0..*frames).map(|frame| mask(view, frame)).collect());
         // The camera's third axis points away from its aim, 8 m off.
-        let cameras = npz.array::<f64>("world_to_camera");
+        let cameras = npz.array("world_to_camera", f64::from_le_bytes);
         let at = |row: usize, column: usize| cameras[[7, 0, row, column]];
         let aim = [0, 1, 2].map(|axis| {
             let eye: f64 = -(0..3).map(|row| at(row, axis) * at(row, 3)).sum::<f64>();
@@ -163,7 +163,7 @@ impl Truth {
             masks: masks.collect(),
             // Convert Blender's axes, Z up, to ours.
             aim_m: format!("{},{},{}", aim[0], aim[2], -aim[1]),
-            start_s: npz.array::<i64>("src_frames")[[0]] as f64 / 60.0,
+            start_s: npz.array("src_frames", i64::from_le_bytes)[[0]] as f64 / 60.0,
         }
     }
 }

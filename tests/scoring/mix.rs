@@ -45,11 +45,8 @@ fn sources(at: &Path) {
     fs::create_dir(at.join("own")).expect("made");
     let rows = "subject,walk,azimuth_deg\n102,nm-01,90\nF01,nm-01,90\nF01,nm-02,0\n";
     fs::write(at.join("own/index.csv"), rows).expect("a table");
-    let mut geis = ndarray::Array3::<u8>::zeros((3, 50, 30));
-    for (number, mut gei) in geis.outer_iter_mut().enumerate() {
-        gei.fill(40 * (number as u8 + 1));
-    }
-    edgegait::dataset::write_npy(&at.join("own/geis.npy"), &geis.view()).expect("an array");
+    let geis = [40, 80, 120].map(|grey| [grey; 1500]).concat();
+    edgegait::dataset::write_npy(at.join("own/geis.npy"), &[3, 50, 30], &geis).expect("an array");
 }
 
 #[test]

@@ -234,15 +234,14 @@ fn a_tree_trains_what_its_geis_train() {
     let all = geis(&at.join("tree"));
     fs::create_dir(at.join("mine")).expect("made");
     let mut rows = "subject\n".to_owned();
-    let mut numbers = ndarray::Array3::<u8>::zeros((all.len(), 50, 30));
-    for ((person, _, gei), mut out) in all.iter().zip(numbers.outer_iter_mut()) {
+    let mut numbers = Vec::new();
+    for (person, _, gei) in &all {
         rows += &format!("{person}\n");
-        for (pixel, &mean) in out.iter_mut().zip(gei) {
-            *pixel = mean as u8;
-        }
+        numbers.extend(gei.iter().map(|&mean| mean as u8));
     }
     fs::write(at.join("mine/index.csv"), rows).expect("a table");
-    edgegait::dataset::write_npy(&at.join("mine/geis.npy"), &numbers.view()).expect("an array");
+    edgegait::dataset::write_npy(at.join("mine/geis.npy"), &[all.len(), 50, 30], &numbers)
+        .expect("an array");
     let train = "--components 8 --method svm";
     done(at, &words(&format!("train mine --out mine.onnx {train}")));
     done(
