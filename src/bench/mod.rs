@@ -15,7 +15,6 @@ mod cells;
 mod compare;
 mod conditions;
 mod csv;
-mod date;
 mod energy;
 #[cfg(feature = "plots")]
 pub(crate) mod frontier;
@@ -38,7 +37,6 @@ pub(crate) mod windows;
 pub(crate) use affinity::pin;
 pub(crate) use compare::{Compared, chart};
 pub(crate) use csv::csv;
-pub(crate) use date::utc_now;
 pub(crate) use inputs::DrawnInputs;
 pub(crate) use measure::measure;
 pub(crate) use memory::peak_rss_bytes;

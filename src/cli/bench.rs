@@ -17,7 +17,6 @@ use crate::bench::windows::TimingPlan;
 use crate::bench::{
     BenchResults, DrawnInputs, MeasuringProgress, ModelResult, ResultColumn, TableFormat, csv,
     end_with_parent, measure, measure_lengths, measured_by, pin, render, require_any_length,
-    utc_now,
 };
 use crate::dataset::sequences::PackSource;
 use crate::draw::sweep::jobs;
@@ -31,7 +30,7 @@ use std::ffi::{OsStr, OsString};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 use video::PathArgs;
 
 /// Default limit on the measuring time of a model, seconds. Our choice: a linear model takes half a
@@ -321,7 +320,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     write_bytes(&pack_at, &source.bytes)?;
     let mut results = BenchResults {
         header: header.with("pack", source.name),
-        date: utc_now(),
+        date: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
         board: Board::read(root),
         load_of_others,
         models: Vec::new(),

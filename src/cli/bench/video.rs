@@ -4,7 +4,7 @@ use super::{BenchArgs, elsewhere, one_or_all, warn};
 use crate::bench::board::{Board, load_of_others};
 use crate::bench::{
     BenchResults, CheckedVideo, MADE_FPS, MADE_SIZE, PathResult, PathTask, check, check_model,
-    measure_path, utc_now, write_made,
+    measure_path, write_made,
 };
 use crate::cli::progress::Progress;
 use crate::dataset::sequences::is_pack_or_folder;
@@ -18,7 +18,7 @@ use edgegait_core::pack::Pack;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 /// The name that stands for a synthetic video.
 const MADE: &str = "made";
@@ -142,7 +142,7 @@ pub(super) fn run(args: &BenchArgs, models: &[Model], pack: Option<PathBuf>) -> 
     header.inputs.extend(inputs);
     let mut results = BenchResults {
         header,
-        date: utc_now(),
+        date: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
         board: Board::read(root),
         load_of_others,
         models: Vec::new(),
