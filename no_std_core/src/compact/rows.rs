@@ -5,33 +5,30 @@ use super::body::{CompactSight, SeenHull};
 use crate::budget::{MAX_ROWS, WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::raster::moments::AreaMoments;
-use crate::raster::placement::{Placement, as_pixels, places, row_columns};
+use crate::raster::placement::{Placement, as_pixels, row_columns};
 use crate::raster::{DrawError, Extent, Fill, Pixels, PosedHulls, Rasterizer};
-use crate::silhouette::{Ninths, Silhouette, Size};
+use crate::silhouette::{Silhouette, Size};
 use core::ops::Range;
 
 /// Columns of a word.
 const WORD: usize = 32;
 const MAX_WORDS: usize = WINDOW_COLUMNS / WORD;
-/// The samples at one place in their pixels, by row and word. Bit `c` is column `c` of the word.
-type RowBits = [[u32; MAX_WORDS]; MAX_ROWS];
 
-/// A window of bit rows with `N` by `N` samples a pixel, `N` = 1 or 3; no heap. 1,552 bytes, or
-/// 10,768.
+/// A window of bit rows, with one sample in the middle of a pixel; no heap. 1,552 bytes.
 #[derive(Clone, Debug)]
-pub struct CompactRows<const N: usize = 1> {
+pub struct CompactRows {
     size: Size,
     /// Words of a row in use.
     words: usize,
-    /// The samples by their place in the pixel, to the right and then down.
-    bits: [[RowBits; N]; N],
-    /// The part of each row of samples that the current hull covers.
-    spans: [[RowSpan; N]; MAX_ROWS],
+    /// The samples, by row and word. Bit `c` is column `c` of the word.
+    bits: [[u32; MAX_WORDS]; MAX_ROWS],
+    /// The part of each row that the current hull covers.
+    spans: [RowSpan; MAX_ROWS],
 }
 
-/// The part of a row of samples that a hull covers: its left and right end, pixels, as the bits of
-/// two [`f32`]. In a `NARROW` window, of one word and one sample a pixel, it is instead the bits
-/// from the first column on, and those after the last one: a quarter of the instructions.
+/// The part of a row that a hull covers: its left and right end, pixels, as the bits of two
+/// [`f32`]. In a `NARROW` window, of one word, it is instead the bits from the first column on, and
+/// those after the last one: a quarter of the instructions.
 #[derive(Clone, Copy, Debug)]
 struct RowSpan([u32; 2]);
 
@@ -49,7 +46,7 @@ impl RowSpan {
     fn widen<const NARROW: bool>(&mut self, x: f32) {
         let Self([left, right]) = self;
         if NARROW {
-            let bits = bits_from(first_column(x, 0.5));
+            let bits = bits_from(first_column(x));
             *left |= bits;
             *right &= bits;
             return;
@@ -62,15 +59,15 @@ impl RowSpan {
         }
     }
 
-    /// Returns the first column in which it covers samples at this place in their pixels, and the
-    /// column after the last; in a `NARROW` window, the stored bits of both.
+    /// Returns the first column whose middle it covers, and the column after the last; in a `NARROW`
+    /// window, the stored bits of both.
     #[inline]
-    fn columns<const NARROW: bool>(self, place: f32) -> [u32; 2] {
+    fn columns<const NARROW: bool>(self) -> [u32; 2] {
         let Self(sides) = self;
         if NARROW {
             return sides;
         }
-        sides.map(|x| first_column(f32::from_bits(x), place))
+        sides.map(|x| first_column(f32::from_bits(x)))
     }
 
     /// Returns the bits of these columns in a word.
@@ -87,10 +84,7 @@ impl RowSpan {
     }
 }
 
-impl<const N: usize> Fill<CompactFigure<'_>> for CompactRows<N>
-where
-    Self: Pixels,
-{
+impl Fill<CompactFigure<'_>> for CompactRows {
     fn extent(&mut self, posed: &CompactFigure<'_>, camera: &Camera) -> Result<Extent, DrawError> {
         posed.extent(camera)
     }
@@ -113,59 +107,16 @@ where
     }
 }
 
-/// The image of a window with a fixed number of samples a pixel.
-pub trait Sampled {
-    type Image;
-    const RASTERIZER: Rasterizer;
-
-    fn blank(&self) -> Self::Image;
-    fn cut_image(&self, left: isize, image: &mut Self::Image) -> u64;
-}
-
-impl Sampled for CompactRows {
+impl Pixels for CompactRows {
     type Image = Silhouette;
-    const RASTERIZER: Rasterizer = Rasterizer::Rows;
+    const IS_GREY: bool = false;
 
     fn blank(&self) -> Silhouette {
         Silhouette::empty(self.size)
     }
 
-    fn cut_image(&self, left: isize, silhouette: &mut Silhouette) -> u64 {
-        self.cut_samples(&self.bits[0][0], left, silhouette)
-    }
-}
-
-impl Sampled for CompactRows<3> {
-    type Image = Ninths;
-    const RASTERIZER: Rasterizer = Rasterizer::Rows3x3;
-
-    fn blank(&self) -> Ninths {
-        Ninths::of(&[Silhouette::empty(self.size); 9])
-    }
-
-    fn cut_image(&self, left: isize, ninths: &mut Ninths) -> u64 {
-        let mut images = [Silhouette::empty(self.size); 9];
-        for (image, bits) in images.iter_mut().zip(self.bits.as_flattened()) {
-            self.cut_samples(bits, left, image);
-        }
-        *ninths = Ninths::of(&images);
-        3 * u64::from(ninths.samples())
-    }
-}
-
-impl<const N: usize> Pixels for CompactRows<N>
-where
-    Self: Sampled,
-{
-    type Image = <Self as Sampled>::Image;
-    const IS_GREY: bool = N > 1;
-
-    fn blank(&self) -> Self::Image {
-        Sampled::blank(self)
-    }
-
     fn rasterizer(&self) -> Rasterizer {
-        Self::RASTERIZER
+        Rasterizer::Rows
     }
 
     fn size(&self) -> Size {
@@ -184,76 +135,10 @@ where
         self.empty(MAX_WORDS);
     }
 
-    /// Counts each sample `N` times, so that places in a pixel are whole numbers.
     fn moments(&self) -> AreaMoments {
-        let mut moments = AreaMoments::default();
-        for (across, images) in self.bits.iter().enumerate() {
-            for bits in images {
-                let (area, doubled) = self.moments_of(bits);
-                // N times twice the centre of a pixel's N-th is 2 N c + 2 across + 1.
-                moments.area += N as u64 * area;
-                moments.doubled += N as u64 * (doubled - area) + (2 * across + 1) as u64 * area;
-            }
-        }
-        moments
-    }
-
-    fn cut(&self, left: isize, image: &mut Self::Image) -> u64 {
-        self.cut_image(left, image)
-    }
-}
-
-impl CompactRows {
-    /// Makes an empty window of one sample a pixel, at its centre.
-    #[must_use]
-    pub const fn new(size: Size) -> Self {
-        Self::empty_of(size)
-    }
-}
-
-impl CompactRows<3> {
-    /// Makes an empty window of three by three samples a pixel, a third of a pixel apart.
-    #[must_use]
-    pub const fn three_by_three(size: Size) -> Self {
-        Self::empty_of(size)
-    }
-}
-
-impl<const N: usize> CompactRows<N> {
-    const fn empty_of(size: Size) -> Self {
-        Self {
-            size,
-            words: 0,
-            bits: [[[[0; MAX_WORDS]; MAX_ROWS]; N]; N],
-            spans: [[RowSpan::empty(false); N]; MAX_ROWS],
-        }
-    }
-
-    const fn is_narrow(&self) -> bool {
-        N == 1 && self.words == 1
-    }
-
-    /// Sets the number of words in use, which alone are read, and empties them.
-    fn empty(&mut self, words: usize) {
-        if words != self.words {
-            self.words = words;
-            self.spans = [[RowSpan::empty(self.is_narrow()); N]; MAX_ROWS];
-        }
-        for bits in self.bits.as_flattened_mut() {
-            let rows = bits.iter_mut().take(self.size.rows());
-            if self.words == 1 {
-                rows.for_each(|row| row[0] = 0);
-            } else {
-                rows.for_each(|row| *row = [0; MAX_WORDS]);
-            }
-        }
-    }
-
-    /// Returns the number of samples that are on, and the sum of 2 c + 1 over their columns.
-    fn moments_of(&self, bits: &RowBits) -> (u64, u64) {
         let (mut area, mut doubled) = (0, 0);
         let words = self.words.min(MAX_WORDS);
-        for row in bits.iter().take(self.size.rows()) {
+        for row in self.bits.iter().take(self.size.rows()) {
             for (word, &bits) in (0..).zip(&row[..words]) {
                 let mut bits = bits;
                 while bits != 0 {
@@ -266,15 +151,17 @@ impl<const N: usize> CompactRows<N> {
                 }
             }
         }
-        (u64::from(area), u64::from(doubled))
+        let (area, doubled) = (u64::from(area), u64::from(doubled));
+        AreaMoments { area, doubled }
     }
 
     /// Copies the columns from `left` on, and returns the number of pixels that are on.
-    fn cut_samples(&self, bits: &RowBits, left: isize, silhouette: &mut Silhouette) -> u64 {
+    fn cut(&self, left: isize, silhouette: &mut Silhouette) -> u64 {
         *silhouette = Silhouette::empty(self.size);
         for word in 0..self.words {
             let first = (WORD * word).cast_signed() - left;
-            silhouette.add_columns(bits.iter().map(|row| row[word % MAX_WORDS]), first);
+            let bits = self.bits.iter();
+            silhouette.add_columns(bits.map(|row| row[word % MAX_WORDS]), first);
         }
         let rows = silhouette.rows().iter();
         let area: u32 = if self.size.columns() <= WORD {
@@ -285,6 +172,38 @@ impl<const N: usize> CompactRows<N> {
             rows.map(|row| row.count_ones()).sum()
         };
         u64::from(area)
+    }
+}
+
+impl CompactRows {
+    /// Makes an empty window.
+    #[must_use]
+    pub const fn new(size: Size) -> Self {
+        Self {
+            size,
+            words: 0,
+            bits: [[0; MAX_WORDS]; MAX_ROWS],
+            spans: [RowSpan::empty(false); MAX_ROWS],
+        }
+    }
+
+    const fn is_narrow(&self) -> bool {
+        self.words == 1
+    }
+
+    /// Sets the number of words in use, which alone are read, and empties them.
+    fn empty(&mut self, words: usize) {
+        if words != self.words {
+            self.words = words;
+            self.spans = [RowSpan::empty(self.is_narrow()); MAX_ROWS];
+        }
+        let is_narrow = self.is_narrow();
+        let rows = self.bits.iter_mut().take(self.size.rows());
+        if is_narrow {
+            rows.for_each(|row| row[0] = 0);
+        } else {
+            rows.for_each(|row| *row = [0; MAX_WORDS]);
+        }
     }
 
     fn draw_hulls<const NARROW: bool>(
@@ -300,7 +219,7 @@ impl<const N: usize> CompactRows<N> {
         }
     }
 
-    /// Widens the spans of the rows of samples that the lines of a hull's outline cross, and
+    /// Widens the spans of the rows whose middles the lines of a hull's outline cross, and
     /// returns a range of rows that contains them.
     fn cross<const NARROW: bool>(
         &mut self,
@@ -308,9 +227,9 @@ impl<const N: usize> CompactRows<N> {
         parts: Range<usize>,
         placement: &Placement,
     ) -> Range<usize> {
-        let most = u32::try_from(N * self.size.rows()).unwrap_or(0);
-        let row = |y| first_row::<N>(y).min(most);
-        let (spans, mut start, mut end) = (self.spans.as_flattened_mut(), most, 0);
+        let most = u32::try_from(self.size.rows()).unwrap_or(0);
+        let row = |y| first_row(y).min(most);
+        let (spans, mut start, mut end) = (&mut self.spans, most, 0);
         seen.trace(parts, placement, row, |a, b| {
             // Most lines of a small hull cross no row.
             if a.row == b.row {
@@ -322,72 +241,54 @@ impl<const N: usize> CompactRows<N> {
             let Some(crossed) = spans.get_mut(from as usize..to as usize) else {
                 return;
             };
-            let mut next = as_pixels(from as usize) + 0.5;
-            for (row, span) in (from as usize..).zip(crossed) {
-                let y = if N == 1 { next } else { sample::<N>(row) };
-                // Exact, as halves are.
-                next += 1.0;
+            let mut y = as_pixels(from as usize) + 0.5;
+            for span in crossed {
                 span.widen::<NARROW>(a.pixel.x + slope * (y - a.pixel.y));
+                // Exact, as halves are.
+                y += 1.0;
             }
         });
         start.min(end) as usize..end as usize
     }
 
-    /// Fills the spans of these rows of samples, and empties them.
+    /// Fills the spans of these rows, and empties them.
     fn fill<const NARROW: bool>(&mut self, rows: Range<usize>) {
         let words = if NARROW { 1 } else { self.words };
         let start = rows.start;
-        let Some(spans) = self.spans.as_flattened_mut().get_mut(rows) else {
+        let Some(spans) = self.spans.get_mut(rows) else {
             return;
         };
         for (number, span) in (start..).zip(spans) {
             let span = core::mem::replace(span, RowSpan::empty(NARROW));
-            for (images, place) in self.bits.iter_mut().zip(const { places::<N>() }) {
-                let row = &mut images[number % N][number / N % MAX_ROWS];
-                let columns = span.columns::<NARROW>(place);
-                for (word, bits) in row.iter_mut().enumerate().take(words) {
-                    *bits |= RowSpan::bits::<NARROW>(columns, word);
-                }
+            let columns = span.columns::<NARROW>();
+            let row = &mut self.bits[number % MAX_ROWS];
+            for (word, bits) in row.iter_mut().enumerate().take(words) {
+                *bits |= RowSpan::bits::<NARROW>(columns, word);
             }
         }
     }
 }
 
-/// Returns the first row of samples below `y`, with `N` rows a pixel.
-fn first_row<const N: usize>(y: f32) -> u32 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "saturates, and drops the fraction on purpose"
-    )]
-    let whole = |rows: f32| rows as usize;
-    let row = if N == 1 {
-        // With the greatest number below a half, the sum reaches the next whole number exactly from
-        // a half on.
-        whole(y + 0.5f32.next_down())
-    } else {
-        let first = N * whole(y).min(MAX_ROWS);
-        let passed = (first..first + N).filter(|&row| sample::<N>(row) <= y);
-        first + passed.count()
-    };
-    u32::try_from(row).unwrap_or(u32::MAX)
+/// Returns the first row whose middle is below `y`.
+fn first_row(y: f32) -> u32 {
+    // With the greatest number below a half, the sum reaches the next whole number exactly from a
+    // half on.
+    whole(y + 0.5f32.next_down())
 }
 
-/// Returns where a row of samples lies, pixels.
-fn sample<const N: usize>(row: usize) -> f32 {
-    as_pixels(row / N) + const { places::<N>() }[row % N]
+/// Returns the first column whose middle is right of an edge at `x`, which may be beyond the
+/// window's sides.
+fn first_column(x: f32) -> u32 {
+    whole(x + 0.5)
 }
 
-/// Returns the first column whose sample at this place is right of an edge at `x`, which may be
-/// beyond the window's sides.
-fn first_column(x: f32, place: f32) -> u32 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "saturates, and drops the fraction on purpose"
-    )]
-    let column = (x + (1.0 - place)) as u32;
-    column
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "saturates, and drops the fraction on purpose"
+)]
+const fn whole(pixels: f32) -> u32 {
+    pixels as u32
 }
 
 /// Returns the bits of a word from this column on.
@@ -408,13 +309,13 @@ mod tests {
             for _ in 0..100 {
                 for y in [below, above] {
                     let exact = libm::floor(f64::from(y) + 0.5).max(0.0);
-                    assert_eq!(f64::from(first_row::<1>(y)), exact, "{y}");
+                    assert_eq!(f64::from(first_row(y)), exact, "{y}");
                 }
                 (below, above) = (below.next_down(), above.next_up());
             }
         }
-        assert_eq!(first_row::<1>(-1e30), 0);
-        assert_eq!(first_row::<1>(0.5f32.next_down()), 0);
+        assert_eq!(first_row(-1e30), 0);
+        assert_eq!(first_row(0.5f32.next_down()), 0);
     }
 
     #[test]
@@ -427,10 +328,10 @@ mod tests {
                     narrow.widen::<true>(x);
                     wide.widen::<false>(x);
                 }
-                let found = RowSpan::bits::<true>(narrow.columns::<true>(0.5), 0);
+                let found = RowSpan::bits::<true>(narrow.columns::<true>(), 0);
                 assert_eq!(
                     found,
-                    RowSpan::bits::<false>(wide.columns::<false>(0.5), 0),
+                    RowSpan::bits::<false>(wide.columns::<false>(), 0),
                     "{a} {b}"
                 );
                 let is_on = |column: u32| {
@@ -446,11 +347,11 @@ mod tests {
             }
         }
         assert_eq!(
-            RowSpan::bits::<true>(RowSpan::empty(true).columns::<true>(0.5), 0),
+            RowSpan::bits::<true>(RowSpan::empty(true).columns::<true>(), 0),
             0
         );
         assert_eq!(
-            RowSpan::bits::<false>(RowSpan::empty(false).columns::<false>(0.5), 0),
+            RowSpan::bits::<false>(RowSpan::empty(false).columns::<false>(), 0),
             0
         );
     }

@@ -9,7 +9,7 @@
 //! | [`AnyWindow`] | [`crate::body::Figure`] | any [`Rasterizer`], chosen at run time | 43 kB |
 //! | [`SampleImages`] | [`crate::body::Figure`] | `rows-3x3`, the samples kept apart | 43 kB |
 //! | `Skia` | both | tiny-skia | 100 B, and a heap |
-//! | [`crate::compact::CompactRows`] | [`crate::compact::CompactFigure`] | `rows`, `rows-3x3` | 1.5 kB, 10.8 kB |
+//! | [`crate::compact::CompactRows`] | [`crate::compact::CompactFigure`] | `rows` | 1.5 kB |
 
 mod any;
 pub mod columns;

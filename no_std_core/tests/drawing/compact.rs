@@ -149,8 +149,6 @@ fn rows_are_the_same_bits() {
         CompactRows::new,
         AnySilhouette::Binary,
     ));
-    let three = CompactRows::three_by_three;
-    assert_many(compare(Rasterizer::Rows3x3, three, AnySilhouette::Ninths));
 }
 
 #[cfg(feature = "skia")]
