@@ -34,8 +34,6 @@ pub struct TemplateBuilder<M = AnyMemory> {
     kind: TemplateKind,
     size: Size,
     frames: u32,
-    tau: u32,
-    decrement: u8,
     memory: M,
 }
 
@@ -108,25 +106,8 @@ impl<M> TemplateBuilder<M> {
             kind,
             size,
             frames,
-            tau: frames - 1,
-            decrement: 1,
             memory,
         }
-    }
-
-    /// Sets the number of steps between frames over which motion is remembered: tau of
-    /// [`TemplateKind::Mei`] and [`TemplateKind::Mhi`], at least 1.
-    #[must_use]
-    pub const fn with_tau(mut self, tau: u32) -> Self {
-        self.tau = tau;
-        self
-    }
-
-    /// Sets how much silhouettes fade per frame, of 255, for [`TemplateKind::Msi`].
-    #[must_use]
-    pub const fn with_decrement(mut self, decrement: u8) -> Self {
-        self.decrement = decrement;
-        self
     }
 
     /// Returns the kind of template that it builds.
@@ -160,8 +141,7 @@ impl<M: Memory> TemplateBuilder<M> {
     pub fn finish(&mut self, bytes: &mut [u8]) {
         let room = bytes.len().min(self.kind.bytes(self.size));
         let bytes = bytes.get_mut(..room).unwrap_or_default();
-        self.memory
-            .write(self.kind, self.tau, self.decrement, bytes);
+        self.memory.write(self.kind, self.frames, bytes);
     }
 
     /// Forgets all frames, for the next cycle.
@@ -191,8 +171,8 @@ impl Memory for AnyMemory {
     fn clear(&mut self) {
         each!(self, memory => Memory::clear(memory));
     }
-    fn write(&mut self, kind: TemplateKind, tau: u32, decrement: u8, bytes: &mut [u8]) {
-        each!(self, memory => Memory::write(memory, kind, tau, decrement, bytes));
+    fn write(&mut self, kind: TemplateKind, planned: u32, bytes: &mut [u8]) {
+        each!(self, memory => Memory::write(memory, kind, planned, bytes));
     }
 }
 

@@ -194,7 +194,7 @@ impl Memory for FrameSums {
         self.kind = SumKind::None;
     }
 
-    fn write(&mut self, template: super::TemplateKind, _: u32, _: u8, bytes: &mut [u8]) {
+    fn write(&mut self, template: super::TemplateKind, _: u32, bytes: &mut [u8]) {
         let pixels = match template {
             super::TemplateKind::Geni => self.entropies(),
             _ => self.means(),

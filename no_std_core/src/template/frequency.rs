@@ -61,7 +61,7 @@ impl Memory for Frequencies {
 
     /// Writes the amplitudes of one frequency after the other (Makihara et al. 2006), rounded half
     /// up: A_k(x, y) = |sum over n of g(x, y, n) e^(-2 pi i k n / N)| / N.
-    fn write(&mut self, _: TemplateKind, _: u32, _: u8, bytes: &mut [u8]) {
+    fn write(&mut self, _: TemplateKind, _: u32, bytes: &mut [u8]) {
         let pixels = self.sums.size().pixels();
         let mut planes = bytes.chunks_mut(pixels);
         if let Some(plane) = planes.next() {

@@ -42,10 +42,10 @@ impl History {
         }
     }
 
-    /// Writes the brightness of each pixel with motion in the last `tau` steps (at least 1): white
-    /// in the last one, and a tau-th less for each step before.
-    fn motion(&self, tau: u32, bytes: &mut [u8]) {
-        let tau = tau.max(1);
+    /// Writes the brightness of each pixel with motion: white in the last step, and a tau-th less
+    /// for each step before, where tau is the number of planned steps (at least 1).
+    fn motion(&self, planned: u32, bytes: &mut [u8]) {
+        let tau = planned.saturating_sub(1).max(1);
         let steps = u32::from(self.frames.saturating_sub(1));
         for (byte, &number) in bytes.iter_mut().zip(&self.numbers) {
             let age = steps - u32::from(number);
@@ -58,21 +58,19 @@ impl History {
         }
     }
 
-    /// Writes white for each pixel with motion in the last `tau` steps, otherwise black.
-    fn moved(&self, tau: u32, bytes: &mut [u8]) {
-        let steps = u32::from(self.frames.saturating_sub(1));
+    /// Writes white for each pixel with motion, otherwise black.
+    fn moved(&self, bytes: &mut [u8]) {
         for (byte, &number) in bytes.iter_mut().zip(&self.numbers) {
-            let has = number > 0 && steps - u32::from(number) < tau.max(1);
-            *byte = if has { u8::MAX } else { 0 };
+            *byte = if number > 0 { u8::MAX } else { 0 };
         }
     }
 
-    /// Writes white for each pixel that is on in the last frame, and `decrement` less for each
-    /// frame since it was on.
-    fn presence(&self, decrement: u8, bytes: &mut [u8]) {
+    /// Writes white for each pixel that is on in the last frame, and 1 less for each frame since it
+    /// was on.
+    fn presence(&self, bytes: &mut [u8]) {
         let is_on = Self::pixels(self.last.size(), self.last.all_rows());
         for ((byte, &number), is_on) in bytes.iter_mut().zip(&self.numbers).zip(is_on) {
-            let since = u32::from(self.frames - number) * u32::from(decrement);
+            let since = self.frames - number;
             *byte = match (is_on, number) {
                 (true, _) => u8::MAX,
                 (false, 0) => 0,
@@ -149,12 +147,12 @@ impl Memory for History {
         self.numbers.fill(0);
     }
 
-    fn write(&mut self, kind: TemplateKind, tau: u32, decrement: u8, bytes: &mut [u8]) {
+    fn write(&mut self, kind: TemplateKind, planned: u32, bytes: &mut [u8]) {
         match kind {
-            TemplateKind::Mei => self.moved(tau, bytes),
-            TemplateKind::Msi => self.presence(decrement, bytes),
+            TemplateKind::Mei => self.moved(bytes),
+            TemplateKind::Msi => self.presence(bytes),
             TemplateKind::Ghi => self.lasting(bytes),
-            _ => self.motion(tau, bytes),
+            _ => self.motion(planned, bytes),
         }
     }
 }

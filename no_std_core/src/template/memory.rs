@@ -9,6 +9,6 @@ pub trait Memory {
     fn frames(&self) -> u32;
     fn clear(&mut self);
 
-    /// Writes the template `kind` with this tau and decrement.
-    fn write(&mut self, kind: TemplateKind, tau: u32, decrement: u8, bytes: &mut [u8]);
+    /// Writes the template `kind` of a cycle for which so many frames were planned.
+    fn write(&mut self, kind: TemplateKind, planned: u32, bytes: &mut [u8]);
 }

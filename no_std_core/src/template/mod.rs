@@ -37,12 +37,12 @@ pub enum TemplateKind {
     /// Gait Energy Image, the mean: Han & Bhanu 2006, "Individual recognition using gait energy
     /// image", equation 1.
     Gei,
-    /// Motion Energy Image, where anything moved in the last tau steps: Bobick & Davis 2001, "The
+    /// Motion Energy Image, where anything moved: Bobick & Davis 2001, "The
     /// recognition of human movement using temporal templates", with the difference of consecutive
     /// silhouettes as motion, from the first frame to the last, without a step back to the first.
     Mei,
-    /// Motion History Image, how recently anything moved within tau steps: Bobick & Davis 2001,
-    /// with motion as in the Motion Energy Image, divided by tau.
+    /// Motion History Image, how recently anything moved: Bobick & Davis 2001,
+    /// with motion as in the Motion Energy Image, divided by tau, the number of steps.
     Mhi,
     /// Motion Silhouette Image, how recently the figure covered a pixel: Lam & Lee 2006, "Human
     /// identification by using the motion and static characteristic of gait".
