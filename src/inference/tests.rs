@@ -6,6 +6,7 @@ use super::testing::{
 };
 use super::*;
 use crate::train::{self, LinearModel, TrainOptions, testing::people};
+use ndarray::Array1;
 use std::path::Path;
 
 /// Returns a model of twelve people, and GEIs that the fit has not seen, one after another.
@@ -20,6 +21,11 @@ fn twelve_people() -> (LinearModel, Vec<f32>) {
 fn model_of(recognizer: &LinearModel) -> Model {
     let bytes = train::onnx::write(recognizer, "twelve", &[("people", "12")]);
     Model::from_bytes("twelve.onnx", bytes, Contract::default()).expect("our own model")
+}
+
+fn embed_f64(recognizer: &LinearModel, gei: &[f32]) -> Array1<f64> {
+    let gei: Array1<f64> = gei.iter().map(|&pixel| f64::from(pixel)).collect();
+    recognizer.embedding.apply_f64(gei.view())
 }
 
 /// Returns the largest difference over the largest magnitude.
@@ -45,8 +51,8 @@ fn assert_agrees_with_rust(runtime: &Runtime) {
     );
     let (mut embeddings, mut scores) = (Vec::new(), Vec::new());
     for gei in probes.chunks_exact(1500) {
-        let embedding = recognizer.embed_f64(gei);
-        scores.extend(recognizer.scores_f64(embedding.view()));
+        let embedding = embed_f64(&recognizer, gei);
+        scores.extend(recognizer.score_map().apply_f64(embedding.view()));
         embeddings.extend(embedding);
     }
     let found = outputs.scores.expect("the model has scores");
@@ -291,7 +297,10 @@ fn writes_a_model_its_probes_and_its_scores() {
     std::fs::write(path.with_extension("geis.f32"), raw(&probes)).expect("written");
     let scores: Vec<f32> = probes
         .chunks_exact(1500)
-        .flat_map(|gei| recognizer.scores_f64(recognizer.embed_f64(gei).view()))
+        .flat_map(|gei| {
+            let embedding = embed_f64(&recognizer, gei);
+            recognizer.score_map().apply_f64(embedding.view())
+        })
         .map(|score| score as f32)
         .collect();
     std::fs::write(path.with_extension("scores.f32"), raw(&scores)).expect("written");

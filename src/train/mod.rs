@@ -180,25 +180,6 @@ impl LinearModel {
     pub fn scores(&self, embedding: ArrayView1<'_, f32>) -> Array1<f32> {
         self.score_map().apply(embedding)
     }
-
-    /// Computes [`Self::embed`] in double precision.
-    ///
-    /// # Panics
-    /// As [`Self::embed`].
-    #[must_use]
-    pub fn embed_f64(&self, gei: &[f32]) -> Array1<f64> {
-        self.embedding
-            .apply_f64(ArrayView1::from(gei).mapv(f64::from).view())
-    }
-
-    /// Computes [`Self::scores`] in double precision.
-    ///
-    /// # Panics
-    /// As [`Self::scores`].
-    #[must_use]
-    pub fn scores_f64(&self, embedding: ArrayView1<'_, f64>) -> Array1<f64> {
-        self.score_map().apply_f64(embedding)
-    }
 }
 
 /// Training templates with their principal components, to fit recognizers on any number of these.

@@ -88,15 +88,15 @@ fn centroids_are_the_mean_embeddings_and_scatter_is_one() {
 fn double_precision_agrees_with_single() {
     let recognizer = small_recognizer();
     for gei in people(10, 2, 5).0.outer_iter() {
-        let gei = gei.to_vec();
-        let (single, double) = (recognizer.embed(&gei), recognizer.embed_f64(&gei));
+        let single = recognizer.embedding.apply(gei);
+        let double = recognizer.embedding.apply_f64(gei.mapv(f64::from).view());
         for (a, b) in single.iter().zip(&double) {
             assert!(
                 (f64::from(*a) - b).abs() < 1e-4 * b.abs().max(1.0),
                 "{a} {b}"
             );
         }
-        let scores = recognizer.scores_f64(double.view());
+        let scores = recognizer.score_map().apply_f64(double.view());
         for (a, b) in recognizer.scores(single.view()).iter().zip(&scores) {
             assert!(
                 (f64::from(*a) - b).abs() < 1e-3 * b.abs().max(1.0),
