@@ -4,5 +4,6 @@
 mod data;
 
 mod errors;
+mod methods;
 mod truth;
 mod walkers;

@@ -3,9 +3,10 @@
 
 use super::data::{fixtures, given};
 use super::errors::{Errors, Tally};
+use super::methods::{CycleMethod, Signal};
 use super::truth::takes;
 use edgegait::dataset::TreeLayout;
-use edgegait::dataset::gait_cycles::{CycleFinder, CycleMethod, LowerBody, Signal, lower_bodies};
+use edgegait::dataset::gait_cycles::{CycleFinder, LowerBody, lower_bodies};
 use edgegait::{FramingMode, Tree};
 use edgegait_core::silhouette::Size;
 use rayon::prelude::*;
@@ -132,11 +133,7 @@ fn errors(
         .par_iter()
         .map(|&index| {
             let legs = sequence(&tree, index);
-            METHODS.map(|(_, method, given)| {
-                let mut finder = CycleFinder::new(RATE_HZ).expect("a frame rate");
-                finder.method = method;
-                finder.find(legs(given))
-            })
+            METHODS.map(|(_, method, given)| method.find(RATE_HZ, legs(given)))
         })
         .collect();
     let mut tallies: BTreeMap<(String, usize), Tally> = BTreeMap::new();

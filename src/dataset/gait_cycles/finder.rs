@@ -1,34 +1,13 @@
-//! Finds the cycles of a whole sequence by one of several methods.
+//! Finds the cycles of a whole sequence.
 
 use super::found::FoundCycles;
-use super::series::{Signal, SmoothedSignal};
-use super::{
-    CycleDetector, DetectedCycle, FrameRateError, LowerBody, NoCycle, autocorrelation, extrema,
-};
+use super::{CycleDetector, DetectedCycle, FrameRateError, LowerBody, NoCycle};
 use std::ops::Range;
-
-/// The method by which cycles are found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum CycleMethod {
-    /// The wave that fits four steps best, as on a board ([`CycleDetector`]).
-    #[default]
-    Wave,
-    /// Every second peak of the signal (Charalambous & Bharath, BMVC 2016).
-    Peaks(Signal),
-    /// The mean of the median distances between every second minimum (Sarkar et al., IEEE TPAMI
-    /// 27(2), 2005). Cycles follow one another from the first minimum on.
-    Minima(Signal),
-    /// The lag of the signal's highest autocorrelation. Cycles follow one another from where the
-    /// superposed steps are widest.
-    Autocorrelation(Signal),
-}
 
 /// A finder of gait cycles in recordings of one frame rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CycleFinder {
     frame_rate_hz: f32,
-    /// The method, by default the wave.
-    pub method: CycleMethod,
 }
 
 impl CycleFinder {
@@ -38,34 +17,16 @@ impl CycleFinder {
     /// Unless there are 10 to 120 frames a second.
     pub fn new(frame_rate_hz: f32) -> Result<Self, FrameRateError> {
         CycleDetector::new(frame_rate_hz)?;
-        Ok(Self {
-            frame_rate_hz,
-            method: CycleMethod::Wave,
-        })
+        Ok(Self { frame_rate_hz })
     }
 
-    /// Finds the cycles of a sequence. `frames` are the legs in each frame, `None` where nobody is
+    /// Finds the cycles of a sequence by the wave that fits four steps best, as on a board
+    /// ([`CycleDetector`]). `frames` are the legs in each frame, `None` where nobody is
     /// visible.
     ///
     /// # Errors
     /// The reason why there are no cycles. It is not a fault of the sequence: a person may stand.
     pub fn find(
-        &self,
-        frames: impl IntoIterator<Item = Option<LowerBody>>,
-    ) -> Result<FoundCycles, NoCycle> {
-        let series =
-            |frames, signal| SmoothedSignal::new(frames, signal, self.frame_rate_hz.into());
-        match self.method {
-            CycleMethod::Wave => self.wave(frames),
-            CycleMethod::Peaks(signal) => extrema::by_peaks(&series(frames, signal)?),
-            CycleMethod::Minima(signal) => extrema::by_minima(&series(frames, signal)?),
-            CycleMethod::Autocorrelation(signal) => {
-                autocorrelation::cycles(&series(frames, signal)?)
-            }
-        }
-    }
-
-    fn wave(
         &self,
         frames: impl IntoIterator<Item = Option<LowerBody>>,
     ) -> Result<FoundCycles, NoCycle> {

@@ -1,7 +1,5 @@
 //! The gait cycles that were found in a recording.
 
-use super::series::SmoothedSignal;
-use super::series::median;
 use super::{DetectedCycle, NoCycle};
 
 /// The gait cycles of a recording.
@@ -10,11 +8,9 @@ pub struct FoundCycles {
     /// The cycles in order, without overlap; at least one. A cycle does not always begin where the
     /// one before ends: the person may have stopped or turned.
     pub cycles: Vec<DetectedCycle>,
-    /// Duration of a cycle in frames, a real number: the median, or the method's own value.
+    /// Median duration of a cycle in frames, a real number.
     pub period_frames: f64,
-    /// Steadiness of the gait, 0..1. For the wave, its median share of the change. For peaks and
-    /// minima, 1 less the mean deviation of their distances from the median, over the median. For
-    /// the autocorrelation, its value at one period.
+    /// Steadiness of the gait, 0..1: the wave's median share of the change.
     pub regular: f64,
 }
 
@@ -31,39 +27,14 @@ impl FoundCycles {
             regular,
         })
     }
-
-    /// Makes cycles of one length from `start` to the end of the series.
-    pub(super) fn evenly(
-        series: &SmoothedSignal,
-        start: f64,
-        period: f64,
-        regular: f64,
-    ) -> Result<Self, NoCycle> {
-        let last = series.values.len() as f64 - 1.0;
-        let count = ((last - start) / period).floor().max(0.0) as usize;
-        let at = |number: usize| start + number as f64 * period;
-        let cycles = (0..count).map(|number| cycle(at(number), at(number + 1), regular));
-        let mut found = Self::of(cycles.collect(), series.too_short())?;
-        found.period_frames = period;
-        Ok(found)
-    }
-
-    /// Makes cycles between every second of these places.
-    pub(super) fn between(
-        series: &SmoothedSignal,
-        places: &[f64],
-        regular: f64,
-    ) -> Result<Self, NoCycle> {
-        let cycles = places.windows(3).step_by(2);
-        let cycles = cycles.map(|three| cycle(three[0], three[2], regular));
-        Self::of(cycles.collect(), series.too_short())
-    }
 }
 
-pub(super) fn cycle(start: f64, end: f64, regular: f64) -> DetectedCycle {
-    DetectedCycle {
-        start,
-        end,
-        regular: regular as f32,
-    }
+/// Returns the median, of an even number the mean of the middle two; `None` without numbers.
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let (&low, &high) = (
+        values.get(values.len().checked_sub(1)? / 2)?,
+        values.get(values.len() / 2)?,
+    );
+    Some(f64::midpoint(low, high))
 }

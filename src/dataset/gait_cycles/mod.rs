@@ -16,18 +16,14 @@
 //! # Ok::<(), edgegait::Error>(())
 //! ```
 
-mod autocorrelation;
-mod extrema;
 mod finder;
 mod found;
-mod series;
 
 pub use edgegait_core::cycle::{
     CycleDetector, DetectedCycle, FrameRateError, LowerBody, NoCycle, Walking,
 };
-pub use finder::{CycleFinder, CycleMethod, lower_bodies, whole_frames};
+pub use finder::{CycleFinder, lower_bodies, whole_frames};
 pub use found::FoundCycles;
-pub use series::Signal;
 
 #[cfg(test)]
 mod tests;

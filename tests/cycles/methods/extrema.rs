@@ -1,22 +1,21 @@
 //! Finds cycles between peaks, after Charalambous & Bharath, or between minima, after Sarkar et al.
 
-use super::NoCycle;
-use super::found::FoundCycles;
 use super::series::{SmoothedSignal, evenness, median};
+use super::{FoundCycles, NoCycle};
 
 /// The minimum evenness of the distances between steps. Our choice.
 const LEAST_EVEN: f64 = 0.7;
 
 /// Finds cycles that are bounded by every second peak.
-pub(super) fn by_peaks(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
+pub fn by_peaks(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
     let peaks = places(&series.values, series.steps.0);
     let regular = regularity(series, &peaks)?;
-    FoundCycles::between(series, &peaks, regular)
+    super::between(series, &peaks, regular)
 }
 
 /// Finds cycles from minima. The period is the mean of two medians: of the distances between
 /// successive odd minima, and between successive even ones.
-pub(super) fn by_minima(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
+pub fn by_minima(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
     let upside_down: Vec<f64> = series.values.iter().map(|value| -value).collect();
     let minima = places(&upside_down, series.steps.0);
     let regular = regularity(series, &minima)?;
@@ -31,7 +30,7 @@ pub(super) fn by_minima(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle>
         return Err(series.too_short());
     };
     let period = medians.iter().sum::<f64>() / medians.len() as f64;
-    FoundCycles::evenly(series, *start, period, regular)
+    super::evenly(series, *start, period, regular)
 }
 
 /// Returns the evenness of the distances between places; an error if they are not even.

@@ -19,7 +19,7 @@ const LEAST_SWING: f64 = 0.03;
 const SMOOTHED_S: f64 = 0.1;
 
 /// A signal that swings, with gaps filled, smoothed by a moving mean.
-pub(super) struct SmoothedSignal {
+pub struct SmoothedSignal {
     pub values: Vec<f64>,
     /// Durations of the shortest and the longest step, frames.
     pub steps: (f64, f64),
@@ -28,7 +28,7 @@ pub(super) struct SmoothedSignal {
 }
 
 impl SmoothedSignal {
-    pub(super) fn new(
+    pub fn new(
         frames: impl IntoIterator<Item = Option<LowerBody>>,
         signal: Signal,
         frame_rate_hz: f64,
@@ -72,14 +72,14 @@ impl SmoothedSignal {
     }
 
     /// Returns the error of a series that is too short.
-    pub(super) fn too_short(&self) -> NoCycle {
+    pub fn too_short(&self) -> NoCycle {
         NoCycle::TooShort {
             frames: self.values.len() as u64,
         }
     }
 
     /// Returns the values without their linear trend.
-    pub(super) fn detrended(&self) -> Vec<f64> {
+    pub fn detrended(&self) -> Vec<f64> {
         let middle = (self.values.len() as f64 - 1.0) / 2.0;
         let timed = || {
             self.values
@@ -128,7 +128,7 @@ fn smoothed(values: &[f64], half: usize) -> Vec<f64> {
 
 /// Returns how equal numbers are: 1 less their mean deviation from the median, over the median, at
 /// least 0.
-pub(super) fn evenness(values: &[f64]) -> f64 {
+pub fn evenness(values: &[f64]) -> f64 {
     let Some(middle) = median(values.to_vec()) else {
         return 0.0;
     };
@@ -138,7 +138,7 @@ pub(super) fn evenness(values: &[f64]) -> f64 {
 }
 
 /// Returns the median, of an even number the mean of the middle two; `None` without numbers.
-pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
+pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let (&low, &high) = (
         values.get(values.len().checked_sub(1)? / 2)?,

@@ -1,8 +1,7 @@
 //! Finds cycles by the lag of the highest autocorrelation of a signal.
 
-use super::NoCycle;
-use super::found::FoundCycles;
 use super::series::SmoothedSignal;
+use super::{FoundCycles, NoCycle};
 
 /// The minimum autocorrelation at the lag of a cycle. Our choice.
 const LEAST_ALIKE: f64 = 0.3;
@@ -12,7 +11,7 @@ const FINENESS: f64 = 4.0;
 /// Finds cycles of one length. The lag of a step is searched, not of a cycle, so that a cycle is
 /// two steps: the autocorrelation must be high at one and two steps, and low at half and one and a
 /// half.
-pub(super) fn cycles(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
+pub fn cycles(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
     let values = series.detrended();
     let all: f64 = values.iter().map(|value| value * value).sum();
     let count = values.len() as f64;
@@ -64,7 +63,7 @@ pub(super) fn cycles(series: &SmoothedSignal) -> Result<FoundCycles, NoCycle> {
             laid.sum::<f64>() / (steps + 1) as f64
         })
         .collect();
-    FoundCycles::evenly(series, highest(&sums) / FINENESS, 2.0 * step, regular)
+    super::evenly(series, highest(&sums) / FINENESS, 2.0 * step, regular)
 }
 
 /// Interpolates linearly between values; beyond the last one, returns it.
