@@ -4,14 +4,14 @@ use super::args::{Common, FileArgs};
 use super::encoding::{EncodingArgs, say_choice};
 use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
-use super::values::{DressedArg, SexArg};
+use super::values::SexArg;
 use crate::dataset::sequences::stored;
 use crate::encode::Effort;
 use crate::encode::inspect::Summary;
 use crate::encode::within_error::EncodedPack;
 use crate::error::Result;
 use crate::files::{ResultHeader, write_bytes};
-use crate::people::cohort::{self, CohortOptions, PEOPLE, Profile, SPEEDS_KMH};
+use crate::people::cohort::{self, CohortOptions, Dressing, PEOPLE, Profile, SPEEDS_KMH};
 use rayon::prelude::*;
 use std::fmt;
 use std::ops::Range;
@@ -56,7 +56,7 @@ pub(super) struct CohortArgs {
         require_equals = true,
         default_missing_value = "for-good"
     )]
-    dressed: Option<DressedArg>,
+    dressed: Option<Dressing>,
     /// Measure the decoded and rendered people, and print the results beside published norms
     #[cfg(feature = "import")]
     #[arg(long)]
@@ -150,7 +150,7 @@ pub(super) fn run(args: &CohortArgs) -> Result<()> {
             stature_m: args.stature_m,
             mass_kg: args.mass_kg,
         },
-        dressed: args.dressed.map(DressedArg::dressing),
+        dressed: args.dressed,
     };
     options.check()?;
     let known = stored(&options).filter(|_| args.encoding.is_usual());
@@ -182,7 +182,7 @@ pub(super) fn run(args: &CohortArgs) -> Result<()> {
         .with("people", options.people)
         .with("first_person", options.first)
         .with("quick", args.quick)
-        .with("dressed", args.dressed.map(DressedArg::name))
+        .with("dressed", args.dressed.map(Dressing::name))
         .with("speeds_kmh", args.speeds_kmh.clone());
     let mut header = args.encoding.stated(header, &encoded);
     header.warnings.extend(encoded.missed_errors()?);

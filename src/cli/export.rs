@@ -18,32 +18,13 @@ pub(super) struct ExportArgs {
     /// Format: a folder of arrays (.npy) and tables (.csv), the same in one .npz file, or a tree of
     /// silhouettes (<person>/<take>/<view>/): pickles for OpenGait, or PNG frames like CASIA-B
     #[arg(long, value_name = "FORMAT", default_value = "folder")]
-    pub format: FormatArg,
+    pub format: DatasetFormat,
     /// Make part I of N; `merge` joins the parts into the same bytes as one run
     #[arg(long, value_name = "I/N", value_parser = shard)]
     pub shard: Option<Shard>,
     /// Resume a run that was interrupted
     #[arg(long)]
     pub resume: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum FormatArg {
-    Folder,
-    Npz,
-    Opengait,
-    CasiaB,
-}
-
-impl From<FormatArg> for DatasetFormat {
-    fn from(format: FormatArg) -> Self {
-        match format {
-            FormatArg::Folder => Self::Folder,
-            FormatArg::Npz => Self::Npz,
-            FormatArg::Opengait => Self::Opengait,
-            FormatArg::CasiaB => Self::CasiaB,
-        }
-    }
 }
 
 /// Parses a part `I/N`.
@@ -59,24 +40,19 @@ fn shard(text: &str) -> std::result::Result<Shard, String> {
 }
 
 impl ExportArgs {
-    /// Returns the format.
-    pub(super) fn format(&self) -> DatasetFormat {
-        self.format.into()
-    }
-
     /// Returns the output.
     pub(super) fn output(&self, path: &Path) -> Output {
         let kind = if self.resume {
             OutputKind::Resumed
         } else {
-            OutputKind::Dataset(self.format())
+            OutputKind::Dataset(self.format)
         };
         Output::new("--out", path, kind)
     }
 
     /// Checks, before any work, that the format can hold these contents.
     pub(super) fn check(&self, templates: &[Template], size: Size, joints: bool) -> Result<()> {
-        let format = self.format();
+        let format = self.format;
         let refuse = |problem: String| {
             Err(Error::Usage(format!(
                 "--format {}: {problem}",

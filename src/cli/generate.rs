@@ -105,14 +105,14 @@ impl SplitPart<'_> {
 impl GenerateArgs {
     /// Returns the parts to write: a dataset for each split, or one tree with all splits.
     fn parts<'d>(&self, design: &'d Design) -> Vec<SplitPart<'d>> {
-        if self.export.format().is_tree() {
+        if self.export.format.is_tree() {
             return vec![SplitPart {
                 folder: self.out.clone(),
                 splits: design.splits.iter().collect(),
             }];
         }
         let part = |split: &'d Split| SplitPart {
-            folder: match (&split.name, self.export.format()) {
+            folder: match (&split.name, self.export.format) {
                 (None, _) => self.out.clone(),
                 (Some(name), DatasetFormat::Npz) => self.out.join(format!("{name}.npz")),
                 (Some(name), _) => self.out.join(name),
@@ -136,7 +136,7 @@ impl GenerateArgs {
                 split.people.end = split.people.end.min(most);
             }
         }
-        let format = self.export.format();
+        let format = self.export.format;
         if format.is_tree() {
             design.images.wanted.templates = vec![Template::Silhouettes];
         }
@@ -209,7 +209,7 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
                 size: design.settings.size,
                 joints: design.images.wanted.joints,
             },
-            format: args.export.format(),
+            format: args.export.format,
             units: share.len(),
             shard: args.export.shard,
         };

@@ -1,7 +1,6 @@
 //! `edgegait merge`: joins shards into the same bytes as one run.
 
 use super::args::{Common, FileArgs};
-use super::export::FormatArg;
 use super::outputs::{Output, OutputKind};
 use crate::dataset::{DatasetFormat, Existing, check_unfinished, merge};
 use crate::error::Result;
@@ -23,7 +22,7 @@ pub(super) struct MergeArgs {
     out: PathBuf,
     /// Format [default: that of the shards]
     #[arg(long, value_name = "FORMAT")]
-    format: Option<FormatArg>,
+    format: Option<DatasetFormat>,
     /// Resume a run that was interrupted
     #[arg(long)]
     resume: bool,
@@ -41,13 +40,10 @@ struct MergeResults {
 impl MergeArgs {
     /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
-        let format = self
-            .format
-            .map_or(DatasetFormat::Folder, DatasetFormat::from);
         let kind = if self.resume {
             OutputKind::Resumed
         } else {
-            OutputKind::Dataset(format)
+            OutputKind::Dataset(self.format.unwrap_or_default())
         };
         FileArgs {
             inputs: self.shards.clone(),
@@ -59,9 +55,8 @@ impl MergeArgs {
 /// Runs the subcommand.
 pub(super) fn run(args: &MergeArgs) -> Result<()> {
     check_unfinished(&args.out, args.resume)?;
-    let format = args.format.map(DatasetFormat::from);
     let existing = Existing::of(args.common.overwrite);
-    let rows = merge(&args.shards, &args.out, format, existing, args.resume)?;
+    let rows = merge(&args.shards, &args.out, args.format, existing, args.resume)?;
     let mut header = ResultHeader::new("merge", args.common.seed);
     for shard in &args.shards {
         header

@@ -183,7 +183,7 @@ pub(super) fn items(args: &SweepArgs) -> Result<Items> {
         ("--digest", args.digest),
         ("--max-gei-rmse", args.max_gei_rmse.is_some()),
         ("--augment", args.augment.is_given()),
-        ("--format", export.format() != DatasetFormat::Folder),
+        ("--format", export.format != DatasetFormat::Folder),
         ("--shard", export.shard.is_some()),
         ("--resume", export.resume),
         ("--list-conditions", args.list_conditions),
@@ -249,7 +249,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
         }
         None => None,
     };
-    let format = args.export.format();
+    let format = args.export.format;
     let mut work = SweepWork {
         pack: &pack,
         groups: if format.is_tree() {
@@ -351,7 +351,7 @@ impl SweepArgs {
 
     /// Returns the settings, and the templates to make.
     fn wanted(&self) -> Result<(Settings, Wanted)> {
-        let format = self.export.format();
+        let format = self.export.format;
         let templates = templates_of(&self.draw.template, format);
         let settings = Settings {
             template: templates[0],
@@ -404,7 +404,7 @@ impl SweepArgs {
                     other => other.shape(settings.size).numbers(),
                 })
                 .sum();
-            let kept = if self.export.format().is_tree() {
+            let kept = if self.export.format.is_tree() {
                 self.variations().len()
             } else {
                 1
@@ -415,7 +415,7 @@ impl SweepArgs {
                     walk_name(pack, job.walk)
                 )));
             }
-            if self.export.format().is_tree() {
+            if self.export.format.is_tree() {
                 let walk = walks[job.walk];
                 check_folder_name(walk.name)?;
                 check_folder_name(subjects[walk.subject].name)?;

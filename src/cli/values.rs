@@ -1,6 +1,7 @@
 //! The values of flags that the library names, with their help texts.
 
 use crate::bench::TableFormat;
+use crate::dataset::DatasetFormat;
 use crate::draw::sweep::{FramingMode, Jitter, Lens};
 use crate::draw::template::Template;
 use crate::inference::Provider;
@@ -11,17 +12,17 @@ use edgegait_core::pack::Sex;
 
 /// Implements [`ValueEnum`] with the library's names.
 macro_rules! values {
-    ($type:ty { $($variant:ident: $help:literal,)* }) => {
+    ($type:ty { $($variant:ident$(: $help:literal)?,)* }) => {
         impl ValueEnum for $type {
             fn value_variants<'a>() -> &'a [Self] {
                 &[$(Self::$variant),*]
             }
 
             fn to_possible_value(&self) -> Option<PossibleValue> {
-                let help = match self {
-                    $(Self::$variant => $help,)*
-                };
-                Some(PossibleValue::new(self.name()).help(help))
+                let value = PossibleValue::new(self.name());
+                Some(match self {
+                    $(Self::$variant => value$(.help($help))?,)*
+                })
             }
         }
     };
@@ -44,31 +45,17 @@ impl SexArg {
     }
 }
 
-/// When clothes are sampled, on the command line.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(super) enum DressedArg {
-    /// Once: the same clothes in all takes
-    ForGood,
-    /// For each take; packs store the outfits as further bodies
-    PerTake,
-}
+values!(DatasetFormat {
+    Folder,
+    Npz,
+    Opengait,
+    CasiaB,
+});
 
-impl DressedArg {
-    pub(super) const fn dressing(self) -> Dressing {
-        match self {
-            Self::ForGood => Dressing::ForGood,
-            Self::PerTake => Dressing::PerTake,
-        }
-    }
-
-    /// Returns the name that results state.
-    pub(super) const fn name(self) -> &'static str {
-        match self {
-            Self::ForGood => "for-good",
-            Self::PerTake => "per-take",
-        }
-    }
-}
+values!(Dressing {
+    ForGood: "Once: the same clothes in all takes",
+    PerTake: "For each take; packs store the outfits as further bodies",
+});
 
 values!(FramingMode {
     Height: "Each frame fills the rows, centred on its centroid",

@@ -84,7 +84,7 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
             size: settings.size,
             joints: false,
         },
-        format: args.export.format(),
+        format: args.export.format,
         units: source.sequences().list.len(),
         shard: None,
     };
@@ -222,10 +222,10 @@ impl SweepArgs {
         if let Some((flag, _)) = flags.iter().find(|(_, is_given)| *is_given) {
             return Err(Error::Usage(format!("{flag}: expected a pack")));
         }
-        if !matches!(export.format(), DatasetFormat::Folder | DatasetFormat::Npz) {
+        if !matches!(export.format, DatasetFormat::Folder | DatasetFormat::Npz) {
             return Err(Error::Usage(format!(
                 "--format {}: the silhouettes are in a tree already (use folder or npz)",
-                export.format().name()
+                export.format.name()
             )));
         }
         self.conditions.refuse_for_folders()?;

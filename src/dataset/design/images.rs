@@ -17,7 +17,7 @@ pub(super) struct WrittenImages {
     size: Option<WrittenSize>,
     raster: Option<WrittenRaster>,
     framing: Option<FramingMode>,
-    lens: Option<WrittenLens>,
+    lens: Option<Lens>,
     distance_m: Option<f64>,
     frames_per_cycle: Option<u32>,
 }
@@ -65,13 +65,6 @@ impl TryFrom<String> for WrittenRaster {
     }
 }
 
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum WrittenLens {
-    Ortho,
-    Persp,
-}
-
 impl WrittenImages {
     /// Returns the outputs for each cycle.
     pub(super) fn images(&self) -> Result<DesignImages, String> {
@@ -103,11 +96,6 @@ impl WrittenImages {
 
     pub(super) fn settings(&self, seed: u64) -> Result<Settings, String> {
         let usual = Settings::default();
-        let lens = match self.lens {
-            Some(WrittenLens::Persp) => Lens::Persp,
-            Some(WrittenLens::Ortho) => Lens::Ortho,
-            None => usual.lens,
-        };
         let frames_per_cycle = self.frames_per_cycle.unwrap_or(usual.frames_per_cycle);
         if !(1..=4096).contains(&frames_per_cycle) {
             return Err(format!(
@@ -119,7 +107,7 @@ impl WrittenImages {
             size: self.size.map_or(usual.size, |size| size.0),
             rasterizer: self.raster.map_or(usual.rasterizer, |raster| raster.0),
             framing: self.framing.unwrap_or_default(),
-            lens,
+            lens: self.lens.unwrap_or_default(),
             sensor: Sensor {
                 distance_m: self.distance_m.unwrap_or(usual.sensor.distance_m),
                 ..usual.sensor

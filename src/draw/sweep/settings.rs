@@ -198,7 +198,8 @@ impl FramingMode {
 }
 
 /// A lens: parallel rays or perspective.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Lens {
     /// Parallel rays.
     #[default]

@@ -25,6 +25,17 @@ pub enum Dressing {
     PerTake,
 }
 
+impl Dressing {
+    /// Returns the name in flags and results.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::ForGood => "for-good",
+            Self::PerTake => "per-take",
+        }
+    }
+}
+
 /// Probabilities that clothes are tight, and tight or normal; others are loose.
 const FITS: [f64; 2] = [0.25, 0.75];
 /// Distances of clothes from trunk, upper arms, forearms, thighs and shanks, metres, by fit.
