@@ -236,6 +236,12 @@ impl Error {
         Self::at(path, place, error.message().trim())
     }
 
+    /// Creates an error about a file that is not the expected JSON, at the line that `error` names.
+    pub fn json(path: impl AsRef<Path>, error: &serde_json::Error) -> Self {
+        let place = FilePlace::Line(error.line().max(1));
+        Self::at(path, place, error.to_string())
+    }
+
     /// Creates an error about a `path` that the system refused to read or write.
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
         Self::Io {

@@ -7,7 +7,6 @@ use super::unfinished::difference;
 use super::writer::{DatasetRun, DatasetWriter};
 use super::{MANIFEST, Manifest};
 use crate::error::{Error, Result};
-use edgegait_core::silhouette::Size;
 
 use std::path::{Path, PathBuf};
 
@@ -117,11 +116,7 @@ pub fn merge(
 
 /// Returns the contents of each row that a manifest states.
 fn contents_of(manifest: &Manifest, folder: &Path) -> Result<Contents> {
-    let stated = manifest.header.settings.get("size");
-    let size = Size::ALL
-        .into_iter()
-        .find(|size| stated.is_some_and(|stated| stated == size.name()));
-    let size = size.ok_or_else(|| {
+    let size = manifest.size().ok_or_else(|| {
         Error::input(
             folder.join(MANIFEST),
             "expected settings.size to be 50x30, 64x44 or 64x64, found another or none",

@@ -7,7 +7,7 @@ use super::index::{read_index, read_plain_index};
 use super::npy::template_bytes;
 use super::{DatasetFormat, INDEX, IndexRow, MANIFEST, Manifest, file_of};
 use crate::draw::template::Template;
-use crate::error::{Error, FilePlace, Remedy, Result};
+use crate::error::{Error, Remedy, Result};
 use crate::files::{InputFile, ResultHeader, SCHEMA, sha256_of_bytes};
 use edgegait_core::silhouette::Size;
 
@@ -48,11 +48,7 @@ impl Dataset {
             .with_remedy(Remedy::OtherTemplate));
         }
         let (npy_path, npy) = read(dir, &name, &manifest)?;
-        let stated = manifest.header.settings.get("size");
-        let stated = Size::ALL
-            .into_iter()
-            .find(|size| stated.is_some_and(|stated| stated == size.name()));
-        let (first, size, count) = template_bytes(&npy_path, &npy, template, stated)?;
+        let (first, size, count) = template_bytes(&npy_path, &npy, template, manifest.size())?;
         if has_manifest && count != manifest.geis {
             return Err(Error::input(
                 npy_path,
@@ -188,6 +184,12 @@ impl Manifest {
             files: Vec::new(),
         }
     }
+
+    /// Returns the size of silhouettes that the settings state, if it is one that can be drawn.
+    pub(super) fn size(&self) -> Option<Size> {
+        let stated = self.header.settings.get("size")?;
+        Size::ALL.into_iter().find(|size| stated == size.name())
+    }
 }
 
 pub(super) fn read_manifest(path: &Path) -> Result<Manifest> {
@@ -197,13 +199,8 @@ pub(super) fn read_manifest(path: &Path) -> Result<Manifest> {
 
 /// Parses a manifest from JSON; `path` is for messages.
 pub(super) fn parse_manifest(path: &Path, text: &[u8]) -> Result<Manifest> {
-    let manifest: Manifest = serde_json::from_slice(text).map_err(|error| {
-        Error::at(
-            path,
-            FilePlace::Line(error.line().max(1)),
-            error.to_string(),
-        )
-    })?;
+    let manifest = serde_json::from_slice(text);
+    let manifest: Manifest = manifest.map_err(|error| Error::json(path, &error))?;
     if manifest.header.schema != SCHEMA {
         return Err(Error::input(
             path,

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::error::{ChoiceError, Error, FilePlace, Result};
+use crate::error::{ChoiceError, Error, Result};
 use crate::files::{SCHEMA, folder_of, together};
 
 const JOURNAL: &str = "journal.json";
@@ -32,7 +32,7 @@ const INTERVAL: Duration = Duration::from_millis(100);
 static ALIVE: Mutex<BTreeMap<PathBuf, bool>> = Mutex::new(BTreeMap::new());
 
 /// The record of finished work.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Journal {
     schema: u32,
     /// Everything that the written bytes depend on.
@@ -96,12 +96,7 @@ impl Unfinished {
             None => Journal {
                 schema: SCHEMA,
                 run,
-                done: 0,
-                rows: 0,
-                frames: 0,
-                clipped: 0.0,
-                parts: BTreeMap::new(),
-                files: BTreeMap::new(),
+                ..Journal::default()
             },
         };
         alive().insert(folder.clone(), journal.done > 0);
@@ -265,13 +260,8 @@ fn read(folder: &Path) -> Result<Option<Journal>> {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(Error::io(path, error)),
     };
-    let journal: Journal = serde_json::from_slice(&text).map_err(|error| {
-        Error::at(
-            &path,
-            FilePlace::Line(error.line().max(1)),
-            error.to_string(),
-        )
-    })?;
+    let journal = serde_json::from_slice(&text);
+    let journal: Journal = journal.map_err(|error| Error::json(&path, &error))?;
     if journal.schema != SCHEMA {
         return Err(Error::input(
             path,

@@ -59,17 +59,13 @@ impl Cycle {
         }
     }
 
-    /// Returns the frame in which legs with `target` offsets miss their place in this cycle most.
-    pub(in crate::people) fn too_short(
+    /// Returns the motion on the other body.
+    pub(in crate::people) fn moved(
         &self,
         own: &[DVec3; JOINTS],
         target: &[DVec3; JOINTS],
         lifts: [f64; 2],
-    ) -> TooShort {
-        self.moved(own, target, lifts).too_short
-    }
-
-    fn moved(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS], lifts: [f64; 2]) -> Moved {
+    ) -> Moved {
         Moved::of(
             &self.root,
             &self.rotations,
@@ -94,17 +90,13 @@ impl UncutMotion {
         }
     }
 
-    /// Returns the frame in which legs with `target` offsets miss their place in this motion most.
-    pub(in crate::people) fn too_short(
+    /// Returns the motion on the other body.
+    pub(in crate::people) fn moved(
         &self,
         own: &[DVec3; JOINTS],
         target: &[DVec3; JOINTS],
         lifts: [f64; 2],
-    ) -> TooShort {
-        self.moved(own, target, lifts).too_short
-    }
-
-    fn moved(&self, own: &[DVec3; JOINTS], target: &[DVec3; JOINTS], lifts: [f64; 2]) -> Moved {
+    ) -> Moved {
         Moved::of(
             &self.roots,
             &self.rotations,
@@ -117,12 +109,13 @@ impl UncutMotion {
 }
 
 /// A motion that was transferred to the other body.
-struct Moved {
+pub(in crate::people) struct Moved {
     roots: Vec<DVec3>,
     rotations: Vec<[DQuat; JOINTS]>,
     /// The other body's hip-to-ankle length over the walker's own.
     ratio: f64,
-    too_short: TooShort,
+    /// The frame in which the legs miss their place most.
+    pub too_short: TooShort,
 }
 
 impl Moved {

@@ -272,14 +272,15 @@ impl Recording {
         let (second, short) = match &self.cut {
             Some(cut) => {
                 let shorts = cut.cycles.iter().map(|cut| {
-                    let short = cut.cycle.too_short(own, target, lifts);
+                    let short = cut.cycle.moved(own, target, lifts).too_short;
                     let share = short.frame as f64 / cut.cycle.root.len() as f64;
                     (cut.start_s + share * cut.cycle.period_s, short.mm)
                 });
                 shorts.max_by(|a, b| a.1.total_cmp(&b.1))?
             }
             None => {
-                let short = UncutMotion::of(&self.take).too_short(own, target, lifts);
+                let span = UncutMotion::of(&self.take);
+                let short = span.moved(own, target, lifts).too_short;
                 (short.frame as f64 / self.take.sample_rate_hz, short.mm)
             }
         };
