@@ -55,7 +55,7 @@ impl BodyArgs {
     /// Returns the measured people, and warnings about fields that count as not measured.
     ///
     /// # Errors
-    /// The same as [`MeasuredPeople::read`].
+    /// As [`MeasuredPeople::read_usable`], and for unusable values unless it is to keep going.
     pub(super) fn measured(&self, keep_going: KeepGoing) -> Result<(MeasuredPeople, Vec<String>)> {
         let Some(path) = &self.bodies else {
             return Ok((MeasuredPeople::default(), Vec::new()));

@@ -92,7 +92,6 @@ impl<'a> Fits<'a> {
         let found = EncodedClip {
             bytes,
             max_error_mm,
-            mean_error_mm,
         };
         Some((found, errors))
     }

@@ -21,8 +21,6 @@ pub struct EncodedClip {
     pub bytes: Vec<u8>,
     /// The greatest error over virtual points, joints and frames, mm.
     pub max_error_mm: f64,
-    /// The mean error over virtual points, joints and frames, mm.
-    pub mean_error_mm: f64,
 }
 
 /// The greatest errors by frame and joint, mm.

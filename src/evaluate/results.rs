@@ -1,8 +1,7 @@
 //! The results of `edgegait score`, as the JSON that it writes.
 //!
 //! Two runs with the same header give the same results except for the timings. These are separate
-//! types ([`RunTime`], [`Latency`]) that can be removed ([`ScoreResults::without_timings`]). In
-//! JSON they are fields like the others.
+//! types ([`RunTime`], [`Latency`]), which are optional. In JSON they are fields like the others.
 
 use super::intervals::Rank1Intervals;
 use super::rank1::Tally;
@@ -47,16 +46,6 @@ impl ScoreResults {
         let all_are_baselines = self.recognizers.iter().all(|result| result.baseline);
         let is_shown = move |result: &&RecognizerResult| all_are_baselines || !result.baseline;
         self.recognizers.iter().filter(is_shown)
-    }
-
-    /// Returns the results without the timings, which differ between equal runs.
-    #[must_use]
-    pub fn without_timings(mut self) -> Self {
-        self.time = None;
-        for recognizer in &mut self.recognizers {
-            recognizer.latency = None;
-        }
-        self
     }
 }
 

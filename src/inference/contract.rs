@@ -149,19 +149,11 @@ impl Contract {
         Ok(contract)
     }
 
-    /// Reads the contract beside a model: `pca.toml` for `pca.onnx`. Returns the default contract
-    /// if there is none.
+    /// Reads the contract beside a model: `pca.toml` for `pca.onnx`. Returns `None` if there is no
+    /// such file.
     ///
     /// # Errors
     /// If the file is there but cannot be read or used.
-    pub fn beside(model: &Path) -> Result<Self> {
-        Ok(Self::stated_beside(model)?.unwrap_or_default())
-    }
-
-    /// Reads the contract beside a model. Returns `None` if there is no such file.
-    ///
-    /// # Errors
-    /// As [`Self::beside`].
     pub(super) fn stated_beside(model: &Path) -> Result<Option<Self>> {
         let path = Self::path_beside(model);
         match std::fs::metadata(&path) {

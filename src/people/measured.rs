@@ -82,22 +82,13 @@ impl MeasuredPerson {
 impl MeasuredPeople {
     /// Reads a file with the columns `subject` and any of `stature`, `mass_kg`, `sex` (female or
     /// F, male or M) and the dimensions of [`NAMES`]. Names of lengths end with `_mm` or `_m`.
-    /// Empty fields count as not measured.
+    /// Empty fields count as not measured, and so do unusable values, with an error for each: not
+    /// numbers, lengths more than six standard deviations from ANSUR II's mean, and masses with an
+    /// implausible body mass index.
     ///
     /// # Errors
-    /// For unknown or repeated columns, subjects without a name or with two rows, fields that are
-    /// not numbers, and lengths more than six standard deviations from ANSUR II's mean and masses
-    /// with an implausible body mass index. Names the line and the column.
-    pub fn read(path: &Path) -> Result<Self> {
-        let (people, unusable) = Self::read_usable(path)?;
-        unusable.into_iter().next().map_or(Ok(people), Err)
-    }
-
-    /// Reads a file like [`read`](Self::read), but counts fields with unusable values as not
-    /// measured, and returns an error for each of them.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read), except for the values of fields other than `subject`.
+    /// For unknown or repeated columns, and subjects without a name or with two rows. Names the
+    /// line and the column.
     pub fn read_usable(path: &Path) -> Result<(Self, Vec<Error>)> {
         Self::read_columns(path, Others::Refused)
     }

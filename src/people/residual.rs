@@ -7,7 +7,6 @@ use glam::DVec3;
 pub(super) struct Residual {
     squares: f64,
     count: usize,
-    largest_m: f64,
 }
 
 impl Residual {
@@ -15,7 +14,6 @@ impl Residual {
     pub(super) fn add(&mut self, distance_m: f64) {
         self.squares += distance_m * distance_m;
         self.count += 1;
-        self.largest_m = self.largest_m.max(distance_m);
     }
 
     /// Adds the distances between points and others.
@@ -28,10 +26,5 @@ impl Residual {
     /// Returns the root mean square, mm.
     pub(super) fn rms_mm(&self) -> f64 {
         1e3 * libm::sqrt(self.squares / self.count.max(1) as f64)
-    }
-
-    /// Returns the largest distance, mm.
-    pub(super) fn largest_mm(&self) -> f64 {
-        1e3 * self.largest_m
     }
 }

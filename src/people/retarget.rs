@@ -62,11 +62,6 @@ pub struct RetargetedMotion {
     /// Distance of forward kinematics with constant segment lengths from the measured joints, root
     /// mean square over joints and frames, mm.
     pub residual_mm: f64,
-    /// Largest distance of forward kinematics from a measured joint, mm.
-    pub largest_residual_mm: f64,
-    /// Deviation of a segment's markers from a rigid body, root mean square, mm; only for marker
-    /// files with a segment of four or more.
-    pub rigidity_mm: Option<f64>,
     /// Warnings about what was assumed, repaired or dropped.
     pub warnings: Vec<String>,
 }
@@ -186,8 +181,6 @@ impl RetargetedMotion {
             rotations,
             positions,
             residual_mm: residual.rms_mm(),
-            largest_residual_mm: residual.largest_mm(),
-            rigidity_mm: None,
             warnings,
         })
     }

@@ -94,8 +94,6 @@ mod tests {
             positions: vec![[DVec3::ZERO; JOINTS]; roots.len()],
             roots,
             residual_mm: 0.0,
-            largest_residual_mm: 0.0,
-            rigidity_mm: None,
             warnings: Vec::new(),
         }
     }

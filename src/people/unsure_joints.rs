@@ -315,8 +315,6 @@ impl RetargetedMotion {
             rotations: [cycle.rotations.clone(), cycle.rotations].concat(),
             positions: vec![[DVec3::ZERO; JOINTS]; 2 * frames],
             residual_mm: 0.0,
-            largest_residual_mm: 0.0,
-            rigidity_mm: None,
             warnings: Vec::new(),
         }
     }

@@ -157,12 +157,6 @@ impl Segmenter {
         Ok((segmenter, Vec::new()))
     }
 
-    /// Returns the columns and rows of the background, and so of frames.
-    #[must_use]
-    pub fn size(&self) -> (u32, u32) {
-        self.scene.size()
-    }
-
     /// Returns the picture of the empty scene.
     pub(crate) const fn background(&self) -> &RgbImage {
         self.scene.picture()

@@ -47,15 +47,13 @@ fn check_cadence_and_speed(data: &Path) {
             Err(_) => (f64::NAN, f64::NAN),
         };
         eprintln!(
-            "{:<44} {:>3} frames, cadence {:+5.1} %, speed {:+6.1} % (path {:+6.1} %), residual {:.1} mm, largest {:.0}, rigidity {:.1?} {}",
+            "{:<44} {:>3} frames, cadence {:+5.1} %, speed {:+6.1} % (path {:+6.1} %), residual {:.1} mm {}",
             row["file"].trim_start_matches("clips/"),
             take.len(),
             100.0 * cadence,
             100.0 * speed,
             100.0 * along,
             take.residual_mm,
-            take.largest_residual_mm,
-            take.rigidity_mm,
             reason.map_or("", |(_, why)| why)
         );
         for warning in &take.warnings {

@@ -53,12 +53,6 @@ impl DatasetTemplates {
         &self.dataset
     }
 
-    /// Returns the dataset's folder.
-    #[must_use]
-    pub const fn path(&self) -> &PathBuf {
-        &self.path
-    }
-
     pub(super) fn show(
         &self,
         wanted: &[usize],

@@ -185,12 +185,6 @@ impl Conditions {
             None => Ok(()),
         }
     }
-
-    /// Returns the condition of this name.
-    #[must_use]
-    pub fn get(&self, name: &str) -> Option<&Condition> {
-        self.list.iter().find(|condition| condition.name == name)
-    }
 }
 
 #[cfg(test)]

@@ -297,13 +297,11 @@ fn mistakes_are_named_with_their_line() {
 }
 
 #[test]
-fn a_model_without_a_contract_has_the_default_one() {
+fn the_contract_beside_a_model_is_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let model = folder.path().join("m.onnx");
-    assert_eq!(
-        Contract::beside(&model).expect("none there"),
-        Contract::default()
-    );
+    assert_eq!(Contract::stated_beside(&model).expect("none there"), None);
     std::fs::write(folder.path().join("m.toml"), "name = \"here\"").expect("written");
-    assert_eq!(Contract::beside(&model).expect("one there").name, "here");
+    let stated = Contract::stated_beside(&model).expect("one there");
+    assert_eq!(stated.expect("stated").name, "here");
 }

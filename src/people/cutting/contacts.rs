@@ -288,8 +288,6 @@ pub(in crate::people) mod tests {
             rotations: Vec::new(),
             positions: Vec::new(),
             residual_mm: 0.0,
-            largest_residual_mm: 0.0,
-            rigidity_mm: None,
             warnings: Vec::new(),
         };
         for i in 0..(seconds * rate) as usize {

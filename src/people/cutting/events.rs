@@ -59,8 +59,6 @@ pub struct CutCycle {
     pub cycle: Cycle,
     /// Start of the cycle, seconds from the source's frame 0.
     pub start_s: f64,
-    /// Cadence, steps a minute: two steps per period.
-    pub cadence_spm: f64,
     /// Speed along +Z, m/s.
     pub speed_mps: f64,
 }
@@ -158,7 +156,6 @@ pub fn cut(take: &RetargetedMotion) -> Result<CutTake, String> {
         let cycle = close(&take, from, to, phase);
         cycles.push(CutCycle {
             start_s: take.start_s + from / rate,
-            cadence_spm: 120.0 / cycle.period_s,
             speed_mps: cycle.drift_m / cycle.period_s,
             cycle,
         });
@@ -200,7 +197,6 @@ impl CutTake {
         let cycle = mean_cycle(self.cycles.iter().map(|cut| &cut.cycle));
         CutCycle {
             start_s: self.cycles.first().map_or(0.0, |cut| cut.start_s),
-            cadence_spm: 120.0 / cycle.period_s,
             speed_mps: cycle.drift_m / cycle.period_s,
             cycle,
         }

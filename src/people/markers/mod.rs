@@ -56,7 +56,6 @@ impl RetargetedMotion {
         repair::drop_spikes(&mut marks, &mut warnings);
         repair::fill_short_gaps(&mut marks, &mut warnings);
         rebuild::drop_strays(&mut marks, &mut warnings);
-        let rigidity_mm = rebuild::rigidity_mm(&marks);
         rebuild::rebuild(&mut marks, &mut warnings);
         let mut tracks = MarkerTracks::choose(&marks, &mut warnings)?;
         let cut_off_hz = smooth(&mut tracks, cut_off_hz, marks.sample_rate_hz, &mut warnings);
@@ -90,8 +89,6 @@ impl RetargetedMotion {
             rotations: fit.rotations,
             positions: fit.positions,
             residual_mm: fit.residual.rms_mm(),
-            largest_residual_mm: fit.residual.largest_mm(),
-            rigidity_mm,
             warnings,
         })
     }

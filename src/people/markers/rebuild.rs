@@ -113,18 +113,6 @@ pub(super) fn rebuild(marks: &mut Marks, warnings: &mut Vec<String>) {
     }
 }
 
-/// Returns the RMS deviation from rigid bodies of the markers of segments with four or more, mm;
-/// none without such a segment.
-pub(super) fn rigidity_mm(marks: &Marks) -> Option<f64> {
-    let shapes: Vec<SegmentShape> = bodies(marks)
-        .into_iter()
-        .filter_map(|body| shape_of(marks, body))
-        .collect();
-    let count = shapes.len();
-    let sum: f64 = shapes.iter().map(|shape| shape.rms_m * shape.rms_m).sum();
-    (count > 0).then(|| 1e3 * libm::sqrt(sum / count as f64))
-}
-
 /// Returns the segments that have enough markers to be checked.
 fn bodies(marks: &Marks) -> Vec<(Segment, MarkerSide)> {
     let mut bodies: Vec<(Segment, MarkerSide)> = Vec::new();
