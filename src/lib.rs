@@ -138,7 +138,9 @@ pub use draw::template::Template;
 pub use edgegait_core::pack::Pack;
 pub use encode::{Effort, MAX_ERROR_MM, encode_population, encode_subjects};
 pub use error::{Error, Result};
-pub use evaluate::contest::{Contest, ContestOptions, ContestOutcome, DrawnContest, Entrant};
+pub use evaluate::contest::{
+    Contest, ContestOptions, ContestOutcome, ContestWarning, DrawnContest, Entrant,
+};
 pub use evaluate::protocol::Protocol;
 #[cfg(feature = "import")]
 pub use import::Motion;

@@ -47,7 +47,7 @@ impl Accuracy {
     }
 
     /// Measures rank-1 from the scene's viewpoints, under the default protocol of `edgegait score`,
-    /// and returns it with warnings. With `most`, uses only as many viewpoints, evenly spread, as
+    /// and returns it with warnings about the recognizer. With `most`, uses only as many viewpoints, evenly spread, as
     /// make at most that many images; none if even one viewpoint makes more.
     ///
     /// # Errors
@@ -115,7 +115,8 @@ impl Accuracy {
             .run(entrants, seed, &mut |_| {}, &mut |_| {})?;
         let result = outcome.results.into_iter().next();
         let result = result.ok_or(Error::Missing("the result of one recognizer"))?;
-        let warnings = [drawn.warnings, outcome.warnings].concat();
+        let own = outcome.warnings.into_iter().map(|warning| warning.text);
+        let warnings = drawn.warnings.into_iter().chain(own).collect();
         let accuracy = Self {
             protocol: result.protocol,
             viewpoints: views.list.len(),

@@ -229,11 +229,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
         ));
     }
     match &accuracy {
-        // The model's name stands before each already.
-        Ok(accuracy) => found.extend(accuracy.iter().flat_map(|(_, doubts)| doubts).map(|doubt| {
-            let named = doubt.strip_prefix(&format!("{name}: "));
-            named.unwrap_or(doubt).to_owned()
-        })),
+        Ok(accuracy) => found.extend(accuracy.iter().flat_map(|(_, doubts)| doubts).cloned()),
         Err(error) => found.push(format!("rank-1 could not be measured: {error}")),
     }
     if let Some(share) = others_busy.filter(|share| *share > LOAD_WARNED_OF) {
@@ -263,14 +259,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
             "the time of each operator is unknown: the embedded runtime does not report it".into(),
         );
     }
-    // The model's name stands before each already.
-    let of_model = loaded.model.warnings().into_iter();
-    found.extend(of_model.map(|warning| {
-        let named = warning
-            .strip_prefix(&format!("{name}: "))
-            .map(str::to_owned);
-        named.unwrap_or(warning)
-    }));
+    found.extend(loaded.model.own_warnings());
     let graph = loaded.model.graph();
     let of_batch = |it: &'_ Offline| match task.batches {
         [_] => "batches".to_owned(),

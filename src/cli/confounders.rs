@@ -209,7 +209,9 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
         .with("strengths", args.strengths.clone());
     header.inputs.extend(source.inputs);
     header.warnings.extend(warnings);
-    header.warnings.extend(outcome.warnings);
+    header
+        .warnings
+        .extend(outcome.warnings.iter().map(ToString::to_string));
     if outcome.shown.empty > 0 {
         header.warnings.push(format!(
             "{} frames in which nothing is left of the figure were left out of templates",

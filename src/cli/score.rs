@@ -226,7 +226,9 @@ fn judged(
     if let Some(error) = unwritten {
         return Err(error.into());
     }
-    header.warnings.extend(outcome.warnings);
+    header
+        .warnings
+        .extend(outcome.warnings.iter().map(ToString::to_string));
     let shown = outcome.shown;
     if shown.empty > 0 {
         header.warnings.push(format!(

@@ -110,10 +110,9 @@ pub(super) fn said(contract: &Contract) -> String {
         Some(name) => format!(", its input {name:?} as viewpoints"),
     };
     format!(
-        "{}: no .toml lies beside it: its shape was read as {}{classes}{view}; framing height, \
+        "no .toml lies beside it: its shape was read as {}{classes}{view}; framing height, \
          input range {} and {} distance were assumed (edgegait contract writes a .toml to state \
          otherwise)",
-        contract.name,
         contract.given(),
         contract.input_range.name(),
         contract.distance.name(),

@@ -231,20 +231,23 @@ impl Model {
     /// Returns warnings for readers of its results.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
+        let named = |warning| format!("{}: {warning}", self.contract.name);
+        self.own_warnings().map(named).collect()
+    }
+
+    /// Returns the same warnings without the model's name.
+    pub(crate) fn own_warnings(&self) -> impl Iterator<Item = String> {
         let guessed = self.is_guessed.then(|| guess::said(&self.contract));
         let is_alone = self.batching() == Batching::DynamicQuantization;
         let alone = is_alone.then(|| {
-            format!(
-                "{}: quantised dynamically, so results would depend on the other inputs of a batch: \
-                 inputs are run one at a time (static QDQ quantisation has no such limit)",
-                self.contract.name
-            )
+            "quantised dynamically, so results would depend on the other inputs of a batch: inputs are run one \
+             at a time (static QDQ quantisation has no such limit)"
+                .to_owned()
         });
         let others = self.graph.outputs.len() > 1 && !self.are_outputs_named();
         let taken = others.then(|| {
             format!(
-                "{}: of the outputs {}, {:?} is used as the embedding{} (a .toml can name others under [outputs])",
-                self.contract.name,
+                "of the outputs {}, {:?} is used as the embedding{} (a .toml can name others under [outputs])",
                 list_of(&self.graph.outputs),
                 self.ports.embedding,
                 match &self.ports.scores {
@@ -255,20 +258,16 @@ impl Model {
         });
         let idle = self.contract.outputs.scores.is_some() && self.contract.classes.is_empty();
         let idle = idle.then(|| {
-            format!(
-                "{}: class scores are not used because its .toml names no classes: the nearest embedding decides",
-                self.contract.name
-            )
+            "class scores are not used because its .toml names no classes: the nearest embedding decides"
+                .to_owned()
         });
         let training = self.graph.is_in_training_mode().then(|| {
-            format!(
-                "{}: was exported in training mode, so its answers depend on chance or on the other inputs of a \
-                 batch (call .eval() before the export)",
-                self.contract.name
-            )
+            "was exported in training mode, so its answers depend on chance or on the other inputs of a batch \
+             (call .eval() before the export)"
+                .to_owned()
         });
         let all = guessed.into_iter().chain(alone).chain(taken);
-        all.chain(idle).chain(training).collect()
+        all.chain(idle).chain(training)
     }
 
     /// Returns whether the contract or the outputs' names state which output is which.

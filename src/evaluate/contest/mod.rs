@@ -20,6 +20,7 @@ pub use baselines::Baselines;
 pub use drawn::{ContestOptions, DrawnContest, usual};
 pub use entrant::{Entrant, StoredTemplates};
 use seen_in_training::SeenInTraining;
+use std::fmt;
 
 /// The maximum number of comparisons in a contest, of two embeddings or of one with a class: some
 /// minutes.
@@ -44,7 +45,41 @@ pub struct ContestOutcome {
     /// Totals of the silhouettes that were shown.
     pub shown: ShownCounts,
     /// Caveats for the results.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<ContestWarning>,
+}
+
+/// A caveat for the results of a contest.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ContestWarning {
+    /// The recognizer that it is about as a whole; otherwise the text names what it is about.
+    pub recognizer: Option<String>,
+    /// The caveat.
+    pub text: String,
+}
+
+impl ContestWarning {
+    fn general(text: String) -> Self {
+        Self {
+            recognizer: None,
+            text,
+        }
+    }
+
+    fn about(recognizer: &str, text: impl Into<String>) -> Self {
+        Self {
+            recognizer: Some(recognizer.to_owned()),
+            text: text.into(),
+        }
+    }
+}
+
+impl fmt::Display for ContestWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(recognizer) = &self.recognizer {
+            write!(f, "{recognizer}: ")?;
+        }
+        f.write_str(&self.text)
+    }
 }
 
 /// The raw answers of recognizers, before they are judged.
@@ -135,25 +170,27 @@ impl<'a> Contest<'a> {
         let sequences = self.source.sequences();
         let asked = self.ask(entrants, seen)?;
         let trials = self.trials(entrants)?;
-        let mut warnings = self.protocol.doubts(&sequences.takes, &self.roles);
+        let doubts = self.protocol.doubts(&sequences.takes, &self.roles);
+        let mut warnings: Vec<_> = doubts.into_iter().map(ContestWarning::general).collect();
         for (entrant, trial) in entrants.iter().zip(&trials) {
             if entrant.recognizer.is_baseline() {
                 continue;
             }
             let contract = entrant.recognizer.contract();
             let seen = SeenInTraining::of(contract, sequences, |sequence| trial.is_probe(sequence));
-            warnings.extend(seen.warnings(entrant.recognizer.name()));
+            let about = |text| ContestWarning::about(entrant.recognizer.name(), text);
+            warnings.extend(seen.warnings().map(about));
         }
         let mut results = Vec::with_capacity(entrants.len());
         for (entrant, answers) in entrants.iter().zip(&asked.answers) {
             let result = self.judged(entrant, answers, seed, tell)?;
             if result.gallery_non_finite > 0 {
-                warnings.push(format!(
-                    "{}: {} embeddings of the gallery were not finite and were left out",
-                    result.name, result.gallery_non_finite
-                ));
+                let count = result.gallery_non_finite;
+                let text =
+                    format!("{count} embeddings of the gallery were not finite and were left out");
+                warnings.push(ContestWarning::about(&result.name, text));
             }
-            warnings.extend(doubts(&result));
+            warnings.extend(caveats(&result));
             results.push(result);
         }
         Ok(ContestOutcome {
@@ -275,32 +312,33 @@ impl<'a> Contest<'a> {
 }
 
 /// Returns the caveats of a recognizer's result.
-fn doubts(result: &RecognizerResult) -> Vec<String> {
-    let mut doubts = Vec::new();
+fn caveats(result: &RecognizerResult) -> Vec<ContestWarning> {
+    let mut caveats = Vec::new();
     for set in &result.probe_sets {
-        let name = format!("{}, probe set {}", result.name, set.name);
+        let mut add = |text: &str| {
+            let text = format!("{}, probe set {}: {text}", result.name, set.name);
+            caveats.push(ContestWarning::general(text));
+        };
         if set.tied > 0 {
-            doubts.push(format!(
-                "{name}: {} of {} answers are as near to another person as to the right one; ties go to the person listed first",
+            add(&format!(
+                "{} of {} answers are as near to another person as to the right one; ties go to the person listed first",
                 set.tied, set.probes
             ));
         }
         if set.probes > 0 && set.without_mate == set.probes {
-            doubts.push(format!(
-                "{name}: no probe's person is in the gallery, so all probes are misses (does everybody have more than one take? takes differ in walk or condition)"
-            ));
+            add(
+                "no probe's person is in the gallery, so all probes are misses (does everybody have more than one take? takes differ in walk or condition)",
+            );
         }
         if set.people == 1 {
-            doubts.push(format!("{name}: its probes are of one person only"));
+            add("its probes are of one person only");
         }
     }
     if result.classes == 1 {
-        doubts.push(format!(
-            "{}: there is only one person to choose from",
-            result.name
-        ));
+        let text = "there is only one person to choose from";
+        caveats.push(ContestWarning::about(&result.name, text));
     }
-    doubts
+    caveats
 }
 
 /// Returns the class of each person.

@@ -167,7 +167,11 @@ fn what_is_not_finite_is_a_miss_or_left_out_of_the_gallery_and_counted() {
     let result = &found.results[0];
     assert_eq!((result.probes, result.non_finite), (3, 1));
     assert_eq!(result.gallery_non_finite, 1);
-    assert!(found.warnings[0].contains("1 embeddings of the gallery"));
+    assert!(
+        found.warnings[0]
+            .text
+            .contains("1 embeddings of the gallery")
+    );
     let set = &result.probe_sets[0];
     // Bob has no mate in the gallery; ann's other probe is right, since only she is enrolled.
     assert_eq!((set.without_mate, set.non_finite), (1, 1));
@@ -185,7 +189,12 @@ fn an_absent_set_of_probes_is_warned_of_and_strangers_to_a_model_are_refused() {
         ("ann", "nm-05", SIDE, (0, 0)),
     ];
     let found = outcome("casia-b", &[], &geis).expect("one probe");
-    let warned = |text: &str| found.warnings.iter().any(|warning| warning.contains(text));
+    let warned = |text: &str| {
+        found
+            .warnings
+            .iter()
+            .any(|warning| warning.text.contains(text))
+    };
     assert!(
         warned("probe set BG") && warned("probe set CL"),
         "{:?}",
@@ -214,7 +223,11 @@ fn a_recognizer_that_answers_the_same_to_all_ties_and_that_is_said() {
     );
     let verification = set.verification.as_ref().expect("four pairs");
     assert_eq!((verification.eer, verification.auc), (Some(0.5), Some(0.5)));
-    assert!(found.warnings[0].contains("2 of 2 answers are as near to another"));
+    assert!(
+        found.warnings[0]
+            .text
+            .contains("2 of 2 answers are as near to another")
+    );
 }
 
 #[test]
