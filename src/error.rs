@@ -19,7 +19,7 @@ use edgegait_core::template::FrameError;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-pub use choice::ChoiceError;
+pub use choice::{ChoiceError, SettingError};
 pub use encode::EncodeError;
 pub use evaluate::EvaluateError;
 pub use inference::{InferenceError, TemplateOrigin};

@@ -1,7 +1,7 @@
 //! The processors that may be used.
 
 use super::board::CpuList;
-use crate::error::{ChoiceError, Result};
+use crate::error::{Result, SettingError};
 
 /// Restricts this thread, and all threads and processes that it starts, to these processors.
 ///
@@ -38,7 +38,5 @@ pub fn pin(cpus: &CpuList) -> Result<()> {
 }
 
 fn refused(cpus: &CpuList, cause: String) -> crate::error::Error {
-    let cpus = cpus.to_string();
-    let cause = cause.into();
-    ChoiceError::Processors { cpus, cause }.into()
+    SettingError::Processors(cause.into()).of("cpus", cpus)
 }

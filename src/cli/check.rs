@@ -66,6 +66,9 @@ struct Tried {
     checkup: Option<Checkup>,
     /// Why it did not load.
     error: Option<String>,
+    /// Whether only the library is missing, which is not a problem of the model.
+    #[serde(skip)]
+    lacks_library: bool,
 }
 
 /// Rank-1 with a gallery at the side, or at each other viewpoint.
@@ -135,29 +138,26 @@ pub(super) fn run(args: &CheckArgs) -> Result<Ending> {
             let checkup = Checkup::of(entrant.recognizer.as_ref(), &inputs)?;
             Ok((entrant, checkup))
         });
-        let runtime = engine.to_string();
-        tried.push(match found {
+        let mut one = Tried {
+            runtime: engine.to_string(),
+            checkup: None,
+            error: None,
+            lacks_library: false,
+        };
+        match found {
             Ok((entrant, checkup)) => {
                 if checkup.problems.is_empty() {
                     best.get_or_insert(entrant);
                 }
-                Tried {
-                    runtime,
-                    checkup: Some(checkup),
-                    error: None,
-                }
+                one.checkup = Some(checkup);
             }
-            Err(error) => Tried {
-                runtime,
-                checkup: None,
-                error: Some(match error {
-                    Error::Choice(ChoiceError::NoLibrary { .. }) if args.ort_lib.is_none() => {
-                        NO_LIBRARY.into()
-                    }
-                    other => WithFlags(&other).to_string().replace(" --ort-lib PATH", ""),
-                }),
-            },
-        });
+            Err(Error::Choice(ChoiceError::NoLibrary { .. })) if args.ort_lib.is_none() => {
+                one.error = Some(NO_LIBRARY.into());
+                one.lacks_library = true;
+            }
+            Err(other) => one.error = Some(WithFlags(&other).with_runtime("--runtime ort")),
+        }
+        tried.push(one);
     }
     let mut problems = problems_of(&tried)?;
     let both: Vec<&Checkup> = tried
@@ -228,12 +228,11 @@ fn problems_of(tried: &[Tried]) -> Result<Vec<String>> {
             .collect::<Vec<_>>()
     };
     let mut problems: Vec<String> = tried.iter().flat_map(of).collect();
-    // A missing library is not a problem of the model.
-    let refused = tried.iter().filter_map(|one| {
-        let error = one.error.as_ref().filter(|error| *error != NO_LIBRARY)?;
+    let refused = tried.iter().filter(|one| !one.lacks_library);
+    problems.extend(refused.filter_map(|one| {
+        let error = one.error.as_ref()?;
         Some(format!("{}: {error}", one.runtime))
-    });
-    problems.extend(refused);
+    }));
     Ok(problems)
 }
 

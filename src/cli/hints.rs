@@ -2,7 +2,8 @@
 //! about goes before the message, and flags that help go after it.
 
 use crate::error::{
-    ChoiceError, Error, EvaluateError, InferenceError, Remedy, SweepError, TemplateOrigin,
+    ChoiceError, Error, EvaluateError, InferenceError, Remedy, SettingError, SweepError,
+    TemplateOrigin,
 };
 use edgegait_core::silhouette::Size;
 use std::fmt;
@@ -12,14 +13,20 @@ pub(super) struct WithFlags<'a>(pub &'a Error);
 
 impl fmt::Display for WithFlags<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(error) = self;
-        write!(f, "{}{error}", flag(error))?;
-        way_out(error).map_or(Ok(()), |way_out| write!(f, " ({way_out})"))
+        f.write_str(&self.with_runtime("--runtime ort --ort-lib PATH"))
     }
 }
 
-/// Returns the flag that an error is about, and its value; only the dashes if the message begins
-/// with the flag's name.
+impl WithFlags<'_> {
+    /// Returns the text, with these flags for a model that the embedded runtime does not run.
+    pub(super) fn with_runtime(&self, other: &str) -> String {
+        let Self(error) = self;
+        let advice = way_out(error, other).map_or(String::new(), |advice| format!(" ({advice})"));
+        format!("{}{error}{advice}", flag(error))
+    }
+}
+
+/// Returns the flag that an error is about, and its value; only the dashes if both begin the message.
 fn flag(error: &Error) -> String {
     use ChoiceError as C;
     match error {
@@ -27,14 +34,7 @@ fn flag(error: &Error) -> String {
             C::Distance(metres) => format!("--distance-m {metres}: "),
             C::FieldOfView(degrees) => format!("--fov-deg {degrees}: "),
             C::Aim(place) => format!("--aim-m {place}: "),
-            C::ColumnsShareScale { .. }
-            | C::ColumnsSumFrames(_)
-            | C::ColumnsFrames(_)
-            | C::RasterUnderCondition { .. }
-            | C::GreyRaster(_)
-            | C::EmbeddedProvider(_)
-            | C::Provider { .. }
-            | C::Processors { .. } => "--".into(),
+            C::Setting { .. } => "--".into(),
             C::NoImage(_) | C::Augmented(_) => "--augment: ".into(),
             C::Crops { steps, rows, .. } => format!("--crop-steps {steps} --crop-rows {rows}: "),
             C::NotMeasured { .. } | C::UncutHasNoGei { .. } => "--max-gei-rmse: ".into(),
@@ -48,18 +48,15 @@ fn flag(error: &Error) -> String {
     }
 }
 
-/// The advice for a model that the embedded runtime does not run.
-const OTHER_RUNTIME: &str = "use --runtime ort --ort-lib PATH";
-
-/// Returns advice in terms of flags.
-fn way_out(error: &Error) -> Option<String> {
+/// Returns advice in terms of flags; `runtime` are those of another runtime.
+fn way_out(error: &Error, runtime: &str) -> Option<String> {
     use ChoiceError as C;
     let words = match error {
         Error::Input {
             remedy: Some(remedy),
             ..
         } => match remedy {
-            Remedy::OnnxRuntime => OTHER_RUNTIME,
+            Remedy::OnnxRuntime => return Some(format!("use {runtime}")),
             Remedy::NameAnimation => "use --clip",
             Remedy::FolderIsSubject => {
                 "--subject-from folder uses the folder's name for the subject"
@@ -74,29 +71,22 @@ fn way_out(error: &Error) -> Option<String> {
                 "give a picture of the empty scene, or a folder of several, with --background"
             }
         },
-        Error::Inference(error) => return asked(error),
+        Error::Inference(error) => return asked(error, runtime),
         Error::Choice(error) => match error {
             C::CycleNeedsParallelRays => "use --lens ortho, or --framing camera",
-            C::ColumnsShareScale { setting, value, .. } => {
-                return Some(format!(
-                    "use --raster rows, or something other than --{setting} {value}"
-                ));
-            }
+            C::Setting { problem, .. } => return for_setting(problem),
             C::SourcesDiffer { setting, .. } => {
                 return Some(format!(
                     "--{setting} applies to packs and trees; a dataset is used as it is"
                 ));
             }
-            C::ColumnsSumFrames(_) => "use --raster rows",
-            C::ColumnsFrames(_) => "--frames-per-cycle",
-            C::RasterUnderCondition { .. } => "use --raster skia or rows",
             C::NotMeasured { .. } => {
                 "use --framing height and --lens ortho, or choose --raster, --jitter and --frames-per-cycle yourself"
             }
             C::UncutHasNoGei { .. } => "omit --track clip, or use --max-error-mm",
             C::NoCondition { .. } => "--conditions",
             C::NoLibrary { .. } => "give its path with --ort-lib",
-            C::EmbeddedProvider(_) | C::BareEmbedded => "use --runtime ort",
+            C::BareEmbedded => "use --runtime ort",
             C::ForeignDataset(_) => "name another folder, or use --overwrite",
             C::IsThere(_) | C::OtherRun { .. } => "name another, or use --overwrite",
             C::Unfinished { .. } => "continue with --resume, or remove the folder",
@@ -122,8 +112,25 @@ fn way_out(error: &Error) -> Option<String> {
     Some(words.to_owned())
 }
 
+/// Returns the flags that help if a setting cannot have its value.
+fn for_setting(problem: &SettingError) -> Option<String> {
+    let words = match problem {
+        SettingError::ColumnsShareScale { setting, value, .. } => {
+            return Some(format!(
+                "use --raster rows, or something other than --{setting} {value}"
+            ));
+        }
+        SettingError::ColumnsSumFrames(_) => "use --raster rows",
+        SettingError::ColumnsFrames(_) => "--frames-per-cycle",
+        SettingError::RasterUnderCondition { .. } => "use --raster skia or rows",
+        SettingError::EmbeddedProvider => "use --runtime ort",
+        _ => return None,
+    };
+    Some(words.to_owned())
+}
+
 /// Returns the flags that a recognizer needs.
-fn asked(error: &InferenceError) -> Option<String> {
+fn asked(error: &InferenceError, runtime: &str) -> Option<String> {
     match error {
         InferenceError::Contract { setting, asked, .. }
             if *setting == "size" && Size::ALL.iter().all(|size| size.name() != asked) =>
@@ -142,7 +149,7 @@ fn asked(error: &InferenceError) -> Option<String> {
             };
             Some(format!("{what} --{setting} {asked}"))
         }
-        InferenceError::Embedded { .. } => Some(format!("if the model is right, {OTHER_RUNTIME}")),
+        InferenceError::Embedded { .. } => Some(format!("if the model is right, use {runtime}")),
         InferenceError::ViewUntrained { .. } => {
             Some("choose its viewpoints with --azimuth-deg and --elevation-deg".into())
         }

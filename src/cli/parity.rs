@@ -10,7 +10,7 @@ use super::progress::Progress;
 use super::recognizers::{entrant, is_baseline, sort_inputs, with_contracts};
 use super::runtime::{RuntimeChoice, refuse_idle_library};
 use crate::draw::sweep::Views;
-use crate::error::{ChoiceError, Error, EvaluateError, Result};
+use crate::error::{ChoiceError, Error, EvaluateError, Result, SettingError};
 use crate::evaluate::contest::{Contest, Entrant, ShownPicture};
 use crate::evaluate::parity::{Limits, ParityResults, ParitySide, SideAnswers, Verdict};
 use crate::files::ResultHeader;
@@ -176,9 +176,12 @@ fn planned(
     for (at, engine) in engines.iter().enumerate() {
         let path = paths.get(at).unwrap_or(&paths[0]);
         let runtime = engine.load(ort_lib).map_err(|error| match error {
-            Error::Choice(error @ ChoiceError::Provider { .. }) => {
-                Error::Usage(format!("--runtime {engine}: {error}"))
-            }
+            Error::Choice(
+                error @ ChoiceError::Setting {
+                    problem: SettingError::Provider { .. },
+                    ..
+                },
+            ) => Error::Usage(format!("--runtime {engine}: {error}")),
             other => other,
         })?;
         let model = opened(path, planned.first(), header)?;

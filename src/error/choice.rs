@@ -4,8 +4,6 @@ use super::{Cause, listed};
 use std::path::PathBuf;
 
 /// An invalid choice of settings; the process's exit code is 2.
-///
-/// Messages that begin with a setting's name are about the setting as a whole.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ChoiceError {
@@ -76,39 +74,17 @@ pub enum ChoiceError {
     /// A camera's aim is out of range.
     #[error("expected an aim of three numbers within a million metres, found {0}")]
     Aim(glam::Vec3),
-    /// Elevations do not share a scale.
-    #[error(
-        "raster columns: it draws all elevations of an azimuth in one pass, which needs one scale and parallel rays, but {setting} {value} has {has}"
-    )]
-    ColumnsShareScale {
-        /// `framing` or `lens`.
+    /// A setting cannot have its value here.
+    #[error("{setting} {value}: {problem}")]
+    Setting {
+        /// Name of the setting: `raster`, `provider` or `cpus`.
         setting: &'static str,
         /// Its value.
-        value: &'static str,
-        /// The property that it has instead.
-        has: &'static str,
+        value: String,
+        /// The reason.
+        #[source]
+        problem: SettingError,
     },
-    /// Columns cannot make this template.
-    #[error("raster columns: it sums frames as it draws them, which makes a gei, not {0}")]
-    ColumnsSumFrames(&'static str),
-    /// Columns cannot sum this many frames.
-    #[error("raster columns: expected at most {0} frames a cycle")]
-    ColumnsFrames(u32),
-    /// A raster cannot draw under a condition.
-    #[error("raster {raster}: condition {condition} {why}")]
-    RasterUnderCondition {
-        /// The raster.
-        raster: &'static str,
-        /// The condition.
-        condition: String,
-        /// The property of the condition that the raster cannot draw.
-        why: &'static str,
-    },
-    /// A raster draws grey pixels, which confounders of the image cannot use.
-    #[error(
-        "raster {0}: confounders of the image need pixels that are on or off, expected rows or skia, which have one sample a pixel"
-    )]
-    GreyRaster(edgegait_core::raster::Rasterizer),
     /// Augmentation needs a template that is an image.
     #[error("expected a template that is an image, found {0}")]
     NoImage(&'static str),
@@ -163,34 +139,9 @@ pub enum ChoiceError {
         /// Each searched place, and what was found there.
         looked: Vec<String>,
     },
-    /// The embedded runtime does not have this provider.
-    #[error("provider {0}: the embedded runtime has cpu only")]
-    EmbeddedProvider(&'static str),
-    /// A library was built without a provider.
-    #[error(
-        "provider {provider}: expected a library that was built with {provider}, found {} in {}",
-        listed(known), library.display()
-    )]
-    Provider {
-        /// The provider.
-        provider: &'static str,
-        /// The providers that it was built with.
-        known: Vec<String>,
-        /// The library.
-        library: PathBuf,
-    },
     /// Only ONNX Runtime can be measured in a bare loop.
     #[error("a bare runtime: expected ONNX Runtime, found the embedded runtime")]
     BareEmbedded,
-    /// Processors cannot be chosen.
-    #[error("cpus {cpus}: {cause}")]
-    Processors {
-        /// The numbers of the processors.
-        cpus: String,
-        /// The cause.
-        #[source]
-        cause: Cause,
-    },
     /// A name is unknown.
     #[error("there is no {what} {name:?}: expected one of {}", .known.join(", "))]
     Unknown {
@@ -223,4 +174,72 @@ pub enum ChoiceError {
     /// A folder contains a dataset of another program.
     #[error("{}: holds a dataset that edgegait sweep did not make", .0.display())]
     ForeignDataset(PathBuf),
+}
+
+/// The reason why a setting cannot have a value.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SettingError {
+    /// Elevations do not share a scale, which columns need.
+    #[error(
+        "it draws all elevations of an azimuth in one pass, which needs one scale and parallel rays, but {setting} {value} has {has}"
+    )]
+    ColumnsShareScale {
+        /// `framing` or `lens`.
+        setting: &'static str,
+        /// Its value.
+        value: &'static str,
+        /// The property that it has instead.
+        has: &'static str,
+    },
+    /// Columns cannot make this template.
+    #[error("it sums frames as it draws them, which makes a gei, not {0}")]
+    ColumnsSumFrames(&'static str),
+    /// Columns cannot sum this many frames.
+    #[error("expected at most {0} frames a cycle")]
+    ColumnsFrames(u32),
+    /// A raster cannot draw under a condition.
+    #[error("condition {condition} {why}")]
+    RasterUnderCondition {
+        /// The condition.
+        condition: String,
+        /// The property of the condition that the raster cannot draw.
+        why: &'static str,
+    },
+    /// A raster draws grey pixels, which confounders of the image cannot use.
+    #[error(
+        "confounders of the image need pixels that are on or off, expected rows or skia, which have one sample a pixel"
+    )]
+    GreyRaster,
+    /// The embedded runtime does not have this provider.
+    #[error("the embedded runtime has cpu only")]
+    EmbeddedProvider,
+    /// A library was built without a provider.
+    #[error(
+        "expected a library that was built with {provider}, found {} in {}",
+        listed(known), library.display()
+    )]
+    Provider {
+        /// The provider.
+        provider: &'static str,
+        /// The providers that it was built with.
+        known: Vec<String>,
+        /// The library.
+        library: PathBuf,
+    },
+    /// Processors cannot be chosen.
+    #[error("{0}")]
+    Processors(#[source] Cause),
+}
+
+impl SettingError {
+    /// Returns the error about a setting with this value.
+    pub(crate) fn of(self, setting: &'static str, value: impl ToString) -> super::Error {
+        ChoiceError::Setting {
+            setting,
+            value: value.to_string(),
+            problem: self,
+        }
+        .into()
+    }
 }

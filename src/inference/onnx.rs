@@ -12,7 +12,7 @@ use super::{
     Contract, GivenInputs, OperatorTime, OutputTensor, Outputs, ProfiledOperations, Recognizer,
     run_batch,
 };
-use crate::error::{Cause, ChoiceError, Error, InferenceError, Result};
+use crate::error::{Cause, Error, InferenceError, Result, SettingError};
 use crate::files::Staging;
 use ort::environment::Environment;
 use ort::ep::{self, ExecutionProvider, ExecutionProviderDispatch};
@@ -90,12 +90,12 @@ impl Ort {
         }
         let known = Provider::ALL.into_iter();
         let known = known.filter(|&provider| is_built_with(provider));
-        Err(ChoiceError::Provider {
+        let problem = SettingError::Provider {
             provider: provider.name(),
             known: known.map(|provider| provider.name().to_owned()).collect(),
             library: self.library.clone(),
-        }
-        .into())
+        };
+        Err(problem.of("provider", provider.name()))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::provider::{BareLoop, BareOutputs, Provider, RuntimeName};
 use super::{Model, OperatorTime, ProfiledOperations, Recognizer, onnx, rten};
-use crate::error::{ChoiceError, Result};
+use crate::error::{ChoiceError, Result, SettingError};
 use std::path::Path;
 
 /// A runtime that is ready to load models.
@@ -61,7 +61,7 @@ impl Runtime {
     pub fn with_provider(mut self, provider: Provider) -> Result<Self> {
         match &mut self.engine {
             Engine::Rten if provider != Provider::Cpu => {
-                return Err(ChoiceError::EmbeddedProvider(provider.name()).into());
+                return Err(SettingError::EmbeddedProvider.of("provider", provider.name()));
             }
             Engine::Rten => {}
             Engine::Ort(ort, chosen) => {

@@ -3,8 +3,9 @@
 use super::column_images::SweepColumns;
 use super::painted_view::PaintedView;
 use super::posed_frames::{FramedView, PosedFrames};
+use super::settings::Raster;
 use super::views::{ListedViews, by_azimuth};
-use crate::error::{ChoiceError, Error, Result};
+use crate::error::{Error, Result, SettingError};
 use edgegait_core::raster::columns::{self, Azimuth, ElevationImages};
 use edgegait_core::raster::{Rasterizer, Renderer};
 use edgegait_core::silhouette::{AnySilhouette, Size};
@@ -80,5 +81,5 @@ impl Columns {
 }
 
 fn too_many() -> Error {
-    ChoiceError::ColumnsFrames(GeiTally::MAX_FRAMES).into()
+    SettingError::ColumnsFrames(GeiTally::MAX_FRAMES).of("raster", Raster::Columns.name())
 }

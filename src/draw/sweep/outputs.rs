@@ -2,7 +2,7 @@
 
 use super::{Job, Moments, Raster, Settings, is_uncut, walk_name};
 use crate::draw::template::{Builder, Template};
-use crate::error::{ChoiceError, Result, SweepError};
+use crate::error::{Result, SettingError, SweepError};
 use edgegait_core::pack::Pack;
 
 /// The default frame rate of uncut motions, frames a second, after CASIA-B's video.
@@ -50,7 +50,9 @@ impl Wanted {
             None => return Ok(()),
         };
         if settings.rasterizer == Raster::Columns {
-            return Err(ChoiceError::ColumnsSumFrames(what).into());
+            return Err(
+                SettingError::ColumnsSumFrames(what).of("raster", settings.rasterizer.name())
+            );
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use super::settings::{FramingMode, Lens, Raster, Settings};
 use super::views::View;
 use crate::draw::confounders::{ConfounderKind, DosePlan, Stage};
-use crate::error::{ChoiceError, Result};
+use crate::error::{Result, SettingError};
 use edgegait_core::camera::Viewpoint;
 use rand::RngExt as _;
 use std::ops::Range;
@@ -109,12 +109,9 @@ pub(super) fn viewpoint(plan: &DosePlan, view: &View) -> Result<Viewpoint> {
 /// If it cannot, because it draws by columns or in grey; the error names rasteriser and condition.
 pub(super) fn check(plan: &DosePlan, settings: &Settings) -> Result<()> {
     let refuse = |why| {
-        Err(ChoiceError::RasterUnderCondition {
-            raster: settings.rasterizer.name(),
-            condition: plan.doses().to_string(),
-            why,
-        }
-        .into())
+        let condition = plan.doses().to_string();
+        let problem = SettingError::RasterUnderCondition { condition, why };
+        Err(problem.of("raster", settings.rasterizer.name()))
     };
     match settings.rasterizer {
         Raster::Columns if plan.acts_at(Stage::Camera) => {

@@ -1,7 +1,7 @@
 //! Settings of a sweep: everything on which its results depend, except the walkers.
 
 use crate::draw::template::Template;
-use crate::error::{ChoiceError, Result};
+use crate::error::{ChoiceError, Result, SettingError};
 use edgegait_core::raster::Rasterizer;
 use edgegait_core::silhouette::Size;
 use glam::{Vec2, Vec3};
@@ -97,7 +97,8 @@ impl Settings {
     fn check_columns(&self) -> Result<()> {
         let is_summed = !matches!(self.template, Template::Gei | Template::Silhouettes);
         if self.rasterizer == Raster::Columns && is_summed {
-            return Err(ChoiceError::ColumnsSumFrames(self.template.name()).into());
+            let problem = SettingError::ColumnsSumFrames(self.template.name());
+            return Err(problem.of("raster", self.rasterizer.name()));
         }
         let (setting, value, has) = match (self.rasterizer, self.framing, self.lens) {
             (Raster::Columns, FramingMode::Height | FramingMode::Box, _) => {
@@ -106,12 +107,12 @@ impl Settings {
             (Raster::Columns, _, Lens::Persp) => ("lens", self.lens.name(), "rays from one eye"),
             _ => return Ok(()),
         };
-        Err(ChoiceError::ColumnsShareScale {
+        let problem = SettingError::ColumnsShareScale {
             setting,
             value,
             has,
-        }
-        .into())
+        };
+        Err(problem.of("raster", self.rasterizer.name()))
     }
 }
 

@@ -6,7 +6,7 @@
 use super::exposure::exposed;
 use super::phases::{FINE, WINDOW, interleaved, merge, tiles};
 use super::picture::{BitPicture, SampleBounds};
-use crate::error::{ChoiceError, Result};
+use crate::error::{Result, SettingError};
 use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::budget::MAX_FIGURE_COLUMNS;
 use edgegait_core::camera::Framing;
@@ -55,7 +55,7 @@ impl FineRenderer {
                 silhouettes: Renderer::new(rasterizer, size),
                 samples: Renderer::of(SampleImages::new(Size::S64x64)),
             }),
-            grey => Err(ChoiceError::GreyRaster(grey).into()),
+            grey => Err(SettingError::GreyRaster.of("raster", grey)),
         }
     }
 }
