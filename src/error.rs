@@ -117,6 +117,9 @@ pub enum Error {
     /// Numbers do not fill an array: a defect of the code that counted them.
     #[error(transparent)]
     Shape(#[from] ndarray::ShapeError),
+    /// The caller ended the work.
+    #[error("interrupted")]
+    Cancelled,
     /// The command, or a process that it started, failed in another way, as the text explains.
     #[error("{0}")]
     Failed(String),

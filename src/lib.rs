@@ -13,7 +13,7 @@
 //!
 //! # fn main() -> edgegait::Result<()> {
 //! let options = CohortOptions { people: 2, speeds_kmh: vec![5.0], ..CohortOptions::default() };
-//! let bytes = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, &|| ())?;
+//! let bytes = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, &|| Ok(()))?;
 //! let pack = Pack::parse(&bytes)?;
 //!
 //! // The cycle of each of the two walks, from the front and from the left.
@@ -46,14 +46,14 @@
 //!
 //! # fn main() -> edgegait::Result<()> {
 //! # let options = CohortOptions { people: 2, speeds_kmh: vec![5.0], ..CohortOptions::default() };
-//! # let bytes = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, &|| ())?;
+//! # let bytes = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, &|| Ok(()))?;
 //! # let pack = Pack::parse(&bytes)?;
 //! // Trained on these people from the left; GEIs of 50x30 framed by height, as by default.
 //! let model = Model::open("models/side.onnx")?;
 //! let entrants = [Entrant::drawn(&model, &Runtime::rten(), Settings::default())?];
 //! let options = ContestOptions { views: Some(Views::side()?), ..ContestOptions::default() };
 //! let drawn = DrawnContest::new(&pack, &[0, 1], &entrants, options)?;
-//! let outcome = drawn.contest.run(&entrants, 1, &mut |_| (), &mut |_| ())?;
+//! let outcome = drawn.contest.run(&entrants, 1, &mut |_| Ok(()), &mut |_| Ok(()))?;
 //! assert_eq!(outcome.results[0].rank1, 1.0);
 //! # Ok(())
 //! # }
@@ -69,7 +69,7 @@
 //!
 //! # fn main() -> edgegait::Result<()> {
 //! # let options = CohortOptions { people: 8, speeds_kmh: vec![5.0], ..CohortOptions::default() };
-//! # let bytes = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, &|| ())?;
+//! # let bytes = encode_subjects(&cohort::subjects(&options)?, MAX_ERROR_MM, &|| Ok(()))?;
 //! # let pack = Pack::parse(&bytes)?;
 //! # let model = Model::open("models/side.onnx")?;
 //! # let entrants = [Entrant::drawn(&model, &Runtime::rten(), Settings::default())?];
@@ -79,7 +79,7 @@
 //! let options = ContestOptions { views: Some(Views::side()?), conditions: &rolled, ..ContestOptions::default() };
 //! let walks: Vec<usize> = (0..8).collect();
 //! let drawn = DrawnContest::new(&pack, &walks, &entrants, options)?;
-//! let outcome = drawn.contest.run(&entrants, 1, &mut |_| (), &mut |_| ())?;
+//! let outcome = drawn.contest.run(&entrants, 1, &mut |_| Ok(()), &mut |_| Ok(()))?;
 //! let [level, askew] = &outcome.results[0].probe_sets[..] else {
 //!     panic!("a set of probes for each condition");
 //! };

@@ -14,7 +14,7 @@ pub fn pack() -> Vec<u8> {
         ..CohortOptions::default()
     };
     let people = subjects(&options).expect("5 km/h is within the norms");
-    encode_subjects(&people, MAX_ERROR_MM, &|| {}).expect("four people fit a pack")
+    encode_subjects(&people, MAX_ERROR_MM, &|| Ok(())).expect("four people fit a pack")
 }
 
 /// Returns settings of half a second of warm-up and two seconds of measuring for each benchmark,

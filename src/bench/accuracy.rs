@@ -112,7 +112,7 @@ impl Accuracy {
         let drawn = drawn(entrants, scene, views)?;
         let outcome = drawn
             .contest
-            .run(entrants, seed, &mut |_| {}, &mut |_| {})?;
+            .run(entrants, seed, &mut |_| Ok(()), &mut |_| Ok(()))?;
         let result = outcome.results.into_iter().next();
         let result = result.ok_or(Error::Missing("the result of one recognizer"))?;
         let own = outcome.warnings.into_iter().map(|warning| warning.text);
@@ -161,7 +161,7 @@ mod tests {
             ..CohortOptions::default()
         };
         let people = cohort::subjects(&options).expect("two people");
-        let bytes = encode_subjects(&people, 5.0, &|| {}).expect("a pack");
+        let bytes = encode_subjects(&people, 5.0, &|| Ok(())).expect("a pack");
         let pack = Pack::parse(&bytes).expect("it was just encoded");
         let azimuths = (0..9_u8).map(|step| 20.0 * f32::from(step));
         let views = Views::grid("nine", azimuths, [0.0]).expect("viewpoints");

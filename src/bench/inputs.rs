@@ -137,7 +137,7 @@ mod tests {
             ..CohortOptions::default()
         };
         let people = cohort::subjects(&options).expect("two people");
-        let bytes = encode_subjects(&people, 5.0, &|| {}).expect("a pack");
+        let bytes = encode_subjects(&people, 5.0, &|| Ok(())).expect("a pack");
         let pack = Pack::parse(&bytes).expect("it was just encoded");
         let views = Views::side().expect("the side");
         let scene = DrawnInputs {

@@ -50,11 +50,12 @@ impl MeasuringProgress {
 /// this process lives.
 ///
 /// # Errors
-/// If the command cannot be started, dies, or prints something else; and the command's own errors.
+/// If the command cannot be started, dies, or prints something else; the command's own errors, and
+/// that of `told`, which ends the command.
 pub(crate) fn measured_by<R: DeserializeOwned>(
     mut command: Command,
     model: &Path,
-    told: &(dyn Fn(&MeasuringProgress) + Sync),
+    told: &(dyn Fn(&MeasuringProgress) -> Result<()> + Sync),
 ) -> Result<R> {
     let spawned = command
         .stdin(Stdio::piped())
@@ -66,36 +67,31 @@ pub(crate) fn measured_by<R: DeserializeOwned>(
     let held = child.stdin.take();
     let (words, printed) = (child.stderr.take(), child.stdout.take());
     let (stderr, stdout) = std::thread::scope(|scope| {
-        let words = scope.spawn(|| {
-            // Closing it ends the child. It stays open until the child has ended, or `told`
-            // unwinds.
+        let words = scope.spawn(|| -> Result<String> {
+            // Closing it ends the child. It stays open until the child has ended, or `told` fails.
             let _held = held;
             let mut rest = String::new();
             for line in words
                 .into_iter()
                 .flat_map(|it| BufReader::new(it).split(b'\n'))
             {
-                let line = String::from_utf8_lossy(&line?).into_owned();
+                let line = String::from_utf8_lossy(&line.map_err(failed)?).into_owned();
                 match MeasuringProgress::heard(&line) {
-                    Some(one) => told(&one),
+                    Some(one) => told(&one)?,
                     None => rest += &format!("{line}\n"),
                 }
             }
-            Ok(rest.into_bytes())
+            Ok(rest)
         });
         let mut stdout = Vec::new();
         let read = printed.map_or(Ok(0), |mut it| it.read_to_end(&mut stdout));
-        (words.join(), read.map(|_| stdout))
-    });
-    let stderr: std::io::Result<Vec<u8>> = stderr.unwrap_or_else(|panic| {
-        // The child ends, as its standard input is closed.
-        let _ = child.wait();
-        resume_unwind(panic)
+        let words = words.join().unwrap_or_else(|panic| resume_unwind(panic));
+        (words, read.map(|_| stdout))
     });
     let output = Output {
         status: child.wait().map_err(failed)?,
         stdout: stdout.map_err(failed)?,
-        stderr: stderr.map_err(failed)?,
+        stderr: stderr?.into_bytes(),
     };
     result_of(model, &output)
 }
@@ -183,12 +179,25 @@ mod tests {
         let silent = refusal(0, "").to_string();
         assert!(silent.contains("gave no result"), "{silent}");
     }
+
+    #[test]
+    fn a_process_ends_when_its_listener_is_cancelled() {
+        let mut command = Command::new("sh");
+        command.args(["-c", "echo 'progress: 1.0 m' >&2; cat"]);
+        let told = |_: &MeasuringProgress| Err(Error::Cancelled);
+        let ended = measured_by::<serde_json::Value>(command, Path::new("m.onnx"), &told);
+        assert!(matches!(ended, Err(Error::Cancelled)));
+    }
+
     #[test]
     fn progress_is_separated_from_the_errors_of_a_process() {
         let script = "echo 'progress: 12.5 m: one at a time' >&2; echo 'progress: soon' >&2; \
                       echo 'odd: words' >&2; echo '{\"a\":1}'";
         let heard = std::sync::Mutex::new(Vec::new());
-        let told = |one: &MeasuringProgress| heard.lock().expect("no panic").push(one.clone());
+        let told = |one: &MeasuringProgress| {
+            heard.lock().expect("no panic").push(one.clone());
+            Ok(())
+        };
         let mut command = Command::new("sh");
         command.args(["-c", script]);
         let found: serde_json::Value =

@@ -1,6 +1,7 @@
 //! Flags that mean the same thing everywhere.
 
 use super::outputs::{Output, OutputKind, check};
+use super::stop::Stop;
 use crate::draw::sweep::Views;
 use crate::encode::within_error::choose::FrontierChoice;
 use crate::error::{Error, Result};
@@ -28,6 +29,9 @@ pub(super) struct Common {
     /// Replace any existing file; without it, only earlier results of this command are replaced
     #[arg(long)]
     pub overwrite: bool,
+    /// Ends the work early.
+    #[arg(skip)]
+    pub stop: Stop,
 }
 
 /// The files that a command reads and writes.

@@ -7,7 +7,7 @@ mod video;
 use super::args::{Common, FileArgs, ViewArgs};
 use super::drawing::DrawArgs;
 use super::outputs::{Output, OutputKind};
-use super::progress::{self, TimedProgress};
+use super::progress::TimedProgress;
 use super::recognizers::{is_baseline, models, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
 use super::walks::{SelectionArgs, SourceArgs};
@@ -265,7 +265,6 @@ impl BenchArgs {
 
 /// Runs the subcommand.
 pub(super) fn run(args: &BenchArgs) -> Result<()> {
-    progress::silence(args.common.quiet);
     if args.alone.is_none() {
         args.common.check("bench", &args.files())?;
     }
@@ -311,7 +310,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     let load_of_others = load_of_others(root);
 
     let source_args = args.source(data);
-    let source = source_args.load()?;
+    let source = source_args.load(&args.common)?;
     let pack = Pack::parse(&source.bytes)?;
     // Uncut motions have no cycle to average: rejected here.
     jobs(&pack, &source_args.choose(&pack)?, 0..1)?;
@@ -328,7 +327,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     };
     results.header.inputs.extend(source.inputs);
     warn(&mut results);
-    let progress = TimedProgress::new();
+    let progress = TimedProgress::new(&args.common);
     let here: [&OsStr; 2] = ["--pack-at".as_ref(), pack_at.as_os_str()];
     let all_threads = args.threads();
     let cases = models.iter().enumerate().flat_map(|(index, model)| {
@@ -424,7 +423,7 @@ fn elsewhere<R: DeserializeOwned>(
     model: &Model,
     index: usize,
     flags: &[&OsStr],
-    told: &(dyn Fn(&MeasuringProgress) + Sync),
+    told: &(dyn Fn(&MeasuringProgress) -> Result<()> + Sync),
 ) -> Result<R> {
     let mut command = args.again()?;
     command

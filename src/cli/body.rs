@@ -1,5 +1,6 @@
 //! Flags that choose the bodies: from measurements, or fitted to a mesh.
 
+use super::args::Common;
 use super::cache::CacheArgs;
 use super::hints::WithFlags;
 use super::keep_going::{KeepGoing, with_hint};
@@ -73,7 +74,7 @@ impl BodyArgs {
     }
 
     /// Returns the bodies of these recordings, with hulls fitted to meshes with this number of
-    /// points, if given, and this seed. Input files and warnings go into the header. With
+    /// points, if given, and the seed of `common`. Input files and warnings go into the header. With
     /// `--keep-going`, recordings whose own mesh has no figure are removed.
     ///
     /// # Errors
@@ -83,7 +84,7 @@ impl BodyArgs {
         recordings: &mut Vec<Recording>,
         measured: MeasuredPeople,
         points: Option<usize>,
-        seed: u64,
+        common: &Common,
         keep_going: KeepGoing,
         header: &mut ResultHeader,
     ) -> Result<BodyOptions> {
@@ -97,9 +98,9 @@ impl BodyArgs {
         }
         let cache = self.cache.cache();
         let fit = |path: &Path, mesh: &Motion| {
-            let progress = Progress::new("hulls", STEPS);
+            let progress = Progress::new(common, "hulls", STEPS);
             let points = points.unwrap_or(USUAL_POINTS);
-            let found = kept_body(mesh, points, seed, &cache, &|| progress.step());
+            let found = kept_body(mesh, points, common.seed, &cache, &|| progress.step());
             found.map(|(body, _)| body).map_err(|error| match error {
                 Error::Mesh(problem) => Error::input(path, problem),
                 other => other,

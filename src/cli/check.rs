@@ -109,7 +109,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Ending> {
     header.inputs = model.inputs()?;
     header.warnings = model.warnings();
     let source_args = SourceArgs::new(None, SelectionArgs::default());
-    let source = source_args.load()?;
+    let source = source_args.load(&args.common)?;
     let pack = Pack::parse(&source.bytes)?;
     let walks = source_args.choose(&pack)?;
     let usual = Settings {
@@ -296,7 +296,7 @@ fn from_the_side(entrant: Entrant, scene: &DrawnInputs<'_>, seed: u64) -> Result
     let drawn = DrawnContest::new(scene.pack, scene.walks, &entrants, options)?;
     let outcome = drawn
         .contest
-        .run(&entrants, seed, &mut |_| {}, &mut |_| {})?;
+        .run(&entrants, seed, &mut |_| Ok(()), &mut |_| Ok(()))?;
     let first = outcome.results.first();
     let first = first.ok_or(Error::Missing("the result of a recognizer"))?;
     Ok(FromTheSide {

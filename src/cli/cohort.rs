@@ -163,19 +163,24 @@ pub(super) fn run(args: &CohortArgs) -> Result<()> {
             } else {
                 Effort::Searched
             };
+            let progress = Progress::new(&args.common, "walks", walks);
             args.encoding
-                .encode_population("walks", walks, options.numbers(), effort, &make)?
+                .encode_population(&progress, options.numbers(), effort, &make)?
         }
         Some(bytes) => EncodedPack::usual(bytes.to_vec()),
         None => {
-            let progress = Progress::new("people", options.people);
+            let progress = Progress::new(&args.common, "people", options.people);
             let make = |number| {
-                progress.step();
+                progress.step()?;
                 cohort::subject(&options, number)
             };
-            let people: Result<Vec<_>> = options.numbers().into_par_iter().map(make).collect();
+            let people: Vec<_> = options
+                .numbers()
+                .into_par_iter()
+                .map(make)
+                .collect::<Result<_>>()?;
             drop(progress);
-            args.encoding.encode(&people?)?
+            args.encoding.encode(&people, &args.common)?
         }
     };
     let header = ResultHeader::new("cohort", args.common.seed)

@@ -147,7 +147,7 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
     let cache = args.cache.cache();
     let entrants = load(&models, &runtime, &cache, inputs, &mut header)?;
     let source_args = SourceArgs::new(data, args.selection.clone());
-    let source = source_args.load()?;
+    let source = source_args.load(&args.common)?;
     let pack = Pack::parse(&source.bytes)?;
     let walks = source_args.choose(&pack)?;
     let views = if args.views.is_given() {
@@ -169,7 +169,11 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
         .ok_or_else(|| Error::Usage("expected a model".into()))?;
 
     let rounds = (1 + chosen.len()) * ROUNDS;
-    let progress = Progress::new("costs and effects", rounds + study.conditions().len());
+    let progress = Progress::new(
+        &args.common,
+        "costs and effects",
+        rounds + study.conditions().len(),
+    );
     let step = || progress.step();
     let costs = study.costs(&pack, walks[0], &around.list, settings, ROUNDS, &step)?;
     let effects = study.effects(&pack, &walks, &views.list, settings, &step)?;
@@ -194,8 +198,8 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
         ..
     } = DrawnContest::new(&pack, &walks, &entrants, drawn)?;
     let sequences = contest.source().sequences().list.len();
-    let progress = Progress::new("sequences", sequences * entrants.len());
-    let outcome = contest.run(&entrants, seed, &mut |_| progress.step(), &mut |_| ())?;
+    let progress = Progress::new(&args.common, "sequences", sequences * entrants.len());
+    let outcome = contest.run(&entrants, seed, &mut |_| progress.step(), &mut |_| Ok(()))?;
     drop(progress);
 
     let mut header = header

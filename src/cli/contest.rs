@@ -1,6 +1,6 @@
 //! The flags that choose gallery and probes, and the contest that they describe.
 
-use super::args::{ViewArgs, file_with};
+use super::args::{Common, ViewArgs, file_with};
 use super::conditions::ConditionArgs;
 use super::drawing::DrawArgs;
 use super::keep_going::{KeepGoing, with_hint};
@@ -104,7 +104,7 @@ impl ContestArgs {
         &self,
         field: &Participants<'_>,
         data: Option<PathBuf>,
-        seed: u64,
+        common: &Common,
         mut header: ResultHeader,
         work: impl FnOnce(&Contest<'_>, &[Entrant], ResultHeader) -> Result<R>,
     ) -> Result<R> {
@@ -115,6 +115,7 @@ impl ContestArgs {
                 held.bytes.len()
             )));
         }
+        let seed = common.seed;
         let protocol = self.protocol.as_deref().map(Protocol::named).transpose()?;
         if let Some(name) = self
             .protocol
@@ -142,8 +143,8 @@ impl ContestArgs {
                 other => other,
             };
             let is_tree = matches!(source, SequenceSource::Tree(_));
-            let readable = self.readable(source, &entrants, &mut header);
-            let cut = readable.and_then(|source| self.cut(source, &entrants, &mut header));
+            let readable = self.readable(source, &entrants, &mut header, common);
+            let cut = readable.and_then(|source| self.cut(source, &entrants, &mut header, common));
             let source = cut.map_err(|error| hinted(error, is_tree))?;
             let subjects = &source.sequences().subjects;
             let protocol = match protocol {
@@ -178,7 +179,7 @@ impl ContestArgs {
             held: self.held.clone(),
             ..SourceArgs::new(data, self.selection.clone())
         };
-        let source = source_args.load()?;
+        let source = source_args.load(common)?;
         header.inputs.extend(source.inputs.iter().cloned());
         let pack = Pack::parse(&source.bytes)?;
         let chosen = source_args.choose(&pack)?;
@@ -283,11 +284,12 @@ impl ContestArgs {
         source: SequenceSource<'static>,
         entrants: &[Entrant],
         header: &mut ResultHeader,
+        common: &Common,
     ) -> Result<SequenceSource<'static>> {
         let recordings = match source {
             SequenceSource::Tree(recordings) if self.keep_going.is_given() => recordings,
             SequenceSource::Tree(recordings) => {
-                let progress = Progress::new("folders", recordings.len());
+                let progress = Progress::new(common, "folders", recordings.len());
                 let sizes: Vec<_> = entrants.iter().map(|one| one.settings.size).collect();
                 recordings.check_sizes(&sizes, &|| progress.step())?;
                 return Ok(SequenceSource::Tree(recordings));
@@ -301,7 +303,7 @@ impl ContestArgs {
             }
         }
         let all = recordings.len();
-        let progress = Progress::new("folders", all);
+        let progress = Progress::new(common, "folders", all);
         let (recordings, refused) = recordings.readable(&forms, &|| progress.step())?;
         let warnings = self
             .keep_going
@@ -322,12 +324,13 @@ impl ContestArgs {
         source: SequenceSource<'static>,
         entrants: &[Entrant],
         header: &mut ResultHeader,
+        common: &Common,
     ) -> Result<SequenceSource<'static>> {
         let takes_template =
             |entrant: &Entrant| entrant.recognizer.contract().template != Template::Silhouettes;
         match source {
             SequenceSource::Tree(recordings) if entrants.iter().all(takes_template) => {
-                let cut = self.cutting.cut(*recordings, header)?;
+                let cut = self.cutting.cut(*recordings, header, common)?;
                 Ok(SequenceSource::Tree(Box::new(cut)))
             }
             other => Ok(other),

@@ -4,8 +4,8 @@
 //! results are returned as the JSON that `--json` writes.
 
 use super::hints::WithFlags;
-pub use super::progress::Stop;
-use super::{Cli, Command, command, progress, run, score, sweep, with_threads};
+pub use super::stop::Stop;
+use super::{Cli, Command, command, run, score, sweep, with_threads};
 use crate::dataset::Items;
 use crate::dataset::sequences::PackSource;
 use crate::error::{Error, Result};
@@ -24,7 +24,7 @@ pub struct EmbeddedInputs {
     /// The program and first words that start the command in a process of its own, as `bench` does
     /// for each model.
     pub program: Vec<OsString>,
-    /// The handle that ends the command, by unwinding.
+    /// The handle that ends the command.
     pub stop: Stop,
 }
 
@@ -37,7 +37,8 @@ pub fn text_of(error: &Error) -> String {
 /// Runs a subcommand, and returns its results as JSON, or an empty string if it has none.
 ///
 /// # Errors
-/// The errors of the command; for unknown words, [`Error::Usage`].
+/// The errors of the command, and [`Error::Cancelled`] if `held.stop` ended it; for unknown words,
+/// [`Error::Usage`].
 pub fn results(words: &[OsString], held: EmbeddedInputs) -> Result<String> {
     let failed = |error| Error::io("a temporary folder", error);
     let folder = tempfile::tempdir().map_err(failed)?;
@@ -46,9 +47,6 @@ pub fn results(words: &[OsString], held: EmbeddedInputs) -> Result<String> {
     // After the subcommand, as words after `--` are not flags.
     let flags = ["--quiet".into(), "--json".into(), json.clone().into()];
     words.splice(words.len().min(1)..words.len().min(1), flags);
-    let former = Stop::of_thread();
-    held.stop.obey();
-    let _guard = Obeying(former);
     match parsed(&words)? {
         Command::Bench(mut args) => {
             if held.program.is_empty() {
@@ -56,16 +54,16 @@ pub fn results(words: &[OsString], held: EmbeddedInputs) -> Result<String> {
             }
             args.program = held.program;
             args.words = words.split_off(1);
-            run(&Command::Bench(args))?;
+            run(Command::Bench(args), &held.stop)?;
         }
         Command::Score(mut args) => {
-            progress::silence(true);
+            args.common.stop = held.stop;
             args.contest.held = held.pack;
             args.common.check("score", &args.files())?;
             with_threads(&args.common, || score::run_with(&args, &held.recognizers))?;
         }
         command => {
-            run(&command)?;
+            run(command, &held.stop)?;
         }
     }
     match std::fs::read_to_string(&json) {
@@ -85,20 +83,10 @@ pub fn swept(words: &[OsString], pack: Option<PackSource>) -> Result<Items> {
         .collect();
     match parsed(&words)? {
         Command::Sweep(mut args) => {
-            progress::silence(true);
             args.source.held = pack;
             with_threads(&args.common, || sweep::items(&args))
         }
         _ => Err(Error::Missing("the words of a sweep")),
-    }
-}
-
-/// Restores, when dropped, the [`Stop`] that this thread obeyed before it ran a command.
-struct Obeying(Stop);
-
-impl Drop for Obeying {
-    fn drop(&mut self) {
-        self.0.obey();
     }
 }
 
@@ -120,7 +108,6 @@ fn parsed(words: &[OsString]) -> Result<Command> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::panic::AssertUnwindSafe;
 
     fn words(text: &str) -> Vec<OsString> {
         text.split(' ').map(OsString::from).collect()
@@ -148,27 +135,20 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let pack = |name: &str| folder.path().join(name).display().to_string();
         let make = |name: &str, stop: &Stop| {
-            let stop = stop.clone();
             let words = words(&format!(
                 "cohort --people 2 --speeds-kmh 5 --quick --out {}",
                 pack(name)
             ));
-            std::panic::catch_unwind(AssertUnwindSafe(|| {
-                results(
-                    &words,
-                    EmbeddedInputs {
-                        stop,
-                        ..EmbeddedInputs::default()
-                    },
-                )
-                .expect("a pack")
-            }))
+            let held = EmbeddedInputs {
+                stop: stop.clone(),
+                ..EmbeddedInputs::default()
+            };
+            results(&words, held)
         };
         let (ended, other) = (Stop::default(), Stop::default());
         ended.end();
-        assert!(make("none.egp", &ended).is_err());
+        assert!(matches!(make("none.egp", &ended), Err(Error::Cancelled)));
         assert!(!folder.path().join("none.egp").exists());
-        // On the same thread, whose former command was ended.
         assert!(make("one.egp", &other).is_ok());
         assert!(swept(&words("--views side"), None).is_ok());
         assert!(folder.path().join("one.egp").exists());
@@ -182,8 +162,8 @@ mod tests {
 
     #[test]
     fn two_sources_of_walks_are_refused() {
-        let pack =
-            PackSource::made(&crate::dataset::sequences::built_in(&[]), &|| ()).expect("people");
+        let pack = PackSource::made(&crate::dataset::sequences::built_in(&[]), &|| Ok(()))
+            .expect("people");
         let held = EmbeddedInputs {
             pack: Some(pack),
             ..EmbeddedInputs::default()

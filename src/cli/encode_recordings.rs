@@ -1,6 +1,5 @@
 //! Encodes recordings as people in a pack, without the walks that cannot be encoded.
 
-use super::encoding::EncodingArgs;
 use super::keep_going::KeepGoing;
 use crate::encode::within_error::EncodedPack;
 use crate::error::{Error, Result};
@@ -8,22 +7,22 @@ use crate::people::Subject;
 use crate::people::encodable::without;
 use crate::people::recorded::{BodyOptions, Recording, subjects};
 
-/// Encodes the people of these recordings. With `--keep-going`, walks that cannot be encoded are
+/// Encodes the people of these recordings by `encode`. With `--keep-going`, walks that cannot be encoded are
 /// removed from the recordings, with a warning for each, and have no effect on the rest.
 ///
 /// # Errors
-/// The same as [`subjects`] and [`EncodingArgs::encode`], and if no walk is left.
+/// The same as [`subjects`] and `encode`, and if no walk is left.
 pub(super) fn encoded_people(
     recordings: &mut Vec<Recording>,
     body: &BodyOptions,
-    encoding: &EncodingArgs,
+    encode: &dyn Fn(&[Subject]) -> Result<EncodedPack>,
     keep_going: KeepGoing,
     warnings: &mut Vec<String>,
 ) -> Result<(Vec<Subject>, EncodedPack)> {
     // Each round has fewer walks.
     loop {
         let made = subjects(recordings, body).and_then(|people| {
-            let encoded = encoding.encode(&people)?;
+            let encoded = encode(&people)?;
             Ok((people, encoded))
         });
         match made {

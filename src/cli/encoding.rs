@@ -66,23 +66,21 @@ impl EncodingArgs {
     ///
     /// # Errors
     /// The same as [`encoded`].
-    pub(super) fn encode(&self, people: &[Subject]) -> Result<EncodedPack> {
+    pub(super) fn encode(&self, people: &[Subject], common: &Common) -> Result<EncodedPack> {
         let tries = self.budget_bytes.map_or(1, |_| BUDGET_TRIES);
         let walks: usize = people.iter().map(|subject| subject.walks.len()).sum();
-        let progress = Progress::new("encoding", STEPS_OF_WALK * walks * tries);
+        let progress = Progress::new(common, "encoding", STEPS_OF_WALK * walks * tries);
         let hull_points = self.hull_points.map(usize::from);
         encoded(people, self.goal(), hull_points, &|| progress.step())
     }
 
-    /// Encodes the people of these numbers separately, with a progress bar named `what` that counts
-    /// `walks`.
+    /// Encodes the people of these numbers separately; `progress` counts walks.
     ///
     /// # Errors
     /// The same as [`encode_population`], and for flags that compare packs.
     pub(super) fn encode_population(
         &self,
-        what: &'static str,
-        walks: usize,
+        progress: &Progress,
         people: Range<usize>,
         effort: Effort,
         make: &(dyn Fn(usize) -> Result<Subject> + Sync),
@@ -94,9 +92,8 @@ impl EncodingArgs {
         }
         let max_error_mm = self.max_error_mm.unwrap_or(MAX_ERROR_MM);
         let hull_points = self.hull_points.map(usize::from);
-        let progress = Progress::new(what, walks);
         let thinner = |number| {
-            progress.check();
+            progress.check()?;
             let mut subject = make(number)?;
             if let Some(most) = hull_points {
                 subject.body = thinned(&subject.body, most)?;

@@ -193,7 +193,8 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
         let all: Vec<(usize, &str)> = part.people().collect();
         shares.push(all[args.export.units(all.len())?].to_vec());
     }
-    let progress = Progress::new("people", shares.iter().map(Vec::len).sum());
+    let people: usize = shares.iter().map(Vec::len).sum();
+    let progress = Progress::new(&args.common, "people", people);
     let (mut rows, mut people, mut drawn) = (0, 0, 0);
     for (part, share) in parts.iter().zip(&shares) {
         let ranges = part.splits.iter().map(|split| {
@@ -268,7 +269,9 @@ fn draw(
     progress: &Progress,
 ) -> Result<()> {
     let make = |at: usize| design.subject(people[at].0);
-    let bytes = encode_population(0..people.len(), &make, MAX_ERROR_MM, Effort::Quick, &|| {})?;
+    let bytes = encode_population(0..people.len(), &make, MAX_ERROR_MM, Effort::Quick, &|| {
+        progress.check()
+    })?;
     let pack = Pack::parse(&bytes)?;
     let (walks, settings) = (pack.walks().collect::<Vec<_>>(), design.settings);
     let subjects: Vec<_> = pack.subjects().collect();
@@ -315,7 +318,7 @@ fn draw(
             at += 1;
             let next = jobs.get(at).map(|job| walks[job.walk].subject);
             if next != Some(walk.subject) {
-                progress.step();
+                progress.step()?;
                 writer.end_unit()?;
             }
             Ok(())

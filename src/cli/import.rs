@@ -226,7 +226,7 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
         },
         mend: true,
     };
-    let (mut recordings, refused) = read_all(&files, &options);
+    let (mut recordings, refused) = read_all(&files, &options, &args.common)?;
     let mut header = ResultHeader::new("import", args.common.seed)
         .with("track", args.track.name())
         .with("low_pass_hz", args.low_pass_hz);
@@ -241,14 +241,14 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
         &mut recordings,
         measured,
         points,
-        args.common.seed,
+        &args.common,
         args.keep_going,
         &mut header,
     )?;
     let (people, encoded) = encoded_people(
         &mut recordings,
         &body,
-        &args.encoding,
+        &|people| args.encoding.encode(people, &args.common),
         args.keep_going,
         &mut header.warnings,
     )?;
@@ -358,16 +358,20 @@ fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
 
 /// Reads every file, on all cores, and collects the recordings and the errors, both in the order of
 /// files.
-fn read_all(files: &[PathBuf], options: &ReadOptions) -> (Vec<Recording>, Vec<Error>) {
-    let progress = Progress::new("files", files.len());
+fn read_all(
+    files: &[PathBuf],
+    options: &ReadOptions,
+    common: &Common,
+) -> Result<(Vec<Recording>, Vec<Error>)> {
+    let progress = Progress::new(common, "files", files.len());
     let read: Vec<Result<Recording>> = files
         .par_iter()
         .map(|file| {
             let recording = Recording::read(file, options);
-            progress.step();
-            recording
+            progress.step()?;
+            Ok(recording)
         })
-        .collect();
+        .collect::<Result<_>>()?;
     let (mut recordings, mut refused) = (Vec::new(), Vec::new());
     for result in read {
         match result {
@@ -375,7 +379,7 @@ fn read_all(files: &[PathBuf], options: &ReadOptions) -> (Vec<Recording>, Vec<Er
             Err(error) => refused.push(error),
         }
     }
-    (recordings, refused)
+    Ok((recordings, refused))
 }
 
 /// Returns one row for each file, with the bytes and errors of its cycles.

@@ -23,7 +23,8 @@ impl KeepGoing {
     /// and what cannot be done with them: `("files", "imported")`.
     ///
     /// # Errors
-    /// If an item cannot be used and the flag is not given, or if no item is left.
+    /// If an item cannot be used and the flag is not given, if no item is left, or if the work was
+    /// ended.
     pub(super) fn leave_out(
         self,
         mut refused: Vec<Error>,
@@ -31,6 +32,12 @@ impl KeepGoing {
         what: &str,
         done: &str,
     ) -> Result<Vec<String>> {
+        if let Some(end) = refused
+            .iter()
+            .position(|error| matches!(error, Error::Cancelled))
+        {
+            return Err(refused.swap_remove(end));
+        }
         if refused.is_empty() || (self.keep_going && refused.len() < all) {
             return Ok(refused
                 .iter()
@@ -74,5 +81,18 @@ pub(super) fn with_hint(error: Error, hint: &str) -> Error {
         },
         Error::Io { path, source } => Error::input(path, format!("{source} ({hint})")),
         other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_that_was_ended_is_not_a_file_to_leave_out() {
+        let flag = KeepGoing { keep_going: true };
+        let refused = vec![Error::input("a.bvh", "no joints"), Error::Cancelled];
+        let found = flag.leave_out(refused, 3, "files", "imported");
+        assert!(matches!(found, Err(Error::Cancelled)));
     }
 }

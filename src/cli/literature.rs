@@ -109,7 +109,7 @@ pub(super) fn run(args: &LiteratureArgs) -> Result<()> {
         .with("eigenvectors", subspaces.eigenvectors)
         .with("discriminants", subspaces.discriminants);
     let recorded = match &args.tree {
-        Some(path) => Some(recordings(path, &args.cutting, &mut header)?),
+        Some(path) => Some(recordings(path, &args.cutting, &mut header, &args.common)?),
         None => {
             header = header.with("people", people);
             None
@@ -122,7 +122,7 @@ pub(super) fn run(args: &LiteratureArgs) -> Result<()> {
         seed,
     };
     let drawn = if recorded.is_some() { 0 } else { people };
-    let progress = Progress::new("walks", (drawn + training) * SPEEDS_KMH.len());
+    let progress = Progress::new(&args.common, "walks", (drawn + training) * SPEEDS_KMH.len());
     let step = || progress.step();
     let trained = plan.pack(&plan.training, &step)?;
     let looked_for = match recorded {
@@ -132,7 +132,7 @@ pub(super) fn run(args: &LiteratureArgs) -> Result<()> {
     drop(progress);
 
     let seen_from = recorded.as_ref().map(|(_, views)| views.clone());
-    let progress = Progress::new("recognizers", FITTED);
+    let progress = Progress::new(&args.common, "recognizers", FITTED);
     let trained = Pack::parse(&trained)?;
     let step = || progress.step();
     let (known, garments) = PublishedRecognizer::all(&trained, seen_from, subspaces, seed, &step)?;
@@ -149,7 +149,7 @@ pub(super) fn run(args: &LiteratureArgs) -> Result<()> {
         }
         None => {
             header = header.with("cycles", plan.cycles);
-            let progress = Progress::new("contests", CONTESTS);
+            let progress = Progress::new(&args.common, "contests", CONTESTS);
             let pack = Pack::parse(&looked_for)?;
             let judged = judge(&pack, &entrants, &plan, &|| progress.step())?;
             (judged, people)
@@ -198,6 +198,7 @@ fn recordings(
     path: &Path,
     cutting: &CuttingArgs,
     header: &mut ResultHeader,
+    common: &Common,
 ) -> Result<(Recordings, Views)> {
     let SequenceSource::Tree(tree) = SequenceSource::open(path, &[], &TreeLayout::default())?
     else {
@@ -207,10 +208,10 @@ fn recordings(
         ));
     };
     *header = header.clone().with("tree", path.display().to_string());
-    let progress = Progress::new("folders", tree.len());
+    let progress = Progress::new(common, "folders", tree.len());
     tree.check_sizes(&[], &|| progress.step())?;
     drop(progress);
-    let cut = cutting.cut(*tree, header)?.by_cycle();
+    let cut = cutting.cut(*tree, header, common)?.by_cycle();
     if cut.people() < 2 || !cut.has_others() {
         return Err(Error::input(
             path,

@@ -44,6 +44,7 @@ mod score;
 mod segment;
 #[cfg(feature = "import")]
 mod shared_warnings;
+mod stop;
 #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
 mod study;
 #[cfg(feature = "train")]
@@ -58,9 +59,9 @@ mod walks;
 use crate::error::Result;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use hints::WithFlags;
-use progress::Stop;
 use std::ffi::OsString;
 use std::path::PathBuf;
+use stop::Stop;
 
 /// The version and, in a release build from a checkout, the commit.
 const VERSION: &str = match option_env!("EDGEGAIT_VERSION") {
@@ -146,7 +147,7 @@ pub fn code_of(words: Vec<OsString>, program: Vec<OsString>) -> u8 {
         args.program = program;
         args.words = words.into_iter().skip(2).collect();
     }
-    match interrupt::listen().and_then(|()| run(&cli.command)) {
+    match interrupt::listen().and_then(|()| run(cli.command, &Stop::default())) {
         Ok(ending) => ending as u8,
         Err(error) => {
             eprintln!("error: {}", WithFlags(&error));
@@ -168,17 +169,22 @@ enum Ending {
     LimitMissed = 4,
 }
 
-fn run(command: &Command) -> Result<Ending> {
+/// Runs a command until it is done or `stop` ends it.
+fn run(command: Command, stop: &Stop) -> Result<Ending> {
     macro_rules! run {
         ($name:ident, $args:expr) => {{
-            progress::silence($args.common.quiet);
-            $args.common.check(stringify!($name), &$args.files())?;
-            with_threads(&$args.common, || $name::run($args))
+            let mut args = $args;
+            args.common.stop = stop.clone();
+            args.common.check(stringify!($name), &args.files())?;
+            with_threads(&args.common, || $name::run(&args))
         }};
     }
     match command {
         // Its threads are the threads of one inference.
-        Command::Bench(args) => bench::run(args),
+        Command::Bench(mut args) => {
+            args.common.stop = stop.clone();
+            bench::run(&args)
+        }
         Command::Check(args) => return run!(check, args),
         Command::Cohort(args) => run!(cohort, args),
         #[cfg(feature = "plots")]
@@ -213,10 +219,8 @@ fn with_threads<R: Send>(
     common: &args::Common,
     work: impl FnOnce() -> Result<R> + Send,
 ) -> Result<R> {
-    let stop = Stop::of_thread();
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(common.one_thread_count()?.unwrap_or(0))
-        .start_handler(move |_| stop.obey())
         .build()?;
     pool.install(work)
 }

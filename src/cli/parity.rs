@@ -117,12 +117,13 @@ pub(super) fn run(args: &ParityArgs) -> Result<Ending> {
         with_baselines: false,
         views: Some(Views::grid("10 of parity", AZIMUTHS_DEG, ELEVATIONS_DEG)?),
     };
-    let seed = args.common.seed;
-    let results = args
-        .contest
-        .run(&field, data, seed, header, |contest, entrants, header| {
-            compared(args, &planned, contest, entrants, header)
-        })?;
+    let results = args.contest.run(
+        &field,
+        data,
+        &args.common,
+        header,
+        |contest, entrants, header| compared(args, &planned, contest, entrants, header),
+    )?;
     args.common.say(text::Text(&results));
     for warning in &results.header.warnings {
         args.common.say(format_args!("warning: {warning}"));
@@ -289,14 +290,14 @@ fn compared(
     mut header: ResultHeader,
 ) -> Result<ParityResults> {
     let sequences = contest.source().sequences();
-    let progress = Progress::new("sequences", sequences.list.len());
+    let progress = Progress::new(&args.common, "sequences", sequences.list.len());
     let (mut first, mut seen_from) = (Vec::new(), None);
     let mut seen = |picture: ShownPicture<'_>| {
         if first.is_empty() {
             first = picture.bytes.to_vec();
             seen_from = sequences.view_label(picture.sequence).angles_deg();
         }
-        progress.step();
+        progress.step()
     };
     let answered = SideAnswers::of(contest, entrants, args.common.seed, &mut seen)?;
     drop(progress);

@@ -1,11 +1,12 @@
 //! Progress of long work: a bar on a terminal, plain lines otherwise, on standard error.
 
+use super::args::Common;
+use super::stop::Stop;
+use crate::error::Result;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::io::IsTerminal as _;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 /// Time between two plain lines.
@@ -26,6 +27,7 @@ pub(super) struct Progress {
     plain: Mutex<Plain>,
     /// Advice about long work, printed once.
     advice: Option<&'static str>,
+    is_quiet: bool,
     stop: Stop,
 }
 
@@ -63,78 +65,21 @@ impl Plain {
     }
 }
 
-/// Whether progress is hidden.
-static IS_SILENT: AtomicBool = AtomicBool::new(false);
-
-/// Hides or shows progress from now on.
-pub(super) fn silence(is_silent: bool) {
-    IS_SILENT.store(is_silent, Ordering::Relaxed);
-}
-
-/// Ends one command's work at its next progress step, by unwinding without a message, so that
-/// unfinished files are removed, or kept to be resumed.
-#[derive(Clone, Debug, Default)]
-pub struct Stop(Arc<AtomicBool>);
-
-thread_local! {
-    /// The handle that ends the command for which this thread works.
-    static STOP: RefCell<Stop> = RefCell::default();
-}
-
-impl Stop {
-    /// Ends the work.
-    pub fn end(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
-    /// Returns the handle of the command for which this thread works.
-    pub(super) fn of_thread() -> Self {
-        STOP.with_borrow(Self::clone)
-    }
-
-    /// Makes this handle end the work that this thread begins from now on.
-    pub(super) fn obey(&self) {
-        STOP.set(self.clone());
-    }
-
-    fn unwind_if_ended(&self) {
-        if self.0.load(Ordering::Relaxed) {
-            std::panic::resume_unwind(Box::new("ended"));
-        }
-    }
-}
-
-fn is_silent() -> bool {
-    IS_SILENT.load(Ordering::Relaxed)
-}
-
 /// Returns whether progress is shown as a bar.
-fn has_bar() -> bool {
-    std::io::stderr().is_terminal() && !is_silent()
+fn has_bar(common: &Common) -> bool {
+    std::io::stderr().is_terminal() && !common.quiet
 }
 
 impl Progress {
-    /// Starts work of `total` pieces, named `what`, for example "walks".
+    /// Starts work of `total` pieces, if their number is known, named `what`, for example "walks".
     #[must_use]
-    pub(super) fn new(what: &'static str, total: usize) -> Self {
-        Self::of(what, Some(total as u64))
-    }
-
-    /// Starts work with an unknown number of pieces.
-    #[must_use]
-    pub(super) fn counting(what: &'static str) -> Self {
-        Self::of(what, None)
-    }
-
-    /// Adds advice, which is printed if the work takes more than ten minutes longer.
-    #[must_use]
-    pub(super) fn advising(mut self, advice: &'static str) -> Self {
-        self.advice = Some(advice);
-        self
-    }
-
-    fn of(what: &'static str, total: Option<u64>) -> Self {
-        let bar = has_bar().then(|| {
+    pub(super) fn new(
+        common: &Common,
+        what: &'static str,
+        total: impl Into<Option<usize>>,
+    ) -> Self {
+        let total = total.into().map(|total| total as u64);
+        let bar = has_bar(common).then(|| {
             let (bar, template) = match total {
                 Some(total) => (
                     ProgressBar::new(total),
@@ -158,27 +103,45 @@ impl Progress {
                 is_advised: false,
             }),
             advice: None,
-            stop: Stop::of_thread(),
+            is_quiet: common.quiet,
+            stop: common.stop.clone(),
         }
     }
 
-    /// Unwinds if the work is to end. Call it before a long piece: work that is divided among
-    /// threads begins each piece even after another has unwound.
-    pub(super) fn check(&self) {
-        self.stop.unwind_if_ended();
+    /// Adds advice, which is printed if the work takes more than ten minutes longer.
+    #[must_use]
+    pub(super) fn advising(mut self, advice: &'static str) -> Self {
+        self.advice = Some(advice);
+        self
+    }
+
+    /// Checks before a long piece whether the work may go on.
+    ///
+    /// # Errors
+    /// If it is to end.
+    pub(super) fn check(&self) -> Result<()> {
+        self.stop.check()
     }
 
     /// Counts a finished piece. Without a terminal, prints a line every few seconds, so that short
     /// work prints none.
-    pub(super) fn step(&self) {
-        self.stop.unwind_if_ended();
+    ///
+    /// # Errors
+    /// If the work is to end.
+    pub(super) fn step(&self) -> Result<()> {
+        self.stop.check()?;
+        self.count();
+        Ok(())
+    }
+
+    fn count(&self) {
         if let Some(bar) = &self.bar {
             bar.inc(1);
         }
         let Ok(mut plain) = self.plain.lock() else {
             return;
         };
-        if is_silent() {
+        if self.is_quiet {
             return;
         }
         plain.done += 1;
@@ -241,14 +204,15 @@ pub(super) struct TimedProgress {
     bar: Option<ProgressBar>,
     /// The last printed work, and when it was printed.
     printed: Mutex<(String, Instant)>,
+    is_quiet: bool,
     stop: Stop,
 }
 
 impl TimedProgress {
     /// Starts the display.
     #[must_use]
-    pub(super) fn new() -> Self {
-        let bar = has_bar().then(|| {
+    pub(super) fn new(common: &Common) -> Self {
+        let bar = has_bar(common).then(|| {
             let bar = ProgressBar::new_spinner();
             if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} [{elapsed}]") {
                 bar.set_style(style);
@@ -259,14 +223,23 @@ impl TimedProgress {
         Self {
             bar,
             printed: Mutex::new((String::new(), Instant::now())),
-            stop: Stop::of_thread(),
+            is_quiet: common.quiet,
+            stop: common.stop.clone(),
         }
     }
 
     /// Shows the current work and the remaining time of all work. Without a terminal, prints a line
     /// every few seconds, and one for each new kind of work if much time remains.
-    pub(super) fn now(&self, what: &str, left_s: f64) {
-        self.stop.unwind_if_ended();
+    ///
+    /// # Errors
+    /// If the work is to end.
+    pub(super) fn now(&self, what: &str, left_s: f64) -> Result<()> {
+        self.stop.check()?;
+        self.show(what, left_s);
+        Ok(())
+    }
+
+    fn show(&self, what: &str, left_s: f64) {
         let line = format!("{what}, about {} left", time_of(left_s));
         if let Some(bar) = &self.bar {
             bar.set_message(line);
@@ -275,7 +248,7 @@ impl TimedProgress {
         let Ok(mut printed) = self.printed.lock() else {
             return;
         };
-        if is_silent() {
+        if self.is_quiet {
             return;
         }
         let is_new = printed.0 != what && left_s > 10.0 * INTERVAL.as_secs_f64();

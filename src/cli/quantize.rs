@@ -91,7 +91,7 @@ pub(super) fn run(args: &QuantizeArgs) -> Result<()> {
         .map_err(|error| Error::input(&args.out, error.to_string()))?;
 
     let source_args = args.source(contract);
-    let source = source_args.load()?;
+    let source = source_args.load(&args.common)?;
     let mut header = ResultHeader::new("quantize", args.common.seed)
         .drawn(&settings)
         .with("runtime", runtime.name().name)

@@ -194,7 +194,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let settings = args.draw.without_template().settings(args.common.seed)?;
     let mut header = ResultHeader::new("render", args.common.seed);
     let conditions = args.conditions.load(None, &mut header)?;
-    let source = args.source.load()?;
+    let source = args.source.load(&args.common)?;
     let pack = Pack::parse(&source.bytes)?;
     let mut walks = args.source.choose(&pack)?;
     if args.source.selection.subjects.is_empty() && args.source.selection.walks.is_empty() {

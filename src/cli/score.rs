@@ -108,9 +108,9 @@ pub(super) fn run_with(args: &ScoreArgs, held: &[Arc<dyn Recognizer>]) -> Result
     let (mut results, samples) = args.contest.run(
         &field,
         data,
-        args.common.seed,
+        &args.common,
         header,
-        |contest, entrants, header| judged(contest, entrants, header, args.common.seed, &mut rows),
+        |contest, entrants, header| judged(contest, entrants, header, &args.common, &mut rows),
     )?;
     if let Some(bytes) = peak_rss_bytes() {
         args.common
@@ -168,7 +168,7 @@ fn judged(
     contest: &Contest<'_>,
     entrants: &[Entrant],
     mut header: ResultHeader,
-    seed: u64,
+    common: &Common,
     rows: &mut Option<ProbeTable>,
 ) -> Result<(ScoreResults, Vec<TemplateSample>)> {
     let sequences = contest.source().sequences();
@@ -176,12 +176,11 @@ fn judged(
     let mut pictures: Vec<Vec<SeenPicture>> = vec![Vec::new(); entrants.len()];
     let is_first = |&at: &usize| !(0..at).any(|other| entrants[at].is_shown_as(&entrants[other]));
     let times_shown = (0..entrants.len()).filter(is_first).count();
-    let progress = Progress::new("sequences", times_shown * sequences.list.len()).advising(LESS);
-    let mut unwritten = None;
-    let mut tell = |answer: ProbeAnswer<'_>| {
-        if let Some(Err(error)) = rows.as_mut().map(|rows| rows.serialize(answer)) {
-            unwritten.get_or_insert(error);
-        }
+    let progress =
+        Progress::new(common, "sequences", times_shown * sequences.list.len()).advising(LESS);
+    let mut tell = |answer: ProbeAnswer<'_>| match rows {
+        Some(rows) => Ok(rows.serialize(answer)?),
+        None => Ok(()),
     };
     let mut see = |picture: ShownPicture<'_>| {
         let ShownPicture {
@@ -190,18 +189,18 @@ fn judged(
             is_probe,
             bytes,
         } = picture;
-        progress.step();
+        progress.step()?;
         let contract = entrants[entrant].recognizer.contract();
         if pictures[entrant].len() < SHOWN_PEOPLE * SHOWN.len() {
             let from = sequences.view_label(sequence).angles_deg();
             pictures[entrant].push((bytes.to_vec(), from));
         }
         let TemplateShape::Image { planes, .. } = contract.shape() else {
-            return;
+            return Ok(());
         };
         let is_one = bytes.len() == contract.numbers();
         if !is_probe || !is_one || samples.len() == SHOWN_PEOPLE * SHOWN.len() {
-            return;
+            return Ok(());
         }
         let seen = sequences.view_label(sequence);
         let name = &sequences.subjects[sequences.subject(sequence)];
@@ -220,12 +219,10 @@ fn judged(
         } else if others.len() < SHOWN_PEOPLE * SHOWN.len() {
             others.push(sample);
         }
+        Ok(())
     };
-    let outcome = contest.run(entrants, seed, &mut see, &mut tell)?;
+    let outcome = contest.run(entrants, common.seed, &mut see, &mut tell)?;
     drop(progress);
-    if let Some(error) = unwritten {
-        return Err(error.into());
-    }
     header
         .warnings
         .extend(outcome.warnings.iter().map(ToString::to_string));

@@ -136,10 +136,7 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
     let (segmenter, inputs) = Segmenter::open(&args.frames, size, background, settings)?;
     let mut writer = SequenceWriter::new(&args.out, &names)?;
     let mut sheet = args.contact_sheet.as_ref().map(|_| Sheet::default());
-    let progress = match video.frames() {
-        Some(frames) => Progress::new("frames", frames),
-        None => Progress::counting("frames"),
-    };
+    let progress = Progress::new(&args.common, "frames", video.frames());
     let (mut frames, mut empty) = (0, 0);
     let [mut threshold, mut noise, mut gain, mut area] = [Range::default(); 4];
     loop {
@@ -149,10 +146,10 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
         }
         let segment = |frame| {
             let found = segmenter.segment(frame);
-            progress.step();
-            found
+            progress.step()?;
+            Ok(found)
         };
-        let found: Vec<Segmented> = batch.par_iter().map(segment).collect();
+        let found: Vec<Segmented> = batch.par_iter().map(segment).collect::<Result<_>>()?;
         let masks: Vec<_> = found.iter().map(|found| &found.mask).collect();
         writer.push(&masks)?;
         for (frame, found) in batch.iter().zip(&found) {

@@ -164,7 +164,7 @@ impl StudyArgs {
             dressed: self.dressed.clone(),
         };
         let plan = StudyPlan::new(&paths, &self.views, &self.subjects, self.distance_m)?;
-        let progress = Progress::new("study", steps(&plan, choices));
+        let progress = Progress::new(&self.common, "study", steps(&plan, choices));
         let findings = run_study(&plan, choices, &|| progress.step())?;
         drop(progress);
         let mut header = header
@@ -188,7 +188,7 @@ impl StudyArgs {
             "no real silhouettes: this is only the synthetic part, with the built-in cohort. A comparison needs a tree of silhouettes, motion recordings of its walks, and a manifest that pairs them (REAL, MOTION and --manifest)"
                 .into(),
         );
-        let progress = Progress::counting("study");
+        let progress = Progress::new(&self.common, "study", None);
         let findings = run_synthetic(&AZIMUTHS_DEG, self.distance_m, choices, &|| progress.step())?;
         Ok((header, findings))
     }

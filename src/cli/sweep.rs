@@ -155,7 +155,7 @@ impl SweepRequest {
         for &template in &wanted.templates {
             augmentation.check(template, settings.size)?;
         }
-        let source = args.source.load()?;
+        let source = args.source.load(&args.common)?;
         let pack = Pack::parse(&source.bytes)?;
         let walks = args.source.choose(&pack)?;
         let firsts = args.firsts(&walks);
@@ -251,6 +251,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
     };
     let format = args.export.format;
     let mut work = SweepWork {
+        common: &args.common,
         pack: &pack,
         groups: if format.is_tree() {
             grouped(&pack, &firsts)

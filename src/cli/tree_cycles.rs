@@ -1,5 +1,6 @@
 //! Flags that choose how the recordings of a tree are cut into gait cycles.
 
+use super::args::Common;
 use super::progress::Progress;
 use crate::dataset::gait_cycles::CycleFinder;
 use crate::dataset::sequences::Recordings;
@@ -48,6 +49,7 @@ impl CuttingArgs {
         &self,
         recordings: Recordings,
         header: &mut ResultHeader,
+        common: &Common,
     ) -> Result<Recordings> {
         if self.whole_recordings {
             *header = header.clone().with("whole_recordings", true);
@@ -60,7 +62,7 @@ impl CuttingArgs {
         let fps = self.fps.unwrap_or(UNCUT_FPS as f32);
         let finder = CycleFinder::new(fps)?;
         let all = recordings.len();
-        let progress = Progress::new("recordings", all);
+        let progress = Progress::new(common, "recordings", all);
         let (cut, without) = recordings.in_cycles(&finder, &|| progress.step())?;
         *header = header
             .clone()

@@ -1,5 +1,6 @@
 //! Flags that choose walks from a pack or from the built-in cohort.
 
+use super::args::Common;
 use super::progress::Progress;
 use crate::dataset::sequences::{BUILT_IN_WALK, PackSource, Selection, built_in};
 use crate::encode::STEPS_OF_WALK;
@@ -61,7 +62,7 @@ impl SourceArgs {
     ///
     /// # Errors
     /// If the file cannot be read or is not a pack.
-    pub(super) fn load(&self) -> Result<PackSource> {
+    pub(super) fn load(&self, common: &Common) -> Result<PackSource> {
         if let Some(held) = &self.held {
             return Ok(held.clone());
         }
@@ -70,7 +71,7 @@ impl SourceArgs {
         }
         let options = built_in(&self.selection.selection(true).walks);
         let walks = options.people * options.speeds_kmh.len();
-        let progress = Progress::new("cohort", STEPS_OF_WALK * walks);
+        let progress = Progress::new(common, "cohort", STEPS_OF_WALK * walks);
         PackSource::made(&options, &|| progress.step())
     }
 

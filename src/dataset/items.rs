@@ -259,7 +259,7 @@ impl Items {
             ItemOrigin::Pack { items, .. } => Ok(items.bytes.clone()),
             ItemOrigin::Design { design, people } => {
                 let make = |_| design.subject(people.start + person);
-                Ok(encode_population(0..1, &make, MAX_ERROR_MM, Effort::Quick, &|| ())?.into())
+                Ok(encode_population(0..1, &make, MAX_ERROR_MM, Effort::Quick, &|| Ok(()))?.into())
             }
         }
     }

@@ -80,7 +80,7 @@ impl MotionSections {
     pub(super) fn encode(
         motions: &[EncodableMotion<'_>],
         max_error_mm: f64,
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> std::result::Result<Self, Stopped> {
         let frames = fit_frames(motions);
         let (numbers, targets): (Vec<usize>, Vec<&EncodingTarget<'_>>) = motions
@@ -95,14 +95,12 @@ impl MotionSections {
             .par_iter()
             .zip(&numbers)
             .map(|(target, &number)| {
-                progress();
+                progress()?;
                 let sketch = plainly(target, &frames, None, max_error_mm);
-                (
-                    number,
-                    sketch.ok_or_else(|| EncodeError::TurnsTooFar.into()),
-                )
+                let sketch = sketch.ok_or_else(|| EncodeError::TurnsTooFar.into());
+                Ok((number, sketch))
             })
-            .collect();
+            .collect::<Result<_>>()?;
         let sketches = all(sketches)?;
         let templates = MeanWalks::fit(&sketches, &frames);
         let shared = SharedTables { frames, templates };
@@ -110,10 +108,10 @@ impl MotionSections {
             .into_par_iter()
             .map(|clip| {
                 let one = shared.quantise(targets[clip], clip, max_error_mm);
-                progress();
-                (numbers[clip], one)
+                progress()?;
+                Ok((numbers[clip], one))
             })
-            .collect();
+            .collect::<Result<_>>()?;
         let mut quantised = all(quantised)?;
         let mut written = shared.write(&targets, &quantised)?;
         let mut bound_mm = max_error_mm;
@@ -196,17 +194,15 @@ fn takes(
     motions: &[EncodableMotion<'_>],
     codebook: &[u8],
     max_error_mm: f64,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> std::result::Result<Vec<(Vec<u8>, JointErrors)>, Stopped> {
     let codebook = Codebook::parse(codebook)?;
     let encoded = |span: &UncutMotion, skeleton: &Skeleton| {
         let bytes = encode_uncut(span, skeleton, &codebook, max_error_mm)?.bytes;
-        progress();
         let errors = Clip::parse(&bytes, &codebook)
             .map_err(EncodeError::read_back("a clip"))?
             .as_uncut()
             .map(|take| measure_joints(span, skeleton, &take));
-        progress();
         Ok((bytes, errors.unwrap_or_default()))
     };
     let results = motions
@@ -214,9 +210,15 @@ fn takes(
         .enumerate()
         .filter_map(|(number, motion)| match motion {
             EncodableMotion::Loop(_) => None,
-            EncodableMotion::Uncut(span, skeleton) => Some((number, encoded(span, skeleton))),
+            EncodableMotion::Uncut(span, skeleton) => Some((number, span, skeleton)),
         })
-        .collect();
+        .map(|(number, span, skeleton)| {
+            progress()?;
+            let encoded = encoded(span, skeleton);
+            progress()?;
+            Ok((number, encoded))
+        })
+        .collect::<Result<_>>()?;
     all(results)
 }
 

@@ -41,11 +41,11 @@ pub fn body_error_mm(max_error_mm: f64) -> f64 {
 ///
 /// # Errors
 /// For bodies and cycles that the format does not hold, for too many of them, and for people who
-/// share a name.
+/// share a name; the error of `progress`, which ends the work.
 pub fn encode_subjects(
     subjects: &[Subject],
     max_error_mm: f64,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Vec<u8>> {
     check_walks(subjects)?;
     let bodies = subjects
@@ -141,7 +141,7 @@ pub const BUDGET_TRIES: usize = 9;
 pub fn encode_within(
     subjects: &[Subject],
     budget_bytes: usize,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<(Vec<u8>, f64)> {
     let (mut low, mut high) = BUDGET_ERRORS_MM;
     let mut best = encode_subjects(subjects, high, progress)?;

@@ -73,7 +73,7 @@ pub fn read_population_code() {
 /// more bytes.
 ///
 /// # Errors
-/// The errors of `make`; for uncut motions; for bodies and walks that the format does not hold; and
+/// The errors of `make` and `progress`; for uncut motions; for bodies and walks that the format does not hold; and
 /// for more people than a pack holds, with the numbers that fit: before any is encoded if that is
 /// certain, otherwise after the first 256.
 pub fn encode_population(
@@ -81,7 +81,7 @@ pub fn encode_population(
     make: &(dyn Fn(usize) -> Result<Subject> + Sync),
     max_error_mm: f64,
     effort: Effort,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Vec<u8>> {
     let code = &*CODE;
     let mut sections = code.sections()?;
@@ -134,7 +134,7 @@ fn one(
     subject: Subject,
     max_error_mm: f64,
     effort: Effort,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<EncodedPerson> {
     let bodies = Bodies::encode(&subject, body_error_mm(max_error_mm))?;
     let skeleton = bodies.skeleton()?;
@@ -144,7 +144,7 @@ fn one(
                 .and_then(|target| encoded(code, parsed, &target, max_error_mm, effort)),
             Track::Uncut(_) => Err(EncodeError::UncutInPopulation.into()),
         };
-        progress();
+        progress()?;
         clip.map_err(|error| Error::Refused(vec![refused(&subject, walk, &error)]))
     });
     let clips = clips.collect::<Result<_>>()?;
@@ -227,7 +227,7 @@ mod tests {
     fn pack(options: &CohortOptions, max_error_mm: f64, effort: Effort) -> Result<Vec<u8>> {
         let people = options.first..options.first + options.people;
         let make = |number| subject(options, number);
-        encode_population(people, &make, max_error_mm, effort, &|| {})
+        encode_population(people, &make, max_error_mm, effort, &|| Ok(()))
     }
 
     #[test]
@@ -276,7 +276,7 @@ mod tests {
     fn the_stored_code_is_within_a_tenth_of_one_that_is_fitted_to_the_pack() {
         let options = of(100, 60);
         let people = subjects(&options).expect("people");
-        let fitted = encode_subjects(&people, MAX_ERROR_MM, &|| {}).expect("a pack");
+        let fitted = encode_subjects(&people, MAX_ERROR_MM, &|| Ok(())).expect("a pack");
         let stored = pack(&options, MAX_ERROR_MM, Effort::Searched).expect("a pack");
         let clips = |bytes: &[u8]| {
             let pack = Pack::parse(bytes).expect("a pack");
@@ -332,7 +332,7 @@ mod tests {
             made.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
             subject(&options, number)
         };
-        let error = encode_population(5..40_000, &make, 5.0, Effort::Searched, &|| {});
+        let error = encode_population(5..40_000, &make, 5.0, Effort::Searched, &|| Ok(()));
         let error = error.expect_err("80,000 walks").to_string();
         assert!(error.contains("5..32117"), "{error}");
         assert_eq!(made.into_inner(), 1);

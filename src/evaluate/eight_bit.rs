@@ -54,6 +54,7 @@ impl Agreement {
         let mut seen = |sequence: usize, bytes: &[u8]| {
             let scores = (0..quantized.classes()).filter_map(|class| quantized.score(class, bytes));
             found[sequence] = scores.collect();
+            Ok(())
         };
         let (answers, _) = ask(&[(recognizer, &|_| true)], source, &all, form, &mut seen)?;
         let classes = &recognizer.contract().classes;

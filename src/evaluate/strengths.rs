@@ -172,7 +172,7 @@ impl StrengthStudy {
         walks: &[usize],
         views: &[View],
         settings: Settings,
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<Vec<f64>> {
         let plain: Vec<Job<'_>> = walks.iter().map(|&walk| Job::plain(walk, 0)).collect();
         let geis = |jobs: &[Job<'_>]| -> Result<Vec<Vec<u8>>> {
@@ -182,7 +182,7 @@ impl StrengthStudy {
                 all.extend(geis);
                 Ok(())
             })?;
-            progress();
+            progress()?;
             Ok(all)
         };
         let known = geis(&plain)?;
@@ -205,7 +205,7 @@ impl StrengthStudy {
         views: &[View],
         settings: Settings,
         rounds: usize,
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<Vec<f64>> {
         let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
         let strongest = |number: usize| {
@@ -227,7 +227,7 @@ impl StrengthStudy {
                 alone.install(|| sweep(pack, &[job], views, settings, keep, |_, _| Ok(())))?;
                 let silhouettes = views.len() as f64 * f64::from(settings.frames_per_cycle);
                 *least = least.min(started.elapsed().as_secs_f64() * 1e9 / silhouettes);
-                progress();
+                progress()?;
             }
         }
         Ok(least[1..].iter().map(|ns| ns - least[0]).collect())

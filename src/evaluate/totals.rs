@@ -45,7 +45,7 @@ pub(super) fn judge(
     trial: &Trial<'_>,
     answers: &Answers,
     seed: u64,
-    tell: &mut dyn FnMut(ProbeAnswer<'_>),
+    tell: &mut dyn FnMut(ProbeAnswer<'_>) -> Result<()>,
 ) -> Result<RecognizerResult> {
     let sequences = trial.sequences;
     let mut trial = Trial {
@@ -77,9 +77,9 @@ pub(super) fn judge(
             continue;
         }
         let mut told = |probe: usize, meeting: &ProbeComparison| {
-            tell(trial.answered(recognizer, &set.name, probe, meeting));
+            tell(trial.answered(recognizer, &set.name, probe, meeting))
         };
-        let sums = sums(recognizer, &trial, answers, &probes, keep_pairs, &mut told);
+        let sums = sums(recognizer, &trial, answers, &probes, keep_pairs, &mut told)?;
         add(&mut all_by_view, &sums.by_view);
         add_confusions(&mut confused[0], &sums.confused);
         if set.clean {
@@ -187,8 +187,8 @@ fn sums(
     answers: &Answers,
     probes: &[usize],
     keep_pairs: bool,
-    tell: &mut dyn FnMut(usize, &ProbeComparison),
-) -> ProbeSums {
+    tell: &mut dyn FnMut(usize, &ProbeComparison) -> Result<()>,
+) -> Result<ProbeSums> {
     let sequences = trial.sequences;
     let (views, people) = (sequences.views.len(), sequences.subjects.len());
     let mut sums = ProbeSums {
@@ -214,7 +214,7 @@ fn sums(
                         continue;
                     }
                 }
-                tell(probe, &meeting);
+                tell(probe, &meeting)?;
                 sums.by_view[view][person].add(meeting.outcome());
                 sums.by_person[person].add(meeting.ranked);
                 if let Some(other) = trial.taken_for(recognizer, &meeting) {
@@ -233,7 +233,7 @@ fn sums(
             }
         }
     }
-    sums
+    Ok(sums)
 }
 
 fn result_of(name: &str, trial: &Trial<'_>, sums: ProbeSums, seed: u64) -> ProbeSetResult {

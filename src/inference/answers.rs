@@ -143,13 +143,13 @@ impl Listener<'_> {
 /// gets those that it needs. Calls `seen` for each of them.
 ///
 /// # Errors
-/// If a sequence cannot be rendered or read, or a recognizer fails.
+/// If a sequence cannot be rendered or read, or a recognizer fails; the error of `seen`.
 pub(crate) fn ask(
     recognizers: &[RecognizerNeeds<'_>],
     source: &SequenceSource<'_>,
     wanted: &[usize],
     form: &Form,
-    seen: &mut dyn FnMut(usize, &[u8]),
+    seen: &mut dyn FnMut(usize, &[u8]) -> Result<()>,
 ) -> Result<(Vec<Answers>, ShownCounts)> {
     let mut listeners: Vec<Listener<'_>> = recognizers
         .iter()
@@ -165,7 +165,7 @@ pub(crate) fn ask(
         })
         .collect();
     let shown = source.show(wanted, form, &mut |sequence, bytes| {
-        seen(sequence, bytes);
+        seen(sequence, bytes)?;
         let seen_from = source.sequences().view_label(sequence).angles_deg();
         listeners
             .iter_mut()

@@ -116,7 +116,7 @@ mod tests {
             ..CohortOptions::default()
         };
         let people = cohort::subjects(&options).expect("four people");
-        let bytes = crate::encode::encode_subjects(&people, 5.0, &|| {}).expect("a pack");
+        let bytes = crate::encode::encode_subjects(&people, 5.0, &|| Ok(())).expect("a pack");
         let pack = Pack::parse(&bytes).expect("it was just encoded");
         let jobs: Vec<Job<'_>> = (0..4).map(|walk| Job::plain(walk, 1_000)).collect();
         let settings = Settings::default();

@@ -351,7 +351,7 @@ mod tests {
     fn mirrored_copies_and_all_viewpoints_are_on_the_side_of_their_cycle() {
         let walk = BUILT_IN_WALK.to_owned();
         let cohort =
-            PackSource::made(&built_in(std::slice::from_ref(&walk)), &|| ()).expect("stored");
+            PackSource::made(&built_in(std::slice::from_ref(&walk)), &|| Ok(())).expect("stored");
         let pack = Pack::parse(&cohort.bytes).expect("ours");
         let selection = Selection {
             subjects: vec!["F01".into(), "M01".into()],
@@ -374,7 +374,7 @@ mod tests {
                     crops: None,
                 },
             };
-            Samples::drawn(&pack, &walks, "cohort", recipe, &|| ()).expect("drawn")
+            Samples::drawn(&pack, &walks, "cohort", recipe, &|| Ok(())).expect("drawn")
         };
         // Four samples of each cycle follow one another: two viewpoints, and their mirror images.
         let all = drawn(CycleShare::ALL);

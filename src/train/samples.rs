@@ -64,7 +64,7 @@ impl Samples {
         walks: &[usize],
         name: &str,
         recipe: Recipe<'_>,
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<Self> {
         let Recipe {
             views,
@@ -89,7 +89,7 @@ impl Samples {
         let person = |job: &Job<'_>| subjects[all[job.walk].subject].name;
         let kept = share.kept(every.iter().map(person).zip(&origins));
         let jobs: Vec<Job<'_>> = kept.iter().map(|&at| every[at]).collect();
-        (jobs.len()..every.len()).for_each(|_| progress());
+        (jobs.len()..every.len()).try_for_each(|_| progress())?;
         let found = every.len() * views.list.len();
         let mut rows = CollectedSamples::new(size, augmentation);
         sweep(
@@ -98,7 +98,7 @@ impl Samples {
             &views.list,
             settings,
             |_, swept| {
-                progress();
+                progress()?;
                 Ok(swept)
             },
             |job, swept| {

@@ -416,7 +416,7 @@ fn stored_cycles_and_their_variations_have_different_numbers() {
         walk.name = "take".into();
         walk.cycle = cycle;
     }
-    let bytes = encode_subjects(&one, 5.0, &|| ()).expect("a pack");
+    let bytes = encode_subjects(&one, 5.0, &|| Ok(())).expect("a pack");
     fs::write(at.join("ann.egp"), bytes).expect("a file");
     done(
         at,
@@ -449,7 +449,7 @@ fn what_a_pack_does_not_state_of_a_body_is_measured_or_unknown_and_never_0() {
     }
     three[2].body.hulls.clear();
     (three[2].sex, three[2].age_years) = (None, None);
-    let bytes = encode_subjects(&three, 5.0, &|| ()).expect("a pack");
+    let bytes = encode_subjects(&three, 5.0, &|| Ok(())).expect("a pack");
     fs::write(at.join("three.egp"), bytes).expect("a file");
     let results: Value =
         serde_json::from_str(&done(at, &["inspect", "three.egp", "--json", "-"])).expect("JSON");

@@ -269,7 +269,7 @@ fn a_sweep_that_fails_on_its_way_leaves_nothing() {
     let mut two = made(2, vec![5.0]);
     two[1].body.hulls.clear();
     two[1].walks[0].name = "ghost-walk".into();
-    let bytes = encode_subjects(&two, 5.0, &|| ()).expect("a pack");
+    let bytes = encode_subjects(&two, 5.0, &|| Ok(())).expect("a pack");
     fs::write(at.join("ghost.egp"), bytes).expect("a file");
     let sweep = ["sweep", "ghost.egp", "--views", "side", "--out", "new"];
     refused(at, &sweep, 1, &["\"ghost-walk\"", "no points"]);

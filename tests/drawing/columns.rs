@@ -20,7 +20,7 @@ fn pack() -> Vec<u8> {
         ..CohortOptions::default()
     };
     let people = subjects(&options).expect("speeds within the norms");
-    encode_subjects(&people, MAX_ERROR_MM, &|| {}).expect("two people fit a pack")
+    encode_subjects(&people, MAX_ERROR_MM, &|| Ok(())).expect("two people fit a pack")
 }
 
 fn settings(raster: impl Into<Raster>, framing: FramingMode) -> Settings {

@@ -19,7 +19,7 @@ fn pack() -> Vec<u8> {
         ..CohortOptions::default()
     };
     let people = subjects(&options).expect("a speed within the norms");
-    encode_subjects(&people, MAX_ERROR_MM, &|| {}).expect("two people fit a pack")
+    encode_subjects(&people, MAX_ERROR_MM, &|| Ok(())).expect("two people fit a pack")
 }
 
 fn settings() -> Settings {

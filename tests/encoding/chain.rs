@@ -83,7 +83,7 @@ fn encoded(max_error_mm: f64, seed: u64, people: usize, speeds_kmh: &[f64]) -> V
         ..CohortOptions::default()
     };
     let subjects = cohort::subjects(&options).expect("a cohort");
-    encode_subjects(&subjects, max_error_mm, &|| ()).expect("a pack")
+    encode_subjects(&subjects, max_error_mm, &|| Ok(())).expect("a pack")
 }
 
 fn seeded(seed: u64) -> Settings {
@@ -247,12 +247,12 @@ fn what_is_not_finite_or_no_rotation_is_refused() {
             ("a travel", changed(|cycle| cycle.drift_m = bad)),
             ("a period", changed(|cycle| cycle.period_s = bad)),
         ] {
-            let encoded = encode_subjects(&subjects, 5.0, &|| ());
+            let encoded = encode_subjects(&subjects, 5.0, &|| Ok(()));
             assert!(encoded.is_err(), "{what} {bad}");
         }
     }
     let none = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
-    let error = encode_subjects(&changed(|c| c.rotations[2][0] = none), 5.0, &|| ());
+    let error = encode_subjects(&changed(|c| c.rotations[2][0] = none), 5.0, &|| Ok(()));
     let error = error.expect_err("a rotation of length 0").to_string();
     assert!(
         error.contains("F01 walk-5kmh: a gait cycle with"),

@@ -82,7 +82,7 @@ fn make(name: &str) -> Vec<u8> {
             walk.motion = Track::Uncut(set_off(cycle));
         }
     }
-    encode_subjects(&people, 5.0, &|| ()).expect("a pack")
+    encode_subjects(&people, 5.0, &|| Ok(())).expect("a pack")
 }
 
 /// Formats a line for each body (joint offsets, and the corners of the box around its hulls at

@@ -330,7 +330,7 @@ fn packs_are_the_same_on_1_and_4_threads_and_the_second_time() {
 fn a_budget_is_met_with_the_smallest_error_that_fits() {
     let walker = [subject(0, vec![made(0, 5.0)])];
     let budget = encoded(&walker, 5.0).len();
-    let (bytes, error_mm) = encode_within(&walker, budget, &|| ()).expect("a pack");
+    let (bytes, error_mm) = encode_within(&walker, budget, &|| Ok(())).expect("a pack");
     println!("{} of {budget} bytes at {error_mm} mm", bytes.len());
     assert!(bytes.len() <= budget);
     assert!(f64::from(first_loop(&parsed(&bytes)).max_error_mm()) <= error_mm + 0.01);
@@ -338,7 +338,7 @@ fn a_budget_is_met_with_the_smallest_error_that_fits() {
     // may take a byte more.
     assert!(error_mm <= 5.0 * 1.08, "{error_mm}");
     assert!(encoded(&walker, 0.9 * error_mm).len() > budget);
-    let error = encode_within(&walker, 100, &|| ()).expect_err("too small");
+    let error = encode_within(&walker, 100, &|| Ok(())).expect_err("too small");
     let error = error.to_string();
     assert!(error.starts_with("a budget of 100 bytes: "), "{error}");
     assert!(error.contains("even at an error of 100 mm"), "{error}");

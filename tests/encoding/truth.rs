@@ -81,12 +81,12 @@ pub fn with_joint(mut cycle: Cycle, joint: Joint, turn: impl Fn(f64) -> DQuat) -
 
 /// Returns a pack of these people.
 pub fn encoded(subjects: &[Subject], max_error_mm: f64) -> Vec<u8> {
-    encode_subjects(subjects, max_error_mm, &|| ()).expect("a pack")
+    encode_subjects(subjects, max_error_mm, &|| Ok(())).expect("a pack")
 }
 
 /// Returns the error of encoding these people.
 pub fn refusal(subjects: &[Subject]) -> String {
-    let refused = encode_subjects(subjects, 5.0, &|| ());
+    let refused = encode_subjects(subjects, 5.0, &|| Ok(()));
     refused.expect_err("a motion to be refused").to_string()
 }
 

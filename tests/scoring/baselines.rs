@@ -78,7 +78,7 @@ fn baselines_compare_with_the_training_or_the_gallery_of_a_recognizer() {
         ..CohortOptions::default()
     };
     let people = cohort::subjects(&options).expect("people");
-    let bytes = encode_subjects(&people, MAX_ERROR_MM, &|| ()).expect("a pack");
+    let bytes = encode_subjects(&people, MAX_ERROR_MM, &|| Ok(())).expect("a pack");
     let pack = Pack::parse(&bytes).expect("its own bytes");
     let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/side.onnx");
     let model = Model::open(&model).expect("a model");
@@ -118,7 +118,7 @@ fn baselines_compare_with_the_training_or_the_gallery_of_a_recognizer() {
         entrants.extend(added);
         let outcome = drawn
             .contest
-            .run(&entrants, 1, &mut |_| (), &mut |_| ())
+            .run(&entrants, 1, &mut |_| Ok(()), &mut |_| Ok(()))
             .expect("results");
         let found: Vec<_> = outcome
             .results

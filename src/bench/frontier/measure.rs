@@ -126,17 +126,17 @@ impl Packs {
     fn encoded(
         people: &[Subject],
         configurations: &[Configuration],
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<Self> {
         let mut encoded: Vec<(Option<Encoding>, Vec<u8>)> = Vec::new();
         for encoding in encodings(configurations) {
             let thinner = with_thinner_bodies(people, encoding.hull_points)?;
-            let bytes = encode_subjects(&thinner, encoding.track_error_mm, &|| {})?;
+            let bytes = encode_subjects(&thinner, encoding.track_error_mm, &|| Ok(()))?;
             encoded.push((Some(encoding), bytes));
-            progress();
+            progress()?;
         }
-        let finest = encode_subjects(people, Encoding::FINEST.track_error_mm, &|| {})?;
-        progress();
+        let finest = encode_subjects(people, Encoding::FINEST.track_error_mm, &|| Ok(()))?;
+        progress()?;
         Ok(Self { finest, encoded })
     }
 
@@ -216,7 +216,10 @@ impl FrontierStudy<'_> {
     ///
     /// # Errors
     /// If a figure cannot be drawn or encoded.
-    pub(crate) fn run(&self, progress: &(dyn Fn() + Sync)) -> Result<Vec<FrontierPoint>> {
+    pub(crate) fn run(
+        &self,
+        progress: &(dyn Fn() -> Result<()> + Sync),
+    ) -> Result<Vec<FrontierPoint>> {
         let configurations = self.configurations();
         let people = self.people()?;
         let of_cohort;
@@ -227,8 +230,8 @@ impl FrontierStudy<'_> {
             }
             FrontierPeople::Pack { bytes, .. } => {
                 let error_mm = Encoding::DEFAULT.track_error_mm;
-                of_cohort = Packs::as_stored(encode_subjects(&people, error_mm, &|| {})?);
-                progress();
+                of_cohort = Packs::as_stored(encode_subjects(&people, error_mm, &|| Ok(()))?);
+                progress()?;
                 (Packs::as_stored(bytes.to_vec()), Some(&of_cohort))
             }
         };
@@ -301,7 +304,7 @@ impl FrontierStudy<'_> {
         &self,
         packs: &Packs,
         configurations: &[Configuration],
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<Vec<Deviation>> {
         let finest = Pack::parse(&packs.finest)?;
         let walks = match self.scene {
@@ -310,14 +313,14 @@ impl FrontierStudy<'_> {
         };
         let sample = ReferenceSample::spread(&walks, &self.views()?.list, (MOST_WALKS, usize::MAX));
         let settings = Settings::default();
-        let reference = Reference::new(&finest, &sample, settings, &|| {})?;
-        progress();
+        let reference = Reference::new(&finest, &sample, settings, &|| Ok(()))?;
+        progress()?;
         let measured = configurations.iter().map(|configuration| {
             let pack = Pack::parse(packs.of(configuration)?)?;
             let settings = configuration.drawing.applied_to(settings);
-            let found = reference.deviation(&pack, &sample, settings);
-            progress();
-            found
+            let found = reference.deviation(&pack, &sample, settings)?;
+            progress()?;
+            Ok(found)
         });
         measured.collect()
     }
@@ -327,7 +330,7 @@ impl FrontierStudy<'_> {
         &self,
         packs: &Packs,
         configurations: &[Configuration],
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<Vec<BTreeMap<String, f64>>> {
         let finest = Pack::parse(&packs.finest)?;
         let walks = finest.walks().enumerate();
@@ -342,14 +345,14 @@ impl FrontierStudy<'_> {
             ..Settings::default()
         };
         let recognition = ShippedRecognizers::shipped()?;
-        let geis = exact_geis(&finest, &sample, settings, &|| {})?;
+        let geis = exact_geis(&finest, &sample, settings, &|| Ok(()))?;
         let expected = recognition.of_exact(&finest, &sample, &geis)?;
-        progress();
+        progress()?;
         let measured = configurations.iter().map(|configuration| {
             let pack = Pack::parse(packs.of(configuration)?)?;
             let settings = configuration.drawing.applied_to(settings);
             let found = recognition.of_drawn(&pack, &sample, settings)?;
-            progress();
+            progress()?;
             let delta =
                 |(found, expected): (Rank1, &Rank1)| (found.name, found.rank1 - expected.rank1);
             Ok(found.into_iter().zip(&expected).map(delta).collect())
@@ -361,7 +364,7 @@ impl FrontierStudy<'_> {
         &self,
         packs: &Packs,
         configurations: &[Configuration],
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<Vec<f64>> {
         let cases = configurations.iter().map(|configuration| {
             Ok(Timed {

@@ -27,14 +27,14 @@ pub(super) fn least_ns(
     cases: &[Timed<'_>],
     views: &[View],
     rounds: usize,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Vec<f64>> {
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let mut least = vec![f64::INFINITY; cases.len()];
     for _ in 0..rounds {
         for (case, least) in cases.iter().zip(&mut least) {
             *least = least.min(alone.install(|| once(case, views))?);
-            progress();
+            progress()?;
         }
     }
     Ok(least)

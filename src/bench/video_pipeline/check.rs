@@ -70,7 +70,7 @@ pub(crate) fn check(
     path: &Path,
     fps: f32,
     segmenter: &Segmenter,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<(CheckedVideo, InputFile)> {
     let finder = CycleFinder::new(fps)?;
     let (columns, rows) = video.size();
@@ -82,10 +82,10 @@ pub(crate) fn check(
         }
         let find = |frame| {
             let mask = segmenter.segment(frame).mask;
-            progress();
-            LowerBody::of_pixels(&mask.grey(), mask.columns())
+            progress()?;
+            Ok(LowerBody::of_pixels(&mask.grey(), mask.columns()))
         };
-        legs.par_extend(batch.par_iter().map(find));
+        legs.extend(batch.par_iter().map(find).collect::<Result<Vec<_>>>()?);
     }
     let frames = legs.len();
     let empty_frames = legs.iter().filter(|legs| legs.is_none()).count();

@@ -6,6 +6,7 @@ use crate::bench::{
     BenchResults, CheckedVideo, MADE_FPS, MADE_SIZE, PathResult, PathTask, check, check_model,
     measure_path, write_made,
 };
+use crate::cli::args::Common;
 use crate::cli::progress::Progress;
 use crate::dataset::sequences::is_pack_or_folder;
 use crate::draw::sweep::{UNCUT_FPS, jobs};
@@ -16,6 +17,7 @@ use crate::report::write_png;
 use crate::segment::{SegmentSettings, Segmenter, Video};
 use edgegait_core::pack::Pack;
 use std::ffi::OsStr;
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, SystemTime};
@@ -125,7 +127,7 @@ pub(super) fn run(args: &BenchArgs, models: &[Model], pack: Option<PathBuf>) -> 
     let mut header = header(args, models, asked).with("runtime", runtime);
     if is_made(asked) {
         let source_args = args.source(pack);
-        let source = source_args.load()?;
+        let source = source_args.load(&args.common)?;
         let pack = Pack::parse(&source.bytes)?;
         let walks = source_args.choose(&pack)?;
         jobs(&pack, &walks, 0..1)?;
@@ -134,7 +136,7 @@ pub(super) fn run(args: &BenchArgs, models: &[Model], pack: Option<PathBuf>) -> 
         header = header.with("pack", source.name);
         header.inputs.extend(source.inputs);
     }
-    let (checked, mut inputs) = checked(path_args, folder.path())?;
+    let (checked, mut inputs) = checked(path_args, folder.path(), &args.common)?;
     if is_made(asked) {
         // Its files are temporary, and follow from pack and seed.
         inputs.clear();
@@ -150,15 +152,19 @@ pub(super) fn run(args: &BenchArgs, models: &[Model], pack: Option<PathBuf>) -> 
     };
     warn(&mut results);
     let seconds = path_args.duration().as_secs_f64();
-    let progress = Progress::new("seconds", (seconds.ceil() as usize) * models.len());
+    let progress = Progress::new(
+        &args.common,
+        "seconds",
+        (seconds.ceil() as usize) * models.len(),
+    );
     let flags: [&OsStr; 2] = ["--path-at".as_ref(), folder.path().as_os_str()];
     for (index, model) in models.iter().enumerate() {
-        let measured: Result<PathResult> = ticking(&progress, seconds, || {
-            elsewhere(args, model, index, &flags, &|_| {})
-        });
+        let measured: PathResult = ticking(&progress, seconds, || {
+            elsewhere(args, model, index, &flags, &|_| Ok(()))
+        })?;
         let measured = PathResult {
             video: checked.clone(),
-            ..measured?
+            ..measured
         };
         results.header.warnings.extend(
             measured
@@ -193,16 +199,17 @@ pub(super) fn alone(
 }
 
 /// Segments the video once, and writes its background into the folder.
-fn checked(args: &PathArgs, folder: &Path) -> Result<(CheckedVideo, Vec<crate::files::InputFile>)> {
+fn checked(
+    args: &PathArgs,
+    folder: &Path,
+    common: &Common,
+) -> Result<(CheckedVideo, Vec<crate::files::InputFile>)> {
     let (given, video) = args.given(folder)?;
     let background = given.background.as_deref();
     let settings = SegmentSettings::default();
     let (segmenter, mut inputs) =
         Segmenter::open(&given.video, video.size(), background, settings)?;
-    let progress = match video.frames() {
-        Some(frames) => Progress::new("frames", frames),
-        None => Progress::counting("frames"),
-    };
+    let progress = Progress::new(common, "frames", video.frames());
     let path = args.video.as_deref().unwrap_or(Path::new(MADE));
     let (checked, input) = check(video, path, given.fps, &segmenter, &|| progress.step())?;
     inputs.insert(0, input);
@@ -284,22 +291,23 @@ fn header(args: &BenchArgs, models: &[Model], video: &Path) -> ResultHeader {
 }
 
 /// Does the work, and counts the expected seconds in the meantime.
-fn ticking<T>(progress: &Progress, seconds: f64, work: impl FnOnce() -> T) -> T {
+fn ticking<T>(progress: &Progress, seconds: f64, work: impl FnOnce() -> Result<T>) -> Result<T> {
     let expected = seconds.ceil() as usize;
     std::thread::scope(|scope| {
         let (done, is_done) = channel::<()>();
-        scope.spawn(move || {
+        let ticks = scope.spawn(move || -> Result<()> {
             let mut left = expected;
             while is_done.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
                 if left > 0 {
                     left -= 1;
-                    progress.step();
+                    progress.step()?;
                 }
             }
-            (0..left).for_each(|_| progress.step());
+            (0..left).try_for_each(|_| progress.step())
         });
         let found = work();
         drop(done);
+        ticks.join().unwrap_or_else(|panic| resume_unwind(panic))?;
         found
     })
 }

@@ -1,6 +1,7 @@
 //! Sweeps a tree of silhouettes into a dataset with the templates of each gait cycle.
 
 use super::{MadeDataset, SweepArgs};
+use crate::cli::args::Common;
 use crate::cli::progress::Progress;
 use crate::cli::tree_cycles::CuttingArgs;
 use crate::dataset::sequences::{Form, SequenceSource, ShownCounts, ViewLabel};
@@ -61,7 +62,7 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
             "expected some of the chosen people, takes and viewpoints, found none",
         ));
     }
-    let progress = Progress::new("folders", recordings.len());
+    let progress = Progress::new(&args.common, "folders", recordings.len());
     recordings.check_sizes(&[], &|| progress.step())?;
     drop(progress);
     let started = Instant::now();
@@ -75,7 +76,7 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
         header = header.with("template", settings.template.name());
     }
     let cutting = CuttingArgs::new(args.fps.map(|fps| fps as f32), args.whole_recordings);
-    let recordings = cutting.cut(recordings, &mut header)?;
+    let recordings = cutting.cut(recordings, &mut header, &args.common)?;
     let source = SequenceSource::Tree(Box::new(recordings));
     let run = DatasetRun {
         header: header.clone(),
@@ -92,7 +93,14 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
         return Ok(());
     };
     let variants = augmentation.variants();
-    let shown = stored(&source, settings, &wanted, &variants, &mut writer)?;
+    let shown = stored(
+        &source,
+        settings,
+        &wanted,
+        &variants,
+        &mut writer,
+        &args.common,
+    )?;
     if shown.empty > 0 {
         header.warnings.push(format!(
             "{} frames without a figure were left out",
@@ -122,10 +130,11 @@ fn stored(
     wanted: &Wanted,
     variants: &[Variant],
     writer: &mut DatasetWriter,
+    common: &Common,
 ) -> Result<ShownCounts> {
     let sequences = source.sequences();
     let all: Vec<usize> = (0..sequences.list.len()).collect();
-    let progress = Progress::new("sequences", all.len());
+    let progress = Progress::new(common, "sequences", all.len());
     let mut shown = ShownCounts {
         clipped: Some(0.0),
         ..ShownCounts::default()
@@ -133,10 +142,11 @@ fn stored(
     for numbers in all.chunks(AT_ONCE * rayon::current_num_threads().max(1)) {
         let templates = |&number: &usize| {
             let templates = templates(source, number, settings, wanted);
-            progress.step();
-            templates
+            progress.step()?;
+            Ok(templates)
         };
-        let made: Vec<Result<SequenceTemplates>> = numbers.par_iter().map(templates).collect();
+        let made = numbers.par_iter().map(templates);
+        let made: Vec<Result<SequenceTemplates>> = made.collect::<Result<_>>()?;
         for (&number, made) in numbers.iter().zip(made) {
             let (templates, of_one) = made?;
             shown = shown.and(of_one);

@@ -1,5 +1,6 @@
 //! The work of a sweep, in pieces.
 
+use crate::cli::args::Common;
 use crate::cli::export::take_name;
 use crate::cli::progress::Progress;
 use crate::dataset::{DatasetWriter, IndexRow, Item};
@@ -37,6 +38,7 @@ pub(super) fn grouped(pack: &Pack<'_>, firsts: &[Job<'_>]) -> Vec<Range<usize>> 
 
 /// The input and settings of a sweep.
 pub(super) struct SweepWork<'w> {
+    pub common: &'w Common,
     pub pack: &'w Pack<'w>,
     /// The ranges of [`Self::firsts`] that are one piece of work each, in all their variations. If
     /// empty, each cycle is a piece.
@@ -108,10 +110,8 @@ impl<'w> SweepWork<'w> {
         map: impl Fn(Swept) -> R + Sync,
         mut sink: impl FnMut(Job<'w>, R, bool) -> Result<()>,
     ) -> Result<()> {
-        let progress = Progress::new(
-            "cycles",
-            units.clone().map(|unit| self.jobs_of(unit).len()).sum(),
-        );
+        let cycles: usize = units.clone().map(|unit| self.jobs_of(unit).len()).sum();
+        let progress = Progress::new(self.common, "cycles", cycles);
         let mut units = units.peekable();
         while units.peek().is_some() {
             let mut jobs: Vec<Job<'w>> = Vec::new();
@@ -131,7 +131,7 @@ impl<'w> SweepWork<'w> {
                 |_| Ok(self.views.to_vec()),
                 self.request(),
                 |_, _, swept| {
-                    progress.step();
+                    progress.step()?;
                     Ok(map(swept))
                 },
                 |job, made| sink(job, made, is_last.next().unwrap_or(true)),

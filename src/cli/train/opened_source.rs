@@ -192,7 +192,7 @@ impl TrainArgs {
         let (source, numbers) = match source {
             Opened::Cohort => {
                 let selection = self.selection.clone();
-                walks(SourceArgs::new(None, selection).load()?)?
+                walks(SourceArgs::new(None, selection).load(&self.common)?)?
             }
             Opened::Pack(source) => walks(source)?,
             Opened::Folder(path, SequenceSource::Tree(recordings)) => {
@@ -205,7 +205,7 @@ impl TrainArgs {
                     header.inputs.push(InputFile::of(partition)?);
                     header.warnings.extend(warnings);
                 }
-                let progress = Progress::new("folders", recordings.len());
+                let progress = Progress::new(&self.common, "folders", recordings.len());
                 recordings.check_sizes(&[], &|| progress.step())?;
                 drop(progress);
                 let numbers = (0..recordings.len()).collect();

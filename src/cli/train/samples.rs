@@ -56,7 +56,7 @@ impl TrainArgs {
     ) -> Result<(Samples, ResultHeader)> {
         let pack = Pack::parse(&source.bytes)?;
         let cycles = self.cycles.unwrap_or(CYCLES);
-        let progress = Progress::new("cycles", walks.len() * cycles as usize);
+        let progress = Progress::new(&self.common, "cycles", walks.len() * cycles as usize);
         let recipe = Recipe {
             views: &making.views,
             settings: making.settings,
@@ -90,7 +90,7 @@ impl TrainArgs {
             augmentation,
             ..
         } = *making;
-        let recordings = self.cutting.cut(recordings, &mut header)?;
+        let recordings = self.cutting.cut(recordings, &mut header, &self.common)?;
         let name = path.display().to_string();
         let source = SequenceSource::Tree(Box::new(recordings));
         let samples = Samples::of_recordings(&source, &name, settings, share, augmentation)?;

@@ -94,7 +94,7 @@ fn a_design_says_who_walks_how_and_seen_from_where() {
 fn viewpoints_are_drawn_for_each_cycle_and_are_the_same_under_all_conditions() {
     let design = parsed(TWENTY).expect("a design");
     let make = |number| design.subject(number);
-    let pack = |people| encode_population(people, &make, MAX_ERROR_MM, Effort::Quick, &|| {});
+    let pack = |people| encode_population(people, &make, MAX_ERROR_MM, Effort::Quick, &|| Ok(()));
     let (all, some) = (pack(0..8).expect("a pack"), pack(5..7).expect("a pack"));
     let [all, some] = [&all, &some].map(|bytes| Pack::parse(bytes).expect("a pack"));
     let jobs = design.jobs(&all);

@@ -46,7 +46,7 @@ fn drawn(items: &Items, numbers: &[usize], pass: u32) -> Vec<DrawnItem> {
 fn swept(design: &Design, people: Range<usize>) -> Vec<Vec<u8>> {
     let make = |number| design.subject(number);
     let bytes =
-        encode_population(people, &make, MAX_ERROR_MM, Effort::Quick, &|| ()).expect("people");
+        encode_population(people, &make, MAX_ERROR_MM, Effort::Quick, &|| Ok(())).expect("people");
     let pack = Pack::parse(&bytes).expect("a pack");
     let request = DrawingRequest {
         settings: design.settings,

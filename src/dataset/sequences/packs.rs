@@ -128,7 +128,10 @@ impl PackSource {
     ///
     /// # Errors
     /// The errors of [`cohort::subjects`] and [`encode_subjects`].
-    pub fn made(options: &CohortOptions, progress: &(dyn Fn() + Sync)) -> Result<Self> {
+    pub fn made(
+        options: &CohortOptions,
+        progress: &(dyn Fn() -> Result<()> + Sync),
+    ) -> Result<Self> {
         let bytes = match stored(options) {
             Some(bytes) => bytes.to_vec(),
             None => encode_subjects(&cohort::subjects(options)?, MAX_ERROR_MM, progress)?,

@@ -178,15 +178,15 @@ impl Recordings {
     pub fn in_cycles(
         self,
         finder: &CycleFinder,
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<(Self, Vec<String>)> {
         let numbers = self.numbers();
-        let find = |&number: &usize| -> Result<_> {
-            let legs = self.tree.lower_bodies(number)?;
-            progress();
-            Ok(finder.find(legs))
+        let find = |&number: &usize| {
+            let legs = self.tree.lower_bodies(number);
+            progress()?;
+            Ok(legs.map(|legs| finder.find(legs)))
         };
-        let found: Vec<Result<_>> = numbers.par_iter().map(find).collect();
+        let found: Vec<Result<_>> = numbers.par_iter().map(find).collect::<Result<_>>()?;
         let mut cycles = vec![Vec::new(); self.tree.sequences().len()];
         let mut without = Vec::new();
         for (&number, found) in numbers.iter().zip(found) {
@@ -271,14 +271,20 @@ impl Recordings {
     ///
     /// # Errors
     /// The first error in the tree's order.
-    pub fn check_sizes(&self, stored: &[Size], progress: &(dyn Fn() + Sync)) -> Result<()> {
+    pub fn check_sizes(
+        &self,
+        stored: &[Size],
+        progress: &(dyn Fn() -> Result<()> + Sync),
+    ) -> Result<()> {
         let stored = if self.as_stored { stored } else { &[] };
         let check = |&number: &usize| {
             let result = self.tree.check_size(number, stored);
-            progress();
-            result
+            progress()?;
+            Ok(result)
         };
-        let results: Vec<Result<()>> = self.numbers().par_iter().map(check).collect();
+        let numbers = self.numbers();
+        let results = numbers.par_iter().map(check);
+        let results: Vec<Result<()>> = results.collect::<Result<_>>()?;
         results.into_iter().collect()
     }
 
@@ -343,7 +349,7 @@ impl Recordings {
     pub fn readable(
         self,
         forms: &[Form],
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<(Self, Vec<Error>)> {
         let read = |number| -> Result<()> {
             let mut forms = forms.iter();
@@ -353,10 +359,10 @@ impl Recordings {
             .into_par_iter()
             .map(|number| {
                 let result = read(number);
-                progress();
-                result
+                progress()?;
+                Ok(result)
             })
-            .collect();
+            .collect::<Result<_>>()?;
         let (mut kept, mut refused) = (HashSet::new(), Vec::new());
         for (part, result) in self.parts.iter().zip(results) {
             match result {

@@ -72,7 +72,7 @@ pub(crate) fn drawing(
         .into());
     }
     let sample = ReferenceSample::spread(walks, views, SAMPLE);
-    let reference = Reference::new(pack, &sample, settings, &|| {})?;
+    let reference = Reference::new(pack, &sample, settings, &|| Ok(()))?;
     let mut candidates: Vec<DrawConfiguration> = drawings().collect();
     candidates.sort_by_key(|&drawing| gei_cost(drawing));
     let measured_on = (sample.jobs.len(), sample.views.len());
@@ -91,12 +91,12 @@ pub(crate) fn drawing(
 /// [`encode_subjects`].
 pub(crate) fn encoding(people: &[Subject], most: f64) -> Result<FrontierChoice<Encoding>> {
     let some = some_walks(people)?;
-    let finest = encode_subjects(&some, Encoding::FINEST.track_error_mm, &|| {})?;
+    let finest = encode_subjects(&some, Encoding::FINEST.track_error_mm, &|| Ok(()))?;
     let finest = Pack::parse(&finest)?;
     let walks: Vec<usize> = (0..finest.walks().len()).collect();
     let sample = ReferenceSample::spread(&walks, &spread_views()?.list, SAMPLE);
     let settings = Settings::default();
-    let expected = exact_geis(&finest, &sample, settings, &|| {})?;
+    let expected = exact_geis(&finest, &sample, settings, &|| Ok(()))?;
     let mut candidates = Vec::new();
     for hull_points in HULL_POINTS {
         let thinner = with_thinner_bodies(&some, hull_points)?;
@@ -105,7 +105,10 @@ pub(crate) fn encoding(people: &[Subject], most: f64) -> Result<FrontierChoice<E
                 track_error_mm,
                 hull_points,
             };
-            candidates.push((encoding, encode_subjects(&thinner, track_error_mm, &|| {})?));
+            candidates.push((
+                encoding,
+                encode_subjects(&thinner, track_error_mm, &|| Ok(()))?,
+            ));
         }
     }
     // With equal bytes, the finest comes first.
@@ -115,7 +118,7 @@ pub(crate) fn encoding(people: &[Subject], most: f64) -> Result<FrontierChoice<E
     });
     let measured_on = (sample.jobs.len(), sample.views.len());
     let choice = first_within(most, candidates, measured_on, |(_, bytes)| {
-        let found = exact_geis(&Pack::parse(bytes)?, &sample, settings, &|| {})?;
+        let found = exact_geis(&Pack::parse(bytes)?, &sample, settings, &|| Ok(()))?;
         Ok(rmse(&found, &expected))
     })?;
     Ok(FrontierChoice {

@@ -48,7 +48,7 @@ pub(crate) fn encoded(
     people: &[Subject],
     goal: EncodingGoal,
     hull_points: Option<usize>,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<EncodedPack> {
     check_walks(people)?;
     let choice = match goal {

@@ -50,11 +50,11 @@ pub(crate) fn exact_geis(
     pack: &Pack<'_>,
     sample: &ReferenceSample,
     settings: Settings,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<ExactGeis> {
     exact(pack, sample, settings, |frames| {
-        progress();
-        frames.into_iter().map(|frames| mean(&frames)).collect()
+        progress()?;
+        Ok(frames.into_iter().map(|frames| mean(&frames)).collect())
     })
 }
 
@@ -89,15 +89,15 @@ impl Reference {
         pack: &Pack<'_>,
         sample: &ReferenceSample,
         settings: Settings,
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<Self> {
         let seen = exact(pack, sample, settings, |frames| {
-            progress();
+            progress()?;
             let seen = |frames: Vec<Exact>| ReferenceCycle {
                 gei: mean(&frames),
                 silhouettes: frames.iter().map(Exact::silhouette).collect(),
             };
-            frames.into_iter().map(seen).collect()
+            Ok(frames.into_iter().map(seen).collect())
         })?;
         Ok(Self { seen })
     }
@@ -179,7 +179,7 @@ fn exact<T: Send>(
     pack: &Pack<'_>,
     sample: &ReferenceSample,
     settings: Settings,
-    keep: impl Fn(Vec<Vec<Exact>>) -> Vec<T> + Sync,
+    keep: impl Fn(Vec<Vec<Exact>>) -> Result<Vec<T>> + Sync,
 ) -> Result<Vec<Vec<T>>> {
     let settings = Settings {
         frames_per_cycle: REFERENCE_FRAMES,
@@ -198,7 +198,7 @@ fn exact<T: Send>(
                 cause: error.into(),
             })?);
         }
-        Ok(keep(views))
+        keep(views)
     };
     let renderer = || ExactRenderer::new(settings.size);
     sample.jobs.par_iter().map_init(renderer, draw).collect()
@@ -249,11 +249,11 @@ mod tests {
             ..CohortOptions::default()
         };
         let people = subjects(&options).expect("a person");
-        let bytes = encode_subjects(&people, 5.0, &|| {}).expect("a pack");
+        let bytes = encode_subjects(&people, 5.0, &|| Ok(())).expect("a pack");
         let pack = Pack::parse(&bytes).expect("it was just encoded");
         let views = Views::grid("four", [0.0, 70.0], [0.0, 40.0]).expect("viewpoints");
         let sample = ReferenceSample::spread(&[0], &views.list, (1, 4));
-        let reference = Reference::new(&pack, &sample, Settings::default(), &|| {});
+        let reference = Reference::new(&pack, &sample, Settings::default(), &|| Ok(()));
         let reference = reference.expect("exact silhouettes");
         let of = |drawing: DrawConfiguration| {
             let settings = drawing.applied_to(Settings::default());

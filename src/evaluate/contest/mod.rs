@@ -164,8 +164,8 @@ impl<'a> Contest<'a> {
         &self,
         entrants: &[Entrant],
         seed: u64,
-        seen: &mut dyn FnMut(ShownPicture<'_>),
-        tell: &mut dyn FnMut(ProbeAnswer<'_>),
+        seen: &mut dyn FnMut(ShownPicture<'_>) -> Result<()>,
+        tell: &mut dyn FnMut(ProbeAnswer<'_>) -> Result<()>,
     ) -> Result<ContestOutcome> {
         let sequences = self.source.sequences();
         let asked = self.ask(entrants, seen)?;
@@ -211,7 +211,7 @@ impl<'a> Contest<'a> {
         entrant: &Entrant,
         answers: &Answers,
         seed: u64,
-        tell: &mut dyn FnMut(ProbeAnswer<'_>),
+        tell: &mut dyn FnMut(ProbeAnswer<'_>) -> Result<()>,
     ) -> Result<RecognizerResult> {
         let recognizer = entrant.recognizer.as_ref();
         let trial = self.trial(recognizer.contract())?;
@@ -225,7 +225,7 @@ impl<'a> Contest<'a> {
     pub(crate) fn ask(
         &self,
         entrants: &[Entrant],
-        seen: &mut dyn FnMut(ShownPicture<'_>),
+        seen: &mut dyn FnMut(ShownPicture<'_>) -> Result<()>,
     ) -> Result<ContestAnswers> {
         let sequences = self.source.sequences();
         let trials = self.trials(entrants)?;
@@ -259,7 +259,7 @@ impl<'a> Contest<'a> {
                     entrant: first,
                     is_probe: trials[first].is_probe(sequence),
                     bytes,
-                });
+                })
             };
             let (found, now) = ask(&recognizers, &self.source, &wanted, &form, &mut tell)?;
             shown = Some(shown.map_or(now, |before| before.and(now)));

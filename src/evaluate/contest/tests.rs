@@ -65,7 +65,7 @@ fn outcome(protocol: &str, classes: &[&str], geis: &[Gei<'_>]) -> Result<Contest
         }),
         settings: Settings::default(),
     };
-    contest.run(&[entrant], 1, &mut |_| {}, &mut |_| {})
+    contest.run(&[entrant], 1, &mut |_| Ok(()), &mut |_| Ok(()))
 }
 
 #[test]

@@ -139,7 +139,7 @@ impl ContestPlan {
     pub(crate) fn pack(
         &self,
         people: &Range<usize>,
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<Vec<u8>> {
         let options = CohortOptions {
             seed: self.seed,
@@ -174,7 +174,7 @@ pub(crate) fn judge(
     pack: &Pack<'_>,
     entrants: &[Entrant],
     plan: &ContestPlan,
-    progress: &dyn Fn(),
+    progress: &dyn Fn() -> Result<()>,
 ) -> Result<Vec<JudgedRecognizer>> {
     let walks: Vec<_> = pack.walks().collect();
     let all: Vec<usize> = (0..walks.len()).collect();
@@ -195,9 +195,9 @@ pub(crate) fn judge(
         probe_sets(pack, &at_known, entrants, options, plan.seed)
     };
     let of_conditions = under(&conditions)?;
-    progress();
+    progress()?;
     let configurations = under(&Conditions::named("tum-iitkgp")?.list)?;
-    progress();
+    progress()?;
     let mut names: Vec<&str> = walks.iter().map(|walk| walk.name).collect();
     names.sort_unstable();
     names.dedup();
@@ -219,7 +219,7 @@ pub(crate) fn judge(
         },
         plan.seed,
     )?;
-    progress();
+    progress()?;
     let of_views = probe_sets(
         pack,
         &at_known,
@@ -230,7 +230,7 @@ pub(crate) fn judge(
         },
         plan.seed,
     )?;
-    progress();
+    progress()?;
     let judged = |at: usize| -> Result<JudgedRecognizer> {
         let cell = |column: &ConfounderClass| {
             let found = match column.of {
@@ -272,7 +272,7 @@ pub(crate) fn judge_recorded(
     let same = protocol(ONE_CYCLE)?;
     for (class, protocol) in [("normal", same), ("view", Protocol::named("cross-view")?)] {
         let contest = Contest::new(source, protocol)?;
-        let outcome = contest.run(entrants, seed, &mut |_| (), &mut |_| ())?;
+        let outcome = contest.run(entrants, seed, &mut |_| Ok(()), &mut |_| Ok(()))?;
         warnings.extend(
             outcome
                 .warnings
@@ -377,7 +377,7 @@ fn probe_sets(
     let drawn = DrawnContest::new(pack, walks, entrants, options)?;
     let outcome = drawn
         .contest
-        .run(entrants, seed, &mut |_| (), &mut |_| ())?;
+        .run(entrants, seed, &mut |_| Ok(()), &mut |_| Ok(()))?;
     let sets = outcome.results.into_iter().map(|result| result.probe_sets);
     Ok(sets.collect())
 }

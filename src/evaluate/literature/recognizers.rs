@@ -97,7 +97,7 @@ impl PublishedRecognizer {
         seen_from: Option<Views>,
         subspaces: SubspaceOptions,
         seed: u64,
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<(Vec<Self>, Garments)> {
         let settings = Settings {
             rasterizer: Raster::Each(Rasterizer::Rows),
@@ -161,7 +161,7 @@ impl PublishedRecognizer {
             let contract = samples.contract(name.into(), &method.to_string());
             let bytes = onnx::write(&fitted, name, &[]);
             add(loaded(bytes, contract)?, publication, settings);
-            progress();
+            progress()?;
         }
         let fitted = RandomSubspaces::fit(&samples, subspaces)?;
         let name = "gabor-subspaces";
@@ -171,7 +171,7 @@ impl PublishedRecognizer {
             "Guan & Li 2013: Gabor, random subspaces, 2DLDA",
             settings,
         );
-        progress();
+        progress()?;
 
         let frequency = Settings {
             template: Template::Frequency,
@@ -187,7 +187,7 @@ impl PublishedRecognizer {
             "Makihara et al. 2006: frequency, to the probe's viewpoint",
             frequency,
         );
-        progress();
+        progress()?;
 
         let widths = Settings {
             template: Template::RowWidth,
@@ -204,7 +204,7 @@ impl PublishedRecognizer {
             "after Nandy et al.: rows chosen by what clothes change",
             widths,
         );
-        progress();
+        progress()?;
         Ok((all, garments))
     }
 }
@@ -230,7 +230,7 @@ fn drawn(training: &Pack<'_>, settings: Settings, views: Views) -> Result<Sample
         share: CycleShare::ALL,
         augmentation: Augmentation::default(),
     };
-    Samples::drawn(training, &walks, "other people", recipe, &|| ())
+    Samples::drawn(training, &walks, "other people", recipe, &|| Ok(()))
 }
 
 /// Renders templates of people in all clothes of the catalogue, from the side. Also returns the

@@ -86,7 +86,7 @@ impl<'a> SideAnswers<'a> {
         contest: &'a Contest<'a>,
         entrants: &[Entrant],
         seed: u64,
-        seen: &mut dyn FnMut(ShownPicture<'_>),
+        seen: &mut dyn FnMut(ShownPicture<'_>) -> Result<()>,
     ) -> Result<Self> {
         let asked = contest.ask(entrants, seen)?;
         let names: Vec<&str> = entrants.iter().map(|one| one.recognizer.name()).collect();

@@ -60,6 +60,7 @@ impl SideRanks {
             };
             let probe = (row.probe_set.to_owned(), row.sequence, gallery);
             told.insert(probe, (row.answer.map(str::to_owned), row.rank));
+            Ok(())
         };
         match contest.judged(entrant, answers, seed, &mut tell) {
             Ok(result) => Ok(Some(Self {

@@ -80,7 +80,7 @@ impl ChangeEffect {
             SplitUnit::Cycle,
             &[seed],
             Augmentation::default(),
-            &|| (),
+            &|| Ok(()),
         )?;
         let priced = |curve: AccuracyCurve| {
             Some(Self {

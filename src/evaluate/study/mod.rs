@@ -194,7 +194,7 @@ pub(crate) fn steps(plan: &StudyPlan, choices: &Choices) -> usize {
 pub(crate) fn run(
     plan: &StudyPlan,
     choices: &Choices,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Findings> {
     let mut findings = Findings {
         people: plan.people.clone(),
@@ -354,7 +354,7 @@ pub(crate) fn run_synthetic(
     azimuths_deg: &[f32],
     distance_m: f64,
     choices: &Choices,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Findings> {
     let (twins, people) = Twins::of_cohort(COHORT_TAKES, COHORT_CYCLES, progress)?;
     let mut findings = Findings {
@@ -412,7 +412,7 @@ fn recognized(
     experiments: impl Iterator<Item = Experiment>,
     augmentation: Augmentation,
     seeds: &[u64],
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Vec<Recognition>> {
     let mut found = Vec::new();
     for experiment in experiments {

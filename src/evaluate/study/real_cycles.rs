@@ -44,14 +44,14 @@ pub(crate) fn read(
     masks: Masks,
     seed: u64,
     framings: &[FramingMode],
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<RealCycles> {
     let one = |shown: &&ShownTake| {
         let found = take(tree, shown, masks, seed, framings);
-        progress();
-        found
+        progress()?;
+        Ok(found)
     };
-    let found: Vec<Result<RealTake>> = takes.par_iter().map(one).collect();
+    let found: Vec<Result<RealTake>> = takes.par_iter().map(one).collect::<Result<_>>()?;
     let mut real = RealCycles {
         by_framing: vec![Vec::new(); framings.len()],
         ..RealCycles::default()

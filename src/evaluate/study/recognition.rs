@@ -157,20 +157,21 @@ pub(crate) fn curve(
     unit: SplitUnit,
     seeds: &[u64],
     augmentation: Augmentation,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Option<AccuracyCurve>> {
     let seeds = if experiment.is_split() {
         seeds
     } else {
         &seeds[..1]
     };
-    let one = |&seed: &u64| -> Result<Option<TrialOutcome>> {
+    let one = |&seed: &u64| {
         let trial = trial(experiment, both.real, both.synthetic, unit, seed);
-        let judged = judge(&trial, augmentation)?;
-        progress();
+        let judged = judge(&trial, augmentation);
+        progress()?;
         Ok(judged)
     };
-    let judged: Vec<Result<Option<TrialOutcome>>> = seeds.par_iter().map(one).collect();
+    let judged = seeds.par_iter().map(one);
+    let judged: Vec<Result<Option<TrialOutcome>>> = judged.collect::<Result<_>>()?;
     let judged: Vec<Option<TrialOutcome>> = judged.into_iter().collect::<Result<_>>()?;
     let Some(judged) = judged.into_iter().collect::<Option<Vec<TrialOutcome>>>() else {
         return Ok(None);

@@ -109,7 +109,7 @@ impl Walkers {
     pub(crate) fn read(
         sources: &[TwinRecording],
         names: &[String],
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<Self> {
         let read = |source: &TwinRecording| {
             let options = ReadOptions {
@@ -118,10 +118,10 @@ impl Walkers {
                 ..ReadOptions::default()
             };
             let recording = Recording::read(&source.path, &options);
-            progress();
-            recording
+            progress()?;
+            Ok(recording)
         };
-        let found: Vec<Result<Recording>> = sources.par_iter().map(read).collect();
+        let found: Vec<Result<Recording>> = sources.par_iter().map(read).collect::<Result<_>>()?;
         let mut walkers = Self {
             sources: Vec::new(),
             recordings: Vec::new(),
@@ -168,7 +168,7 @@ impl Walkers {
                 }
             }
         }
-        let pack = pack(&people, &|| ())?;
+        let pack = pack(&people, &|| Ok(()))?;
         let parsed = Pack::parse(&pack)?;
         let mut cycles: Vec<TwinCycle> = Vec::new();
         for (number, walk) in parsed.walks().enumerate() {
@@ -202,7 +202,7 @@ impl Walkers {
 
 /// Encodes people with the usual error, without searching for the fewest bytes, because the pack is
 /// not stored.
-fn pack(people: &[Subject], progress: &(dyn Fn() + Sync)) -> Result<Vec<u8>> {
+fn pack(people: &[Subject], progress: &(dyn Fn() -> Result<()> + Sync)) -> Result<Vec<u8>> {
     let make = |number: usize| Ok(people[number].clone());
     encode_population(
         0..people.len(),
@@ -222,7 +222,7 @@ impl Twins {
     pub(crate) fn of_cohort(
         takes: u32,
         cycles: u32,
-        progress: &(dyn Fn() + Sync),
+        progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<(Self, Vec<String>)> {
         let options = CohortOptions {
             speeds_kmh: vec![5.0],

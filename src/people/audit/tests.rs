@@ -221,7 +221,7 @@ fn a_person_counts_once_at_a_speed_and_groups_are_by_speed_and_sex() {
         ..CohortOptions::default()
     };
     let people = cohort::subjects(&options).expect("people");
-    let bytes = crate::encode::encode_subjects(&people, 5.0, &|| ()).expect("a pack");
+    let bytes = crate::encode::encode_subjects(&people, 5.0, &|| Ok(())).expect("a pack");
     let pack = Pack::parse(&bytes).expect("its own bytes");
     let audit = Audit::of(&pack);
     assert_eq!(audit.lines.len(), 2 * 2 * Measure::ALL.len());

@@ -31,7 +31,7 @@ pub(crate) fn kept_body(
     points: usize,
     seed: u64,
     cache: &Cache,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<(Body, bool)> {
     let key = key(mesh, points, seed);
     let kept = cache.read(KIND, &key);

@@ -49,7 +49,7 @@ pub(super) fn fit(
     budgets: &[usize],
     views: usize,
     seed: u64,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Vec<Level>> {
     if skinned.triangles.is_empty() {
         return Err(Error::Mesh("the mesh has no triangles".into()));
@@ -76,18 +76,19 @@ pub(super) fn fit(
         let all = 3 * (at_first - least).max(1);
         (STEPS * (all + 9 * left_out)).div_ceil(4 * all).min(STEPS)
     };
-    let mut tell = |done: usize| {
-        (told..done).for_each(|_| progress());
+    let mut tell = |done: usize| -> Result<()> {
+        (told..done).try_for_each(|_| progress())?;
         told = told.max(done);
+        Ok(())
     };
     fit.descend(ROUNDS[0]);
-    tell(share(0));
+    tell(share(0))?;
     let mut levels = Vec::new();
     for &budget in budgets {
         while fit.trim(budget) {
             fit.shake(SHAKE_M[0]);
             fit.descend(1);
-            tell(share(at_first - fit.parts.points()));
+            tell(share(at_first - fit.parts.points()))?;
         }
         fit.shake(SHAKE_M[1]);
         fit.descend(ROUNDS[1]);
@@ -99,7 +100,7 @@ pub(super) fn fit(
             jaccard: sum / unseen.len() as f64,
         });
     }
-    tell(STEPS);
+    tell(STEPS)?;
     Ok(levels)
 }
 

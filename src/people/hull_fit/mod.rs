@@ -42,7 +42,7 @@ pub(crate) fn fitted_body(
     mesh: &Motion,
     points: usize,
     seed: u64,
-    progress: &(dyn Fn() + Sync),
+    progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Body> {
     if !POINTS.contains(&points) {
         return Err(Error::Usage(format!(
@@ -211,7 +211,7 @@ mod tests {
         let boxes = boxes();
         let figure = RiggedMesh::of(&boxes).expect("a figure");
         let examples = figure.examples(40, 1).expect("poses");
-        let fit = || descent::fit(&figure.skinned(), &examples, &[128, 96], 40, 1, &|| {});
+        let fit = || descent::fit(&figure.skinned(), &examples, &[128, 96], 40, 1, &|| Ok(()));
         let levels = fit().expect("hulls");
         assert_eq!(
             levels.iter().map(|level| level.points).collect::<Vec<_>>(),
@@ -234,7 +234,7 @@ mod tests {
     #[test]
     fn a_number_of_points_out_of_range_is_refused() {
         for points in [0, 95, 513] {
-            let error = fitted_body(&boxes(), points, 1, &|| {}).expect_err("out of range");
+            let error = fitted_body(&boxes(), points, 1, &|| Ok(())).expect_err("out of range");
             assert!(error.to_string().contains("expected 96 to 512"), "{error}");
         }
     }

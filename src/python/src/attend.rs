@@ -1,10 +1,10 @@
 //! Long work that keeps the interpreter responsive: signals are handled while threads work.
 
 use crate::errors::exception;
+use edgegait::cli::embed::Stop;
 use pyo3::prelude::*;
 use rayon::ThreadPool;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -15,20 +15,6 @@ pub(crate) const LOOK: Duration = Duration::from_millis(50);
 /// Returns the exception that a signal raises, if one arrived.
 pub(crate) fn raised() -> Option<PyErr> {
     Python::attach(|py| py.check_signals().err())
-}
-
-/// A flag that tells work to end.
-#[derive(Default)]
-pub(crate) struct StopFlag(AtomicBool);
-
-impl StopFlag {
-    /// Returns an error if the work is to end.
-    pub(crate) fn check(&self) -> edgegait::Result<()> {
-        if self.0.load(Ordering::Relaxed) {
-            return Err(edgegait::Error::Failed("interrupted".into()));
-        }
-        Ok(())
-    }
 }
 
 /// Threads that draw, kept between calls: starting them costs as much as drawing a few GEIs.
@@ -72,11 +58,11 @@ fn pool(_: Python<'_>, asked: usize) -> PyResult<Arc<ThreadPool>> {
 pub(crate) fn attended<R: Send>(
     py: Python<'_>,
     threads: usize,
-    work: impl FnOnce(&StopFlag) -> R + Send,
+    work: impl FnOnce(&Stop) -> R + Send,
 ) -> PyResult<R> {
     let pool = pool(py, threads)?;
     py.detach(|| {
-        let (stop, (sender, receiver)) = (StopFlag::default(), channel());
+        let (stop, (sender, receiver)) = (Stop::default(), channel());
         pool.in_place_scope(|scope| {
             scope.spawn(|_| {
                 // The receiver waits for it.
@@ -89,7 +75,9 @@ pub(crate) fn attended<R: Send>(
                     Ok(Err(panic)) => resume_unwind(panic),
                     Err(RecvTimeoutError::Timeout) if interrupted.is_none() => {
                         interrupted = raised();
-                        stop.0.store(interrupted.is_some(), Ordering::Relaxed);
+                        if interrupted.is_some() {
+                            stop.end();
+                        }
                     }
                     Err(_) => {}
                 }

@@ -10,7 +10,7 @@ use numpy::{IntoPyArray as _, PyArrayDyn, PyArrayMethods as _, PyUntypedArrayMet
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::ffi::OsString;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::panic::resume_unwind;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,18 +18,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Number of inputs in a call of a callable.
 const AT_ONCE: usize = 256;
 
-/// A message from the working thread to the thread that holds the interpreter.
-enum WorkerMessage {
-    /// A request to call a callable with inputs in this shape, and their viewpoints.
-    Call {
-        callable: usize,
-        input: Vec<f32>,
-        shape: Vec<usize>,
-        views: Vec<f32>,
-        answer: Sender<edgegait::Result<Outputs>>,
-    },
-    /// The work is done.
-    Done,
+/// A request of the working thread to the thread that holds the interpreter: to call a callable with
+/// inputs in this shape, and their viewpoints.
+struct CallRequest {
+    callable: usize,
+    input: Vec<f32>,
+    shape: Vec<usize>,
+    views: Vec<f32>,
+    answer: Sender<edgegait::Result<Outputs>>,
 }
 
 /// A Python callable as a recognizer. It is called by the thread that called `score`, where context
@@ -38,7 +34,7 @@ struct Callable {
     number: usize,
     contract: Contract,
     runtime: RuntimeName,
-    messages: Mutex<Sender<WorkerMessage>>,
+    messages: Mutex<Sender<CallRequest>>,
 }
 
 impl Recognizer for Callable {
@@ -54,7 +50,7 @@ impl Recognizer for Callable {
         let frames = self.contract.frames_in(input.len(), batch)?;
         let (answer, answered) = channel();
         let (input, views) = self.contract.apart(input, batch);
-        let message = WorkerMessage::Call {
+        let message = CallRequest {
             callable: self.number,
             input: input.into_owned(),
             shape: self.contract.input_shape(batch, frames),
@@ -62,10 +58,11 @@ impl Recognizer for Callable {
             answer,
         };
         let messages = self.messages.lock().unwrap_or_else(PoisonError::into_inner);
-        let ended = |_| edgegait::Error::Failed("interrupted".into());
-        messages.send(message).map_err(|_| ended(()))?;
+        messages
+            .send(message)
+            .map_err(|_| edgegait::Error::Cancelled)?;
         drop(messages);
-        answered.recv().map_err(|_| ended(()))?
+        answered.recv().map_err(|_| edgegait::Error::Cancelled)?
     }
 
     fn at_once(&self) -> usize {
@@ -118,19 +115,16 @@ pub(crate) fn command(
         .collect();
     py.detach(move || {
         std::thread::scope(|scope| {
-            let worker = scope.spawn(|| {
-                let run = || embed::results(&words, held);
-                let done = catch_unwind(AssertUnwindSafe(run));
-                // The receiver waits for it.
-                let _ = sender.send(WorkerMessage::Done);
-                done
+            let worker = scope.spawn(move || {
+                // The receiver waits until it is dropped.
+                let _sender = sender;
+                embed::results(&words, held)
             });
             let raised = served(&receiver, &functions, &stop);
             let done = worker.join().unwrap_or_else(|panic| resume_unwind(panic));
-            match (raised, done) {
-                (Some(raised), _) => Err(raised),
-                (None, Ok(done)) => done.map_err(|error| exception(&error)),
-                (None, Err(panic)) => resume_unwind(panic),
+            match raised {
+                Some(raised) => Err(raised),
+                None => done.map_err(|error| exception(&error)),
             }
         })
     })
@@ -146,15 +140,14 @@ struct RecognizerFunction {
 /// Calls functions until the work is done, and checks for signals. Returns the first exception that
 /// either raised, which ends the work.
 fn served(
-    messages: &Receiver<WorkerMessage>,
+    messages: &Receiver<CallRequest>,
     functions: &[RecognizerFunction],
     stop: &Stop,
 ) -> Option<PyErr> {
-    let ended = || edgegait::Error::Failed("interrupted".into());
     let mut raised = None;
     loop {
         match messages.recv_timeout(LOOK) {
-            Ok(WorkerMessage::Call {
+            Ok(CallRequest {
                 callable,
                 input,
                 shape,
@@ -169,15 +162,15 @@ fn served(
                     called.map_err(|error| {
                         raised = Some(error);
                         stop.end();
-                        ended()
+                        edgegait::Error::Cancelled
                     })
                 } else {
-                    Err(ended())
+                    Err(edgegait::Error::Cancelled)
                 };
                 // The requester may be gone.
                 let _ = answer.send(outputs);
             }
-            Ok(WorkerMessage::Done) | Err(RecvTimeoutError::Disconnected) => return raised,
+            Err(RecvTimeoutError::Disconnected) => return raised,
             Err(RecvTimeoutError::Timeout) => {
                 if raised.is_none() {
                     raised = attend::raised();

@@ -171,7 +171,7 @@ pub fn samples(
     variations: &[u32],
     condition: Option<&Condition>,
 ) -> Vec<Sample> {
-    let bytes = encode_subjects(people, MAX_ERROR_MM, &|| ()).expect("a pack");
+    let bytes = encode_subjects(people, MAX_ERROR_MM, &|| Ok(())).expect("a pack");
     let pack = Pack::parse(&bytes).expect("its own bytes");
     let settings = Settings {
         rasterizer: Rasterizer::Rows3x3.into(),

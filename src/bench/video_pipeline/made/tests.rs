@@ -7,7 +7,7 @@ use crate::segment::{SegmentSettings as Segmentation, Segmenter};
 
 #[test]
 fn a_walker_crosses_the_picture_as_a_whole_and_is_found_in_it() {
-    let source = PackSource::made(&built_in(&[BUILT_IN_WALK.into()]), &|| {}).expect("a pack");
+    let source = PackSource::made(&built_in(&[BUILT_IN_WALK.into()]), &|| Ok(())).expect("a pack");
     let pack = Pack::parse(&source.bytes).expect("a pack");
     let (columns, rows) = MADE_SIZE;
     let masks = masks(&pack, 0).expect("drawn");
@@ -84,7 +84,7 @@ fn a_mask_has_the_pixels_whose_middles_are_inside() {
 
 #[test]
 fn the_video_follows_from_its_seed() {
-    let source = PackSource::made(&built_in(&[BUILT_IN_WALK.into()]), &|| {}).expect("a pack");
+    let source = PackSource::made(&built_in(&[BUILT_IN_WALK.into()]), &|| Ok(())).expect("a pack");
     let pack = Pack::parse(&source.bytes).expect("a pack");
     let frame = |seed| {
         let folder = tempfile::tempdir().expect("a folder");

@@ -61,7 +61,7 @@ fn of_tree(tree: &Path, recognizer: &dyn Recognizer, fps: f32) -> Vec<Outputs> {
         panic!("another source");
     };
     let finder = CycleFinder::new(fps).expect("a frame rate");
-    let (recordings, without) = recordings.in_cycles(&finder, &|| {}).expect("readable");
+    let (recordings, without) = recordings.in_cycles(&finder, &|| Ok(())).expect("readable");
     assert_eq!(without, [""; 0]);
     let source = SequenceSource::Tree(Box::new(recordings));
     let contract = recognizer.contract();
@@ -180,7 +180,7 @@ fn answers_agree_for_every_template_size_framing_and_number_of_frames() {
 fn cohort() -> crate::dataset::sequences::PackSource {
     let walks = [crate::dataset::sequences::BUILT_IN_WALK.to_owned()];
     let options = crate::dataset::sequences::built_in(&walks);
-    crate::dataset::sequences::PackSource::made(&options, &|| {}).expect("a pack")
+    crate::dataset::sequences::PackSource::made(&options, &|| Ok(())).expect("a pack")
 }
 
 /// Returns the cycles that are found in all frames together.

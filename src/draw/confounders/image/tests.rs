@@ -26,7 +26,7 @@ fn pack() -> Pack<'static> {
             ..CohortOptions::default()
         };
         let people = subjects(&options).expect("5 km/h is within the norms");
-        encode_subjects(&people, MAX_ERROR_MM, &|| {}).expect("two people fit")
+        encode_subjects(&people, MAX_ERROR_MM, &|| Ok(())).expect("two people fit")
     });
     Pack::parse(bytes).expect("our own pack")
 }

@@ -106,7 +106,7 @@ fn people_who_differ_by_a_bar_are_told_apart_and_strangers_are_not_looked_for() 
             unit,
             &[1, 2],
             augmentation,
-            &|| (),
+            &|| Ok(()),
         )
     };
     let flip = Augmentation {
@@ -139,6 +139,13 @@ fn people_who_differ_by_a_bar_are_told_apart_and_strangers_are_not_looked_for() 
         synthetic: &synthetic,
     };
     let unit = SplitUnit::Cycle;
-    let found = curve(Experiment::SyntheticReal, both, unit, &[1], flip, &|| ());
+    let found = curve(
+        Experiment::SyntheticReal,
+        both,
+        unit,
+        &[1],
+        flip,
+        &|| Ok(()),
+    );
     assert_eq!(found.expect("learnt").expect("people").tested, 6.0);
 }
