@@ -30,6 +30,9 @@ pub(crate) struct Accuracy {
     /// The hits by person; empty in results of versions that do not state them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub by_person: Vec<PersonResult>,
+    /// The caveats, which are among the model's warnings in results.
+    #[serde(skip)]
+    pub warnings: Vec<String>,
 }
 
 impl Accuracy {
@@ -46,9 +49,9 @@ impl Accuracy {
         Ok(drawn.contest.source().sequences().list.len())
     }
 
-    /// Measures rank-1 from the scene's viewpoints, under the default protocol of `edgegait score`,
-    /// and returns it with warnings about the recognizer. With `most`, uses only as many viewpoints, evenly spread, as
-    /// make at most that many images; none if even one viewpoint makes more.
+    /// Measures rank-1 from the scene's viewpoints, under the default protocol of `edgegait score`.
+    /// With `most`, uses only as many viewpoints, evenly spread, as make at most that many images;
+    /// none if even one viewpoint makes more.
     ///
     /// # Errors
     /// If a figure cannot be drawn, or the recognizer fails.
@@ -57,7 +60,7 @@ impl Accuracy {
         scene: &DrawnInputs<'_>,
         seed: u64,
         most: Option<usize>,
-    ) -> Result<Option<(Self, Vec<String>)>> {
+    ) -> Result<Option<Self>> {
         let views = match most {
             None => Some(scene.views.clone()),
             Some(most) => Self::views_within(entrants, scene, most)?,
@@ -103,12 +106,7 @@ impl Accuracy {
         Ok(None)
     }
 
-    fn of(
-        entrants: &[Entrant],
-        scene: &DrawnInputs<'_>,
-        views: &Views,
-        seed: u64,
-    ) -> Result<(Self, Vec<String>)> {
+    fn of(entrants: &[Entrant], scene: &DrawnInputs<'_>, views: &Views, seed: u64) -> Result<Self> {
         let drawn = drawn(entrants, scene, views)?;
         let outcome = drawn
             .contest
@@ -117,7 +115,7 @@ impl Accuracy {
         let result = result.ok_or(Error::Missing("the result of one recognizer"))?;
         let own = outcome.warnings.into_iter().map(|warning| warning.text);
         let warnings = drawn.warnings.into_iter().chain(own).collect();
-        let accuracy = Self {
+        Ok(Self {
             protocol: result.protocol,
             viewpoints: views.list.len(),
             viewpoints_planned: Some(scene.views.list.len()),
@@ -126,8 +124,8 @@ impl Accuracy {
             intervals: result.intervals,
             non_finite: result.non_finite,
             by_person: result.by_person,
-        };
-        Ok((accuracy, warnings))
+            warnings,
+        })
     }
 }
 
@@ -185,7 +183,7 @@ mod tests {
         assert_eq!(all, 18);
         let found = |most| {
             let found = Accuracy::within(&entrants, &scene, 1, most).expect("measured");
-            found.map(|(it, _)| (it.viewpoints, it.viewpoints_planned, it.probes))
+            found.map(|it| (it.viewpoints, it.viewpoints_planned, it.probes))
         };
         assert_eq!(found(None), Some((9, Some(9), 18)));
         assert_eq!(found(Some(18)), Some((9, Some(9), 18)));

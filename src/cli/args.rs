@@ -92,6 +92,13 @@ impl Common {
         }
     }
 
+    /// Prints each warning as [`Self::say`] does.
+    pub(super) fn say_warnings(&self, warnings: &[String]) {
+        for warning in warnings {
+            self.say(format_args!("warning: {warning}"));
+        }
+    }
+
     /// Prints requested output, such as a file that goes to standard output, unless the JSON
     /// results go there.
     pub(super) fn put(&self, text: impl Display) {

@@ -218,9 +218,7 @@ impl BenchArgs {
     fn show(&self, results: &BenchResults) -> Result<()> {
         let columns = [ResultColumn { name: "", results }];
         self.common.say(render(&columns, self.format).trim_end());
-        for warning in &results.header.warnings {
-            self.common.say(format_args!("warning: {warning}"));
-        }
+        self.common.say_warnings(&results.header.warnings);
         if let Some(path) = &self.csv {
             write_bytes(path, &csv(results)?)?;
         }

@@ -130,35 +130,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Ending> {
         scene.append_input(contract, at, &mut input)?;
         inputs.push(input);
     }
-    let mut tried = Vec::new();
-    let mut best: Option<Entrant> = None;
-    for engine in [RuntimeChoice::EMBEDDED, RuntimeChoice::ONNX_RUNTIME] {
-        let found = engine.load(args.ort_lib.as_deref()).and_then(|runtime| {
-            let entrant = Entrant::drawn(&model, &runtime, settings)?;
-            let checkup = Checkup::of(entrant.recognizer.as_ref(), &inputs)?;
-            Ok((entrant, checkup))
-        });
-        let mut one = Tried {
-            runtime: engine.to_string(),
-            checkup: None,
-            error: None,
-            lacks_library: false,
-        };
-        match found {
-            Ok((entrant, checkup)) => {
-                if checkup.problems.is_empty() {
-                    best.get_or_insert(entrant);
-                }
-                one.checkup = Some(checkup);
-            }
-            Err(Error::Choice(ChoiceError::NoLibrary { .. })) if args.ort_lib.is_none() => {
-                one.error = Some(NO_LIBRARY.into());
-                one.lacks_library = true;
-            }
-            Err(other) => one.error = Some(WithFlags(&other).with_runtime("--runtime ort")),
-        }
-        tried.push(one);
-    }
+    let (tried, best) = try_on_both(args, &model, settings, &inputs);
     let mut problems = problems_of(&tried)?;
     let both: Vec<&Checkup> = tried
         .iter()
@@ -168,25 +140,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Ending> {
         [one, other] => one.apart(other),
         _ => None,
     };
-    if let [one, other] = both[..]
-        && one.embedding_dims != other.embedding_dims
-    {
-        problems.push("the runtimes give embeddings of different lengths".into());
-    }
-    if both.first().is_some_and(|one| one.is_softmax()) && contract.classes.is_empty() {
-        problems.push(
-            "its embeddings sum to 1, as after a softmax: export the layer before it, or name classes in its \
-             .toml"
-                .into(),
-        );
-    }
-    let is_quantized = model.graph().is_quantized();
-    if let Some(apart) = runtimes_apart.filter(|apart| !Checkup::is_alike(*apart, is_quantized)) {
-        problems.push(format!(
-            "the runtimes' answers differ by {apart:.1e}, relative to the distance of answers from their mean \
-             (see edgegait parity)"
-        ));
-    }
+    problems.extend(doubts(&model, &both, runtimes_apart));
     let from_the_side = best
         .map(|entrant| from_the_side(entrant, &scene, seed))
         .transpose()?;
@@ -210,6 +164,72 @@ pub(super) fn run(args: &CheckArgs) -> Result<Ending> {
     } else {
         Ending::LimitMissed
     })
+}
+
+/// Shows the inputs to a model on each runtime. Returns what was found, and the model on the first
+/// runtime where it has no problem.
+fn try_on_both(
+    args: &CheckArgs,
+    model: &Model,
+    settings: Settings,
+    inputs: &[Vec<f32>],
+) -> (Vec<Tried>, Option<Entrant>) {
+    let mut tried = Vec::new();
+    let mut best: Option<Entrant> = None;
+    for engine in [RuntimeChoice::EMBEDDED, RuntimeChoice::ONNX_RUNTIME] {
+        let found = engine.load(args.ort_lib.as_deref()).and_then(|runtime| {
+            let entrant = Entrant::drawn(model, &runtime, settings)?;
+            let checkup = Checkup::of(entrant.recognizer.as_ref(), inputs)?;
+            Ok((entrant, checkup))
+        });
+        let mut one = Tried {
+            runtime: engine.to_string(),
+            checkup: None,
+            error: None,
+            lacks_library: false,
+        };
+        match found {
+            Ok((entrant, checkup)) => {
+                if checkup.problems.is_empty() {
+                    best.get_or_insert(entrant);
+                }
+                one.checkup = Some(checkup);
+            }
+            Err(Error::Choice(ChoiceError::NoLibrary { .. })) if args.ort_lib.is_none() => {
+                one.error = Some(NO_LIBRARY.into());
+                one.lacks_library = true;
+            }
+            Err(other) => one.error = Some(WithFlags(&other).with_runtime("--runtime ort")),
+        }
+        tried.push(one);
+    }
+    (tried, best)
+}
+
+/// Returns problems that checkups of a model show together, and the difference between runtimes.
+fn doubts(model: &Model, checkups: &[&Checkup], apart: Option<f64>) -> Vec<String> {
+    let mut problems = Vec::new();
+    if let [one, other] = checkups
+        && one.embedding_dims != other.embedding_dims
+    {
+        problems.push("the runtimes give embeddings of different lengths".into());
+    }
+    let has_classes = !model.contract().classes.is_empty();
+    if checkups.first().is_some_and(|one| one.is_softmax()) && !has_classes {
+        problems.push(
+            "its embeddings sum to 1, as after a softmax: export the layer before it, or name classes in its \
+             .toml"
+                .into(),
+        );
+    }
+    let is_quantized = model.graph().is_quantized();
+    if let Some(apart) = apart.filter(|apart| !Checkup::is_alike(*apart, is_quantized)) {
+        problems.push(format!(
+            "the runtimes' answers differ by {apart:.1e}, relative to the distance of answers from their mean \
+             (see edgegait parity)"
+        ));
+    }
+    problems
 }
 
 /// Returns the problems of a model on any runtime.
@@ -392,9 +412,7 @@ fn say(args: &CheckArgs, model: &Model, results: &CheckResults<'_>) {
             found.people
         ));
     }
-    for warning in &results.header.warnings {
-        say(format!("warning: {warning}"));
-    }
+    args.common.say_warnings(&results.header.warnings);
     for problem in &results.problems {
         say(format!("problem: {problem}"));
     }

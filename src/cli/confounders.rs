@@ -98,6 +98,47 @@ impl ConfoundersArgs {
             outputs: vec![Output::new("--out", &self.out, OutputKind::Svg)],
         }
     }
+
+    /// Checks flags before any work.
+    fn check(&self) -> Result<()> {
+        if !has_extension(&self.out, "svg") {
+            return Err(Error::Usage(format!(
+                "--out {}: expected a name that ends in .svg",
+                self.out.display()
+            )));
+        }
+        if let Some(twice) = repeated(&self.strengths) {
+            return Err(Error::Usage(format!("--strengths: {twice} appears twice")));
+        }
+        if let Some(twice) = repeated(&self.only) {
+            let name = twice.name;
+            return Err(Error::Usage(format!("--only: {name} appears twice")));
+        }
+        Ok(())
+    }
+
+    /// Returns the confounders to study.
+    fn chosen(&self) -> Vec<&'static Confounder> {
+        if self.only.is_empty() {
+            CATALOGUE.iter().collect()
+        } else {
+            self.only.clone()
+        }
+    }
+
+    /// Prints the results and writes them.
+    fn report(&self, results: &ConfoundersResults) -> Result<()> {
+        let (confounders, classes) = (&results.confounders, results.classes);
+        self.common
+            .say(strength_table(confounders, classes, results.probes));
+        self.common.say_warnings(&results.header.warnings);
+        let written = write_strengths(&self.out, confounders, classes);
+        if written.is_ok() {
+            self.common
+                .say(format_args!("wrote {}", self.out.display()));
+        }
+        self.common.write_json(results).and(written)
+    }
 }
 
 /// The results of the command.
@@ -115,21 +156,7 @@ struct ConfoundersResults {
 /// Runs the subcommand.
 pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
     let seed = args.common.seed;
-    if !has_extension(&args.out, "svg") {
-        return Err(Error::Usage(format!(
-            "--out {}: expected a name that ends in .svg",
-            args.out.display()
-        )));
-    }
-    if let Some(twice) = repeated(&args.strengths) {
-        return Err(Error::Usage(format!("--strengths: {twice} appears twice")));
-    }
-    if let Some(twice) = repeated(&args.only) {
-        return Err(Error::Usage(format!(
-            "--only: {} appears twice",
-            twice.name
-        )));
-    }
+    args.check()?;
     let runtime = args.runtime.runtime()?;
     let (models, data) = sort_inputs(&args.inputs)?;
     if let Some(folder) = data.as_ref().filter(|path| path.is_dir()) {
@@ -156,13 +183,8 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
         Views::grid("side from above", [90.0], [ELEVATION_DEG])?
     };
     let around = Views::grid("around", COST_AZIMUTHS_DEG, [ELEVATION_DEG])?;
-    let all: Vec<&'static Confounder> = CATALOGUE.iter().collect();
-    let chosen = if args.only.is_empty() {
-        &all
-    } else {
-        &args.only
-    };
-    let study = StrengthStudy::new(chosen, &args.strengths);
+    let chosen = args.chosen();
+    let study = StrengthStudy::new(&chosen, &args.strengths);
     let settings = entrants
         .first()
         .map(|entrant| entrant.settings)
@@ -178,25 +200,19 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
     let costs = study.costs(&pack, walks[0], &around.list, settings, ROUNDS, &step)?;
     let effects = study.effects(&pack, &walks, &views.list, settings, &step)?;
     drop(progress);
+    let is_made = args.cycles.is_none() && DrawnContest::is_made(&pack, &walks, &entrants)?;
     let options = ContestOptions {
         protocol: None,
-        cycles: None,
+        cycles: args.cycles.or(is_made.then_some(CYCLES)),
         views: Some(views.clone()),
         conditions: study.conditions(),
-    };
-    let drawn = match args.cycles {
-        None if DrawnContest::is_made(&pack, &walks, &entrants)? => ContestOptions {
-            cycles: Some(CYCLES),
-            ..options
-        },
-        cycles => ContestOptions { cycles, ..options },
     };
     let DrawnContest {
         contest,
         probes,
         warnings,
         ..
-    } = DrawnContest::new(&pack, &walks, &entrants, drawn)?;
+    } = DrawnContest::new(&pack, &walks, &entrants, options)?;
     let sequences = contest.source().sequences().list.len();
     let progress = Progress::new(&args.common, "sequences", sequences * entrants.len());
     let outcome = contest.run(&entrants, seed, &mut |_| progress.step(), &mut |_| Ok(()))?;
@@ -232,18 +248,5 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
         header,
         confounders,
     };
-    args.common.say(strength_table(
-        &results.confounders,
-        results.classes,
-        results.probes,
-    ));
-    for warning in &results.header.warnings {
-        args.common.say(format_args!("warning: {warning}"));
-    }
-    let written = write_strengths(&args.out, &results.confounders, results.classes);
-    if written.is_ok() {
-        args.common
-            .say(format_args!("wrote {}", args.out.display()));
-    }
-    args.common.write_json(&results).and(written)
+    args.report(&results)
 }

@@ -73,6 +73,7 @@ pub(super) struct InputSource<'a> {
 
 /// The recognizers that take part.
 pub(super) struct Participants<'a> {
+    pub common: &'a Common,
     /// Loads the recognizers, and states their files in the header.
     pub load: &'a dyn Fn(InputSource<'_>, &mut ResultHeader) -> Result<Vec<Entrant>>,
     /// Whether the baselines take part as well.
@@ -104,7 +105,6 @@ impl ContestArgs {
         &self,
         field: &Participants<'_>,
         data: Option<PathBuf>,
-        common: &Common,
         mut header: ResultHeader,
         work: impl FnOnce(&Contest<'_>, &[Entrant], ResultHeader) -> Result<R>,
     ) -> Result<R> {
@@ -115,7 +115,6 @@ impl ContestArgs {
                 held.bytes.len()
             )));
         }
-        let seed = common.seed;
         let protocol = self.protocol.as_deref().map(Protocol::named).transpose()?;
         if let Some(name) = self
             .protocol
@@ -124,46 +123,75 @@ impl ContestArgs {
         {
             header.inputs.push(InputFile::of(name)?);
         }
-        if let Some(folder) = data.as_ref().filter(|path| path.is_dir()) {
-            self.conditions.refuse_for_folders()?;
-            let (source, stored) = self.folder(folder, protocol.as_ref(), &mut header)?;
-            let inputs = InputSource {
-                draw: &self.draw,
-                seed,
-                stored,
-            };
-            let mut entrants = (field.load)(inputs, &mut header)?;
-            let hinted = |error, is_tree| match error {
-                // About an image that is read, not about a file that is written.
-                Error::Input { ref path, .. } | Error::Io { ref path, .. }
-                    if is_tree && path.starts_with(folder) =>
-                {
-                    with_hint(error, "--keep-going leaves such sequences out")
-                }
-                other => other,
-            };
-            let is_tree = matches!(source, SequenceSource::Tree(_));
-            let readable = self.readable(source, &entrants, &mut header, common);
-            let cut = readable.and_then(|source| self.cut(source, &entrants, &mut header, common));
-            let source = cut.map_err(|error| hinted(error, is_tree))?;
-            let subjects = &source.sequences().subjects;
-            let protocol = match protocol {
-                Some(protocol) => protocol,
-                None if has_roles(&source) => Protocol::named(PARTITION)?,
-                None => usual(&entrants, subjects)?,
-            };
-            let mut header = header.with("protocol", protocol.name.as_str());
-            if let (SequenceSource::Tree(_), Some(entrant)) = (&source, entrants.first()) {
-                header = header
-                    .with("size", entrant.settings.size.name())
-                    .with("framing", entrant.settings.framing.name());
+        match data {
+            Some(folder) if folder.is_dir() => {
+                self.run_on_folder(field, &folder, protocol, header, work)
             }
-            let contest = Contest::new(source, protocol)?;
-            if field.with_baselines {
-                add_baselines(&contest, &mut entrants, None, seed, &mut header)?;
-            }
-            return work(&contest, &entrants, header).map_err(|error| hinted(error, is_tree));
+            pack => self.run_on_pack(field, pack, protocol, header, work),
         }
+    }
+
+    /// Passes recognizers and a folder to `work`, as [`Self::run`] does.
+    fn run_on_folder<R>(
+        &self,
+        field: &Participants<'_>,
+        folder: &Path,
+        protocol: Option<Protocol>,
+        mut header: ResultHeader,
+        work: impl FnOnce(&Contest<'_>, &[Entrant], ResultHeader) -> Result<R>,
+    ) -> Result<R> {
+        let common = field.common;
+        self.conditions.refuse_for_folders()?;
+        let (source, stored) = self.folder(folder, protocol.as_ref(), &mut header)?;
+        let inputs = InputSource {
+            draw: &self.draw,
+            seed: common.seed,
+            stored,
+        };
+        let mut entrants = (field.load)(inputs, &mut header)?;
+        let is_tree = matches!(source, SequenceSource::Tree(_));
+        let hinted = |error| match error {
+            // About an image that is read, not about a file that is written.
+            Error::Input { ref path, .. } | Error::Io { ref path, .. }
+                if is_tree && path.starts_with(folder) =>
+            {
+                with_hint(error, "--keep-going leaves such sequences out")
+            }
+            other => other,
+        };
+        let readable = self.readable(source, &entrants, &mut header, common);
+        let cut = readable.and_then(|source| self.cut(source, &entrants, &mut header, common));
+        let source = cut.map_err(hinted)?;
+        let subjects = &source.sequences().subjects;
+        let protocol = match protocol {
+            Some(protocol) => protocol,
+            None if has_roles(&source) => Protocol::named(PARTITION)?,
+            None => usual(&entrants, subjects)?,
+        };
+        let mut header = header.with("protocol", protocol.name.as_str());
+        if let (SequenceSource::Tree(_), Some(entrant)) = (&source, entrants.first()) {
+            header = header
+                .with("size", entrant.settings.size.name())
+                .with("framing", entrant.settings.framing.name());
+        }
+        let contest = Contest::new(source, protocol)?;
+        if field.with_baselines {
+            add_baselines(&contest, &mut entrants, None, common.seed, &mut header)?;
+        }
+        work(&contest, &entrants, header).map_err(hinted)
+    }
+
+    /// Passes recognizers and a pack, by default the built-in cohort, to `work`, as [`Self::run`]
+    /// does.
+    fn run_on_pack<R>(
+        &self,
+        field: &Participants<'_>,
+        pack: Option<PathBuf>,
+        protocol: Option<Protocol>,
+        mut header: ResultHeader,
+        work: impl FnOnce(&Contest<'_>, &[Entrant], ResultHeader) -> Result<R>,
+    ) -> Result<R> {
+        let seed = field.common.seed;
         self.refuse_without_tree()?;
         let usual = protocol
             .as_ref()
@@ -177,9 +205,9 @@ impl ContestArgs {
         let mut entrants = (field.load)(inputs, &mut header)?;
         let source_args = SourceArgs {
             held: self.held.clone(),
-            ..SourceArgs::new(data, self.selection.clone())
+            ..SourceArgs::new(pack, self.selection.clone())
         };
-        let source = source_args.load(common)?;
+        let source = source_args.load(field.common)?;
         header.inputs.extend(source.inputs.iter().cloned());
         let pack = Pack::parse(&source.bytes)?;
         let chosen = source_args.choose(&pack)?;

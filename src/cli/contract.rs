@@ -47,9 +47,7 @@ pub(super) fn run(args: &ContractArgs) -> Result<()> {
         args.common.put(text.trim_end());
     } else {
         write_bytes(&out, text.as_bytes())?;
-        for warning in &header.warnings {
-            args.common.say(format_args!("warning: {warning}"));
-        }
+        args.common.say_warnings(&header.warnings);
         args.common.say(format_args!("wrote {}", out.display()));
     }
     args.common.write_json(&ContractResults {

@@ -99,9 +99,7 @@ pub(super) fn run(args: &FrontierArgs) -> Result<()> {
     drop(progress);
     let results = FrontierResults { header, points };
     args.common.say(table(&results.points));
-    for warning in &results.header.warnings {
-        args.common.say(format_args!("warning: {warning}"));
-    }
+    args.common.say_warnings(&results.header.warnings);
     let json = serde_json::to_string_pretty(&results)?;
     for (name, bytes) in [
         ("frontier.json", format!("{json}\n").into_bytes()),

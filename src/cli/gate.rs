@@ -129,9 +129,7 @@ pub(super) fn run(args: &GateArgs) -> Result<Ending> {
     };
     let report = gate(limits_at, &limits, &judged, header)?;
     args.common.say(format!("{report}").trim_end());
-    for warning in &report.header.warnings {
-        args.common.say(format_args!("warning: {warning}"));
-    }
+    args.common.say_warnings(&report.header.warnings);
     written(args, &report)?;
     Ok(match report.outcome {
         GateOutcome::Holds => Ending::Done,

@@ -178,9 +178,7 @@ pub(super) fn run(args: &LiteratureArgs) -> Result<()> {
             }));
         args.common.say(garments_table(&garments));
     }
-    for warning in &header.warnings {
-        args.common.say(format_args!("warning: {warning}"));
-    }
+    args.common.say_warnings(&header.warnings);
     args.common.write_json(&LiteratureResults {
         header,
         classes: if args.tree.is_some() { &[] } else { &COLUMNS },

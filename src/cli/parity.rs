@@ -113,21 +113,18 @@ pub(super) fn run(args: &ParityArgs) -> Result<Ending> {
     );
     let planned = planned(&paths, &engines, args.ort_lib.as_deref(), &mut header)?;
     let field = Participants {
+        common: &args.common,
         load: &|inputs, _| load(&planned, inputs),
         with_baselines: false,
         views: Some(Views::grid("10 of parity", AZIMUTHS_DEG, ELEVATIONS_DEG)?),
     };
-    let results = args.contest.run(
-        &field,
-        data,
-        &args.common,
-        header,
-        |contest, entrants, header| compared(args, &planned, contest, entrants, header),
-    )?;
+    let results = args
+        .contest
+        .run(&field, data, header, |contest, entrants, header| {
+            compared(args, &planned, contest, entrants, header)
+        })?;
     args.common.say(text::Text(&results));
-    for warning in &results.header.warnings {
-        args.common.say(format_args!("warning: {warning}"));
-    }
+    args.common.say_warnings(&results.header.warnings);
     args.common.write_json(&results)?;
     Ok(match results.verdict {
         Verdict::Same => Ending::Done,

@@ -120,9 +120,7 @@ pub(super) fn run(args: &QuantizeArgs) -> Result<()> {
         agreement,
     };
     args.common.say(&results);
-    for warning in &results.header.warnings {
-        args.common.say(format_args!("warning: {warning}"));
-    }
+    args.common.say_warnings(&results.header.warnings);
     write_bytes(&args.out, &bytes)?;
     args.common
         .say(format_args!("wrote {}", args.out.display()));

@@ -140,6 +140,35 @@ impl RenderArgs {
         Ok(templates)
     }
 
+    /// Returns the walks to draw.
+    fn walks(
+        &self,
+        pack: &Pack<'_>,
+        target: &RenderTarget<'_>,
+        moments: Moments,
+    ) -> Result<Vec<usize>> {
+        let mut walks = self.source.choose(pack)?;
+        if self.source.selection.subjects.is_empty() && self.source.selection.walks.is_empty() {
+            walks.truncate(1);
+        } else if walks.len() > 1 && !matches!(target, RenderTarget::Png(_)) {
+            return Err(Error::Usage(format!(
+                "{} walks are chosen: expected one, or --out with a .png (choose with --subjects and --walks)",
+                walks.len()
+            )));
+        }
+        let take = walks.iter().copied().find(|&walk| is_uncut(pack, walk));
+        if let (Moments::Cycle, Some(take)) = (moments, take) {
+            return Err(Error::Usage(format!(
+                "{} is an uncut motion, not a cycle: choose its frames with --fps F --frames N, and --start-s S for a later start",
+                walk_name(pack, take)
+            )));
+        }
+        for &walk in &walks {
+            refuse_beyond(pack, walk, moments)?;
+        }
+        Ok(walks)
+    }
+
     /// Returns the destination, after checking it.
     fn target(&self, templates: &[Template]) -> Result<RenderTarget<'_>> {
         match self.out.as_deref() {
@@ -196,25 +225,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let conditions = args.conditions.load(None, &mut header)?;
     let source = args.source.load(&args.common)?;
     let pack = Pack::parse(&source.bytes)?;
-    let mut walks = args.source.choose(&pack)?;
-    if args.source.selection.subjects.is_empty() && args.source.selection.walks.is_empty() {
-        walks.truncate(1);
-    } else if walks.len() > 1 && !matches!(target, RenderTarget::Png(_)) {
-        return Err(Error::Usage(format!(
-            "{} walks are chosen: expected one, or --out with a .png (choose with --subjects and --walks)",
-            walks.len()
-        )));
-    }
-    let take = walks.iter().copied().find(|&walk| is_uncut(&pack, walk));
-    if let (Moments::Cycle, Some(take)) = (moments, take) {
-        return Err(Error::Usage(format!(
-            "{} is an uncut motion, not a cycle: choose its frames with --fps F --frames N, and --start-s S for a later start",
-            walk_name(&pack, take)
-        )));
-    }
-    for &walk in &walks {
-        refuse_beyond(&pack, walk, moments)?;
-    }
+    let walks = args.walks(&pack, &target, moments)?;
     let jobs = walks.iter().map(|&walk| Job::plain(walk, args.cycle));
     let under = |job| Job::under(&[job], &conditions);
     let shot = |job| Shot {

@@ -90,6 +90,7 @@ pub(super) fn run_with(args: &ScoreArgs, held: &[Arc<dyn Recognizer>]) -> Result
         .with("provider", runtime.name().provider);
     let cache = args.cache.cache();
     let field = Participants {
+        common: &args.common,
         load: &|inputs, header| {
             let loaded = if models.is_empty() && !held.is_empty() {
                 Vec::new()
@@ -105,13 +106,11 @@ pub(super) fn run_with(args: &ScoreArgs, held: &[Arc<dyn Recognizer>]) -> Result
         .probes_csv
         .as_ref()
         .map(|_| csv::Writer::from_writer(Vec::new()));
-    let (mut results, samples) = args.contest.run(
-        &field,
-        data,
-        &args.common,
-        header,
-        |contest, entrants, header| judged(contest, entrants, header, &args.common, &mut rows),
-    )?;
+    let (mut results, samples) =
+        args.contest
+            .run(&field, data, header, |contest, entrants, header| {
+                judged(contest, entrants, header, &args.common, &mut rows)
+            })?;
     if let Some(bytes) = peak_rss_bytes() {
         args.common
             .say(format_args!("peak memory: {} MB", bytes / 1_000_000));
@@ -120,9 +119,7 @@ pub(super) fn run_with(args: &ScoreArgs, held: &[Arc<dyn Recognizer>]) -> Result
         seconds: started.elapsed().as_secs_f64(),
     });
     args.common.say(table(&results));
-    for warning in &results.header.warnings {
-        args.common.say(format_args!("warning: {warning}"));
-    }
+    args.common.say_warnings(&results.header.warnings);
     // Each output is tried, even if another fails.
     let rows = match (&args.probes_csv, rows) {
         (Some(path), Some(rows)) => written_rows(path, rows),

@@ -121,9 +121,7 @@ pub(super) fn run(args: &StudyArgs) -> Result<()> {
     header.warnings.extend(findings.warnings.iter().cloned());
     let results = StudyResults { header, findings };
     args.common.say(study_tables(&results.findings));
-    for warning in &results.header.warnings {
-        args.common.say(format_args!("warning: {warning}"));
-    }
+    args.common.say_warnings(&results.header.warnings);
     write_study(&args.out, &results.header, &results.findings)?;
     let mut json = serde_json::to_string_pretty(&results)?;
     json.push('\n');

@@ -240,23 +240,20 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
     let cycles = args.variations();
     let firsts = args.firsts(&walks);
     let firsts = Job::under(&firsts, &conditions);
-    let choice = match args.max_gei_rmse {
-        Some(most) => {
-            let choice = choose::drawing(&pack, &walks, &views.list, settings, most)?;
-            args.common.say(format_args!("chosen: {choice}"));
-            settings = choice.chosen.applied_to(settings);
-            Some(choice)
-        }
-        None => None,
-    };
+    let choice = args.max_gei_rmse;
+    let choice = choice.map(|most| choose::drawing(&pack, &walks, &views.list, settings, most));
+    let choice = choice.transpose()?;
+    if let Some(choice) = &choice {
+        args.common.say(format_args!("chosen: {choice}"));
+        settings = choice.chosen.applied_to(settings);
+    }
     let format = args.export.format;
     let mut work = SweepWork {
         common: &args.common,
         pack: &pack,
-        groups: if format.is_tree() {
-            grouped(&pack, &firsts)
-        } else {
-            Vec::new()
+        groups: match format.is_tree() {
+            true => grouped(&pack, &firsts),
+            false => Vec::new(),
         },
         firsts: &firsts,
         variations: cycles.clone(),
@@ -286,16 +283,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
     header.inputs.extend(source.inputs);
     let started = Instant::now();
     if args.digest {
-        let (clipped, digest) = work.digest()?;
-        let drawn = work.cycles() * views.list.len();
-        let made = MadeDataset {
-            rows: drawn * variants.len(),
-            silhouettes: drawn as u64 * u64::from(settings.frames_per_cycle),
-            clipped,
-            said: format!("sha256 {digest}"),
-            raster: Some(settings.rasterizer.name()),
-            digest: Some(digest),
-        };
+        let made = MadeDataset::hashed(&work)?;
         return args.report(header, &settings, &wanted, made, started);
     }
     let run = DatasetRun {
@@ -335,6 +323,22 @@ struct MadeDataset {
     said: String,
     raster: Option<&'static str>,
     digest: Option<String>,
+}
+
+impl MadeDataset {
+    /// Draws a dataset that is hashed, but not stored.
+    fn hashed(work: &SweepWork<'_>) -> Result<Self> {
+        let (clipped, digest) = work.digest()?;
+        let (drawn, settings) = (work.cycles() * work.views.len(), &work.settings);
+        Ok(Self {
+            rows: drawn * work.variants.len(),
+            silhouettes: drawn as u64 * u64::from(settings.frames_per_cycle),
+            clipped,
+            said: format!("sha256 {digest}"),
+            raster: Some(settings.rasterizer.name()),
+            digest: Some(digest),
+        })
+    }
 }
 
 impl SweepArgs {

@@ -163,9 +163,7 @@ pub(super) fn run(args: &TrainArgs) -> Result<()> {
     for source in &sources {
         args.common.say(source);
     }
-    for warning in &header.warnings {
-        args.common.say(format_args!("warning: {warning}"));
-    }
+    args.common.say_warnings(&header.warnings);
     let header = header.with("method", how.said());
     let header = if how.has_components() {
         let counts: Vec<String> = args.components.iter().map(u16::to_string).collect();

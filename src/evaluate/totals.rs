@@ -47,27 +47,10 @@ pub(super) fn judge(
     seed: u64,
     tell: &mut dyn FnMut(ProbeAnswer<'_>) -> Result<()>,
 ) -> Result<RecognizerResult> {
+    let (trial, gallery_non_finite) = with_finite_gallery(recognizer, trial, answers)?;
     let sequences = trial.sequences;
-    let mut trial = Trial {
-        classes: trial.classes.clone(),
-        gallery: trial.gallery.clone(),
-        ..*trial
-    };
-    let enrolled = |trial: &Trial<'_>| trial.gallery.iter().map(Vec::len).sum::<usize>();
-    let all = enrolled(&trial);
-    for gallery in &mut trial.gallery {
-        let is_finite = |number: &f32| number.is_finite();
-        gallery.retain(|&sequence| answers.embedding(sequence).iter().all(is_finite));
-    }
-    let gallery_non_finite = (all - enrolled(&trial)) as u64;
-    if trial.classes.is_none() && enrolled(&trial) == 0 {
-        return Err(EvaluateError::NoFiniteGallery(recognizer.name().to_owned()).into());
-    }
     let keep_pairs = trial.comparisons() <= MAX_PAIRS;
-    let people = sequences.subjects.len();
-    let none = vec![vec![Tally::default(); people]; sequences.views.len()];
-    let (mut all_by_view, mut clean_by_view) = (none.clone(), none);
-    let mut confused: [Confused; 2] = [(); 2].map(|()| vec![BTreeMap::new(); people]);
+    let [mut all, mut clean] = [(); 2].map(|()| PooledSums::none(sequences));
     let mut probe_sets = Vec::new();
     for (set, takes) in trial.protocol.probes.iter().zip(&trial.roles.probes) {
         let probes: Vec<usize> = (0..sequences.list.len())
@@ -80,11 +63,9 @@ pub(super) fn judge(
             tell(trial.answered(recognizer, &set.name, probe, meeting))
         };
         let sums = sums(recognizer, &trial, answers, &probes, keep_pairs, &mut told)?;
-        add(&mut all_by_view, &sums.by_view);
-        add_confusions(&mut confused[0], &sums.confused);
+        all.add(&sums);
         if set.clean {
-            add(&mut clean_by_view, &sums.by_view);
-            add_confusions(&mut confused[1], &sums.confused);
+            clean.add(&sums);
         }
         probe_sets.push(ProbeSetResult {
             clean: set.clean,
@@ -103,28 +84,121 @@ pub(super) fn judge(
     }
     // Confounded probes must not be pooled into the headline numbers.
     let has_clean = probe_sets.iter().any(|set| set.clean && set.probes > 0);
-    let [all_confused, clean_confused] = confused;
-    let (by_view, confused) = if has_clean {
-        (clean_by_view, clean_confused)
-    } else {
-        (all_by_view, all_confused)
+    let pooled = if has_clean { clean } else { all };
+    let mut result = pooled.result(recognizer, &trial, seed);
+    let leading = probe_sets.iter().filter(|set| set.clean || !has_clean);
+    result.of_probe_sets = leading.map(|set| set.name.clone()).collect();
+    result.baseline = recognizer.is_baseline();
+    result.non_finite = probe_sets.iter().map(|set| set.non_finite).sum();
+    result.gallery_non_finite = gallery_non_finite;
+    result.probe_sets = probe_sets;
+    Ok(result)
+}
+
+/// Returns a trial without the sequences of the gallery whose embeddings are not finite, and their
+/// number.
+fn with_finite_gallery<'a>(
+    recognizer: &dyn Recognizer,
+    trial: &Trial<'a>,
+    answers: &Answers,
+) -> Result<(Trial<'a>, u64)> {
+    let mut trial = Trial {
+        classes: trial.classes.clone(),
+        gallery: trial.gallery.clone(),
+        ..*trial
     };
-    let takes = sequences.takes.iter().enumerate();
-    let enrolled: HashSet<usize> = takes
-        .filter(|(take, _)| trial.roles.gallery[*take])
-        .map(|(_, take)| take.subject)
-        .collect();
+    let enrolled = |trial: &Trial<'_>| trial.gallery.iter().map(Vec::len).sum::<usize>();
+    let all = enrolled(&trial);
+    for gallery in &mut trial.gallery {
+        let is_finite = |number: &f32| number.is_finite();
+        gallery.retain(|&sequence| answers.embedding(sequence).iter().all(is_finite));
+    }
+    let left = enrolled(&trial);
+    if trial.classes.is_none() && left == 0 {
+        return Err(EvaluateError::NoFiniteGallery(recognizer.name().to_owned()).into());
+    }
+    Ok((trial, (all - left) as u64))
+}
+
+/// Sums over several sets of probes.
+struct PooledSums {
+    /// By viewpoint and person.
+    by_view: Vec<Vec<Tally>>,
+    confused: Confused,
+}
+
+impl PooledSums {
+    fn none(sequences: &Sequences) -> Self {
+        let people = sequences.subjects.len();
+        Self {
+            by_view: vec![vec![Tally::default(); people]; sequences.views.len()],
+            confused: vec![BTreeMap::new(); people],
+        }
+    }
+
+    /// Adds one set of probes.
+    fn add(&mut self, more: &ProbeSums) {
+        let tallies = self.by_view.iter_mut().flatten();
+        for (sum, tally) in tallies.zip(more.by_view.iter().flatten()) {
+            *sum += *tally;
+        }
+        for (sums, more) in self.confused.iter_mut().zip(&more.confused) {
+            for (other, count) in more {
+                *sums.entry(other.clone()).or_default() += count;
+            }
+        }
+    }
+
+    /// Returns the results that follow from these sums.
+    fn result(self, recognizer: &dyn Recognizer, trial: &Trial<'_>, seed: u64) -> RecognizerResult {
+        let Self { by_view, confused } = self;
+        let sequences = trial.sequences;
+        let contestant = contestant(recognizer, trial);
+        let tallies: Vec<_> = sequences
+            .views
+            .iter()
+            .zip(&by_view)
+            .map(|(view, people)| (view, people.iter().copied().sum::<Tally>()))
+            .filter(|(_, tally)| tally.probes > 0)
+            .collect();
+        let views = sequences.views.iter().zip(&by_view);
+        let (angles, of_angles): (Vec<_>, Vec<_>) = views
+            .filter_map(|(view, people)| Some((view.angles_deg()?, people.clone())))
+            .unzip();
+        let by_angle = by_angle(&contestant.trained_at, &angles, &of_angles, seed);
+        let of_person = |person: usize| by_view.iter().map(|people| people[person]).sum();
+        let by_person: Vec<Tally> = (0..sequences.subjects.len()).map(of_person).collect();
+        let mut result =
+            RecognizerResult::new(contestant, &tallies).with_subjects(&by_person, seed);
+        result.by_angle = by_angle;
+        result.by_person = PersonResult::list(&sequences.subjects, &by_person, &confused);
+        result.hits_by_view = HitsByView {
+            views: sequences.views.clone(),
+            tallies: by_view,
+        };
+        result
+    }
+}
+
+/// Returns who is judged, and among whom.
+fn contestant(recognizer: &dyn Recognizer, trial: &Trial<'_>) -> Contestant {
     let contract = recognizer.contract();
-    let contestant = Contestant {
+    let (decision, gallery_views) = (trial.protocol.decision, trial.protocol.gallery_views);
+    let takes = trial.sequences.takes.iter().zip(&trial.roles.gallery);
+    let enrolled = takes.filter(|(_, is_enrolled)| **is_enrolled);
+    Contestant {
         name: recognizer.name().to_owned(),
         runtime: recognizer.runtime().clone(),
         protocol: trial.protocol.name.clone(),
-        classes: match trial.protocol.decision {
+        classes: match decision {
             Decision::ClassScore => contract.classes.len(),
-            Decision::NearestEmbedding => enrolled.len(),
+            Decision::NearestEmbedding => {
+                let people: HashSet<usize> = enrolled.map(|(take, _)| take.subject).collect();
+                people.len()
+            }
         },
         // Where embeddings of two viewpoints are compared, neither is "where it was trained".
-        trained_at: match (trial.protocol.decision, trial.protocol.gallery_views) {
+        trained_at: match (decision, gallery_views) {
             (Decision::NearestEmbedding, GalleryViews::Each | GalleryViews::All) => Vec::new(),
             _ => contract
                 .training
@@ -133,50 +207,6 @@ pub(super) fn judge(
                 .map(|&[azimuth, elevation]| (azimuth, elevation))
                 .collect(),
         },
-    };
-    let tallies: Vec<_> = sequences
-        .views
-        .iter()
-        .zip(&by_view)
-        .map(|(view, people)| (view, people.iter().copied().sum::<Tally>()))
-        .filter(|(_, tally)| tally.probes > 0)
-        .collect();
-    let views = sequences.views.iter().zip(&by_view);
-    let (angles, of_angles): (Vec<_>, Vec<_>) = views
-        .filter_map(|(view, people)| Some((view.angles_deg()?, people.clone())))
-        .unzip();
-    let by_angle = by_angle(&contestant.trained_at, &angles, &of_angles, seed);
-    let of_person = |person: usize| by_view.iter().map(|people| people[person]).sum();
-    let by_person: Vec<Tally> = (0..people).map(of_person).collect();
-    let mut result = RecognizerResult::new(contestant, &tallies).with_subjects(&by_person, seed);
-    let leading = probe_sets.iter().filter(|set| set.clean || !has_clean);
-    result.of_probe_sets = leading.map(|set| set.name.clone()).collect();
-    result.baseline = recognizer.is_baseline();
-    result.non_finite = probe_sets.iter().map(|set| set.non_finite).sum();
-    result.gallery_non_finite = gallery_non_finite;
-    result.by_angle = by_angle;
-    result.by_person = PersonResult::list(&sequences.subjects, &by_person, &confused);
-    result.hits_by_view = HitsByView {
-        views: sequences.views.clone(),
-        tallies: by_view,
-    };
-    result.probe_sets = probe_sets;
-    Ok(result)
-}
-
-/// Adds the counts of one set of probes, `[viewpoint][person]`.
-fn add(sums: &mut [Vec<Tally>], more: &[Vec<Tally>]) {
-    for (sum, tally) in sums.iter_mut().flatten().zip(more.iter().flatten()) {
-        *sum += *tally;
-    }
-}
-
-/// Adds the confusions of one set of probes.
-fn add_confusions(sums: &mut Confused, more: &Confused) {
-    for (sums, more) in sums.iter_mut().zip(more) {
-        for (other, count) in more {
-            *sums.entry(other.clone()).or_default() += count;
-        }
     }
 }
 

@@ -299,6 +299,33 @@ fn fixed_axes(angles: [f64; 3], order: [usize; 3]) -> DQuat {
     rotation
 }
 
+/// Returns the children of the root and of each bone, as numbers from the root on.
+fn children(lines: &Lines, sections: &Sections) -> Result<Vec<Vec<usize>>> {
+    let index: HashMap<&str, usize> = std::iter::once("root")
+        .chain(sections.bones.iter().map(|bone| bone.name.as_str()))
+        .enumerate()
+        .map(|(index, name)| (name, index))
+        .collect();
+    let at = |line| crate::error::FilePlace::Line(line);
+    let mut children: Vec<Vec<usize>> = vec![Vec::new(); index.len()];
+    let mut has_parent = vec![false; index.len()];
+    for (child, parent, line) in &sections.parents {
+        let find = |name: &str| {
+            index.get(name).copied().ok_or_else(|| {
+                let problem = format!("the hierarchy names an unknown bone `{}`", shown(name));
+                Error::at(lines.path(), at(*line), problem)
+            })
+        };
+        let (child_index, parent_index) = (find(child)?, find(parent)?);
+        if child_index == 0 || std::mem::replace(&mut has_parent[child_index], true) {
+            let problem = format!("`{}` has a second parent (a cycle?)", shown(child));
+            return Err(Error::at(lines.path(), at(*line), problem));
+        }
+        children[parent_index].push(child_index);
+    }
+    Ok(children)
+}
+
 /// Orders the bones parents first and turns them into joints.
 fn build(lines: &Lines, mut sections: Sections) -> Result<AsfSkeleton> {
     if sections.length.is_none() {
@@ -332,31 +359,9 @@ fn build(lines: &Lines, mut sections: Sections) -> Result<AsfSkeleton> {
             "the root has no `order` of its channels",
         ));
     }
-    let index: HashMap<&str, usize> = std::iter::once("root")
-        .chain(sections.bones.iter().map(|bone| bone.name.as_str()))
-        .enumerate()
-        .map(|(index, name)| (name, index))
-        .collect();
-    let at = |line| crate::error::FilePlace::Line(line);
-    let mut children: Vec<Vec<usize>> = vec![Vec::new(); index.len()];
-    let mut has_parent = vec![false; index.len()];
-    for (child, parent, line) in &sections.parents {
-        let find = |name: &str| {
-            index.get(name).copied().ok_or_else(|| {
-                let problem = format!("the hierarchy names an unknown bone `{}`", shown(name));
-                Error::at(lines.path(), at(*line), problem)
-            })
-        };
-        let (child_index, parent_index) = (find(child)?, find(parent)?);
-        if child_index == 0 || std::mem::replace(&mut has_parent[child_index], true) {
-            let problem = format!("`{}` has a second parent (a cycle?)", shown(child));
-            return Err(Error::at(lines.path(), at(*line), problem));
-        }
-        children[parent_index].push(child_index);
-    }
-
-    let mut joints = Vec::with_capacity(index.len());
-    let mut drives = Vec::with_capacity(index.len());
+    let children = children(lines, &sections)?;
+    let mut joints = Vec::with_capacity(children.len());
+    let mut drives = Vec::with_capacity(children.len());
     // (bone, its parent's place in `joints`). Each bone has one parent at most, so this visits each
     // bone once, and bones of a cycle never.
     let mut open: Vec<(usize, Option<usize>)> = vec![(0, None)];
@@ -367,7 +372,7 @@ fn build(lines: &Lines, mut sections: Sections) -> Result<AsfSkeleton> {
             bone.direction.unwrap_or_default() * bone.length.unwrap_or_default()
         }
     };
-    let mut bone_of: Vec<usize> = Vec::with_capacity(index.len());
+    let mut bone_of: Vec<usize> = Vec::with_capacity(children.len());
     while let Some((bone, parent)) = open.pop() {
         let (stated, name) = match bone {
             0 => (&sections.root, "root"),
@@ -396,7 +401,7 @@ fn build(lines: &Lines, mut sections: Sections) -> Result<AsfSkeleton> {
                 .map(|&child| (child, Some(place))),
         );
     }
-    if joints.len() < index.len() {
+    if joints.len() < children.len() {
         let lost: Vec<&str> = sections
             .bones
             .iter()

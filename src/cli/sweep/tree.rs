@@ -116,9 +116,7 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
         digest: None,
     };
     writer.finish()?;
-    for warning in &header.warnings {
-        args.common.say(format_args!("warning: {warning}"));
-    }
+    args.common.say_warnings(&header.warnings);
     args.report(header, &settings, &wanted, made, started)
 }
 

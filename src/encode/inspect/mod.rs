@@ -8,7 +8,7 @@ use crate::files::text_table::Column::{Left, Right};
 use crate::files::text_table::Table;
 use budget::BudgetSummary;
 use edgegait_core::avatar::Avatar;
-use edgegait_core::pack::{Gait, Pack, WalkEntry};
+use edgegait_core::pack::{Gait, Pack, SubjectEntry, WalkEntry};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -225,6 +225,80 @@ impl fmt::Display for Summary {
     }
 }
 
+impl SubjectSummary {
+    /// Summarises a person, whose clips have these bytes.
+    fn of(pack: &Pack<'_>, subject: &SubjectEntry<'_>, clips: &[usize]) -> Option<Self> {
+        let avatar = pack.avatar(subject.avatar)?;
+        let (stature_m, stature_from) = match known(subject.stature_mm, 1e-3) {
+            Some(stated) => (Some(stated), Some(FROM_PACK)),
+            None => {
+                let measured = height_m(&avatar).map(|height| rounded(height, 3));
+                (measured, measured.map(|_| FROM_HULLS))
+            }
+        };
+        Some(Self {
+            name: subject.name.into(),
+            sex: subject.sex.map(|sex| match sex {
+                edgegait_core::pack::Sex::Female => "female",
+                edgegait_core::pack::Sex::Male => "male",
+            }),
+            age_years: subject.age_years,
+            clothes: avatar.clothes().map(|clothes| clothes.to_string()),
+            stature_m,
+            stature_from,
+            mass_kg: known(subject.mass_hg, 0.1),
+            hulls: avatar.drawn_hulls(),
+            points: avatar.hulls().map(|hull| hull.len()).sum(),
+            avatar_bytes: avatar.len_bytes(),
+            avatar_max_error_mm: rounded(f64::from(avatar.max_error_mm()), 2),
+            jaccard: avatar
+                .jaccard()
+                .map(|jaccard| rounded(f64::from(jaccard), 4)),
+            walks: clips.len(),
+            clip_bytes: clips.iter().sum(),
+        })
+    }
+}
+
+impl ClipSummary {
+    /// Summarises a walk of this person, in the pack at `path`.
+    fn of(pack: &Pack<'_>, walk: WalkEntry<'_>, path: &Path, subject: String) -> Option<Self> {
+        let clip = pack.clip(walk.clip)?;
+        let samples = f64::from(clip.frames().max(1)) * JOINTS as f64;
+        Some(Self {
+            file: path.display().to_string(),
+            subject,
+            clothes: pack
+                .avatar(walk.avatar)
+                .and_then(|avatar| avatar.clothes())
+                .map(|clothes| clothes.to_string()),
+            walk: walk.name.into(),
+            cycle: walk.cycle,
+            gait: match walk.gait {
+                Gait::Walk => "walk",
+                Gait::Run => "run",
+            },
+            cadence_spm: clip
+                .as_loop()
+                .map(|cycle| rounded(120.0 / cycle.period_s(), 2)),
+            duration_s: rounded(clip.duration_s(), 3),
+            speed_mps: f64::from(walk.speed_mm_per_s) * 1e-3,
+            template: clip
+                .as_loop()
+                .map(|cycle| cycle.template_number())
+                .filter(|&number| number > 0),
+            frames: clip.frames(),
+            closure_mm: clip
+                .as_loop()
+                .map(|cycle| rounded(f64::from(cycle.closure_mm()), 1)),
+            bytes: clip.len_bytes(),
+            bits_per_joint_frame: rounded(8.0 * clip.len_bytes() as f64 / samples, 3),
+            max_error_mm: rounded(f64::from(clip.max_error_mm()), 2),
+            mean_error_mm: rounded(f64::from(clip.mean_error_mm()), 2),
+        })
+    }
+}
+
 impl Summary {
     /// Summarises a pack that was read from or written to `path`.
     ///
@@ -232,85 +306,20 @@ impl Summary {
     /// If the bytes are not a pack.
     pub(crate) fn of(header: ResultHeader, path: &Path, bytes: &[u8]) -> Result<Self> {
         let pack = Pack::parse(bytes).map_err(|error| Error::input(path, error.to_string()))?;
-        let clip_bytes =
-            |walk: WalkEntry<'_>| pack.clip(walk.clip).map_or(0, |clip| clip.len_bytes());
-        // The number of walks of each person, and their bytes.
-        let mut own = vec![(0, 0); pack.subjects().len()];
+        // The bytes of each person's clips.
+        let mut own: Vec<Vec<usize>> = vec![Vec::new(); pack.subjects().len()];
         for walk in pack.walks() {
-            let (walks, bytes) = &mut own[walk.subject];
-            (*walks, *bytes) = (*walks + 1, *bytes + clip_bytes(walk));
+            own[walk.subject].extend(pack.clip(walk.clip).map(|clip| clip.len_bytes()));
         }
-        let subjects: Vec<SubjectSummary> = pack
-            .subjects()
-            .enumerate()
-            .filter_map(|(number, subject)| {
-                let avatar = pack.avatar(subject.avatar)?;
-                let (stature_m, stature_from) = match known(subject.stature_mm, 1e-3) {
-                    Some(stated) => (Some(stated), Some(FROM_PACK)),
-                    None => {
-                        let measured = height_m(&avatar).map(|height| rounded(height, 3));
-                        (measured, measured.map(|_| FROM_HULLS))
-                    }
-                };
-                Some(SubjectSummary {
-                    name: subject.name.into(),
-                    sex: subject.sex.map(|sex| match sex {
-                        edgegait_core::pack::Sex::Female => "female",
-                        edgegait_core::pack::Sex::Male => "male",
-                    }),
-                    age_years: subject.age_years,
-                    clothes: avatar.clothes().map(|clothes| clothes.to_string()),
-                    stature_m,
-                    stature_from,
-                    mass_kg: known(subject.mass_hg, 0.1),
-                    hulls: avatar.drawn_hulls(),
-                    points: avatar.hulls().map(|hull| hull.len()).sum(),
-                    avatar_bytes: avatar.len_bytes(),
-                    avatar_max_error_mm: rounded(f64::from(avatar.max_error_mm()), 2),
-                    jaccard: avatar
-                        .jaccard()
-                        .map(|jaccard| rounded(f64::from(jaccard), 4)),
-                    walks: own[number].0,
-                    clip_bytes: own[number].1,
-                })
-            })
+        let subjects = pack.subjects().zip(&own);
+        let subjects: Vec<SubjectSummary> = subjects
+            .filter_map(|(subject, clips)| SubjectSummary::of(&pack, &subject, clips))
             .collect();
         let clips: Vec<ClipSummary> = pack
             .walks()
             .filter_map(|walk| {
-                let clip = pack.clip(walk.clip)?;
-                let samples = f64::from(clip.frames().max(1)) * JOINTS as f64;
-                Some(ClipSummary {
-                    file: path.display().to_string(),
-                    subject: subjects.get(walk.subject)?.name.clone(),
-                    clothes: pack
-                        .avatar(walk.avatar)
-                        .and_then(|avatar| avatar.clothes())
-                        .map(|clothes| clothes.to_string()),
-                    walk: walk.name.into(),
-                    cycle: walk.cycle,
-                    gait: match walk.gait {
-                        Gait::Walk => "walk",
-                        Gait::Run => "run",
-                    },
-                    cadence_spm: clip
-                        .as_loop()
-                        .map(|cycle| rounded(120.0 / cycle.period_s(), 2)),
-                    duration_s: rounded(clip.duration_s(), 3),
-                    speed_mps: f64::from(walk.speed_mm_per_s) * 1e-3,
-                    template: clip
-                        .as_loop()
-                        .map(|cycle| cycle.template_number())
-                        .filter(|&number| number > 0),
-                    frames: clip.frames(),
-                    closure_mm: clip
-                        .as_loop()
-                        .map(|cycle| rounded(f64::from(cycle.closure_mm()), 1)),
-                    bytes: clip.len_bytes(),
-                    bits_per_joint_frame: rounded(8.0 * clip.len_bytes() as f64 / samples, 3),
-                    max_error_mm: rounded(f64::from(clip.max_error_mm()), 2),
-                    mean_error_mm: rounded(f64::from(clip.mean_error_mm()), 2),
-                })
+                let subject = subjects.get(walk.subject)?.name.clone();
+                ClipSummary::of(&pack, walk, path, subject)
             })
             .collect();
         Ok(Self {

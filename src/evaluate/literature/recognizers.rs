@@ -104,45 +104,70 @@ impl PublishedRecognizer {
             seed,
             ..Settings::default()
         };
-        let nearest = |(template, publication): (Template, &'static str)| Self {
-            entrant: Entrant {
-                recognizer: Box::new(Baseline::like(contract(template, template.name()))),
-                settings: Settings {
-                    template,
-                    ..settings
-                },
-            },
-            publication,
-        };
-        let mut all: Vec<Self> = NEAREST.map(nearest).into();
-        let random = Baseline::like(contract(Template::Gei, RANDOM)).projected(RANDOM_DIMS, seed);
-        let mut add = |recognizer, publication, settings| {
-            all.push(Self {
-                entrant: Entrant {
-                    recognizer,
-                    settings,
-                },
-                publication,
-            });
-        };
-        add(
-            Box::new(random),
-            "no training: a random projection of the GEI",
-            settings,
-        );
-
+        let mut all = Self::untrained(settings);
         let around = TRAINED_DEG.step_by(TRAINED_STEP_DEG).map(f32::from);
         let samples = drawn(training, settings, Views::grid("around", around, [0.0])?)?;
-        let classes = samples.names.len();
+        all.extend(Self::discriminants(&samples, settings, progress)?);
+        let fitted = RandomSubspaces::fit(&samples, subspaces)?;
+        let name = "gabor-subspaces";
+        let contract = fitted.contract(&samples, name.into());
+        all.push(Self::new(
+            loaded(fitted.write(name), contract)?,
+            "Guan & Li 2013: Gabor, random subspaces, 2DLDA",
+            settings,
+        ));
+        progress()?;
+        let seen_from = seen_from.map_or_else(cross_views, Ok)?;
+        all.push(Self::view_transformation(training, settings, seen_from)?);
+        progress()?;
+        let (chosen, garments) = Self::chosen_rows(training, settings)?;
+        all.push(chosen);
+        progress()?;
+        Ok((all, garments))
+    }
+
+    fn new(recognizer: Box<dyn Recognizer>, publication: &'static str, settings: Settings) -> Self {
+        Self {
+            entrant: Entrant {
+                recognizer,
+                settings,
+            },
+            publication,
+        }
+    }
+
+    /// Returns the recognizers that learn nothing.
+    fn untrained(settings: Settings) -> Vec<Self> {
+        let nearest = |(template, publication): (Template, &'static str)| {
+            let recognizer = Baseline::like(contract(template, template.name()));
+            let settings = Settings {
+                template,
+                ..settings
+            };
+            Self::new(Box::new(recognizer), publication, settings)
+        };
+        let random = Baseline::like(contract(Template::Gei, RANDOM));
+        let random = random.projected(RANDOM_DIMS, settings.seed);
+        let publication = "no training: a random projection of the GEI";
+        let random = Self::new(Box::new(random), publication, settings);
+        NEAREST.map(nearest).into_iter().chain([random]).collect()
+    }
+
+    /// Fits discriminant analysis to real templates, and to these with synthetic ones.
+    fn discriminants(
+        samples: &Samples,
+        settings: Settings,
+        progress: &(dyn Fn() -> Result<()> + Sync),
+    ) -> Result<Vec<Self>> {
         let analysed = Analysed::<f64>::of(
             samples.template,
             samples.size,
             samples.numbers.view(),
             &samples.labels,
-            classes,
+            samples.names.len(),
         )?;
         let crops = Crops::default();
-        for (name, method, publication) in [
+        let methods = [
             (
                 "gei-lda",
                 TrainMethod::LDA,
@@ -153,42 +178,44 @@ impl PublishedRecognizer {
                 TrainMethod::RealSynthetic { crops },
                 "Han & Bhanu 2006: real and synthetic templates",
             ),
-        ] {
+        ];
+        let fit = |(name, method, publication): (&str, TrainMethod, _)| {
             let fitted = analysed.fit(TrainOptions {
                 components: Components::Count(COMPONENTS),
                 method,
             })?;
             let contract = samples.contract(name.into(), &method.to_string());
             let bytes = onnx::write(&fitted, name, &[]);
-            add(loaded(bytes, contract)?, publication, settings);
+            let fitted = Self::new(loaded(bytes, contract)?, publication, settings);
             progress()?;
-        }
-        let fitted = RandomSubspaces::fit(&samples, subspaces)?;
-        let name = "gabor-subspaces";
-        let contract = fitted.contract(&samples, name.into());
-        add(
-            loaded(fitted.write(name), contract)?,
-            "Guan & Li 2013: Gabor, random subspaces, 2DLDA",
-            settings,
-        );
-        progress()?;
+            Ok(fitted)
+        };
+        methods.into_iter().map(fit).collect()
+    }
 
+    /// Fits the transformation of frequency templates to the probe's viewpoint.
+    fn view_transformation(
+        training: &Pack<'_>,
+        settings: Settings,
+        seen_from: Views,
+    ) -> Result<Self> {
         let frequency = Settings {
             template: Template::Frequency,
             ..settings
         };
-        let seen_from = seen_from.map_or_else(cross_views, Ok)?;
         let samples = drawn(training, frequency, seen_from)?;
         let fitted = ViewTransformation::fit(&samples, Components::Variance(1.0))?;
         let name = "view-transformation";
         let contract = fitted.contract(&samples, name.into());
-        add(
+        Ok(Self::new(
             loaded(fitted.write(name), contract)?,
             "Makihara et al. 2006: frequency, to the probe's viewpoint",
             frequency,
-        );
-        progress()?;
+        ))
+    }
 
+    /// Fits the choice of rows, and returns how clothes change all rows.
+    fn chosen_rows(training: &Pack<'_>, settings: Settings) -> Result<(Self, Garments)> {
         let widths = Settings {
             template: Template::RowWidth,
             ..settings
@@ -199,13 +226,12 @@ impl PublishedRecognizer {
         let name = "row-width-chosen";
         let contract = samples.contract(name.into(), feature_choice::METHOD);
         let bytes = onnx::write(&fitted, name, &[]);
-        add(
+        let chosen = Self::new(
             loaded(bytes, contract)?,
             "after Nandy et al.: rows chosen by what clothes change",
             widths,
         );
-        progress()?;
-        Ok((all, garments))
+        Ok((chosen, garments))
     }
 }
 

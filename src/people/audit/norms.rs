@@ -138,6 +138,20 @@ fn walking(measure: Measure, sex: Option<Sex>, speed_mps: f64) -> Option<Publish
                 "Orendurff 2004; CMU 5.5 (1.7)",
             )
         }
+        Measure::ArmSwing
+        | Measure::TrunkLean
+        | Measure::HipRange
+        | Measure::KneePeak
+        | Measure::KneeRange
+        | Measure::AnkleRange => joint_angles(measure, speed_mps),
+        Measure::Asymmetry => known(-1.0, 1.0, Some((2.0, 3.0)), "CMU and others: 2 to 3"),
+        Measure::StrideLength | Measure::Slide | Measure::Sink => None,
+    }
+}
+
+/// Returns the norms of angles in walking, which are the same for both sexes.
+fn joint_angles(measure: Measure, speed_mps: f64) -> Option<PublishedNorm> {
+    match measure {
         Measure::ArmSwing => {
             let middle = 30.0 * (1.0 + 0.2 * (3.6 * speed_mps - 5.0));
             known(0.7 * middle, 1.4 * middle, None, "CGM2.3; Perry 2010; CMU")
@@ -188,8 +202,7 @@ fn walking(measure: Measure, sex: Option<Sex>, speed_mps: f64) -> Option<Publish
             Some((4.0, 7.4)),
             "Schwartz 2008; CMU and others 29 to 36",
         ),
-        Measure::Asymmetry => known(-1.0, 1.0, Some((2.0, 3.0)), "CMU and others: 2 to 3"),
-        Measure::StrideLength | Measure::Slide | Measure::Sink => None,
+        _ => None,
     }
 }
 

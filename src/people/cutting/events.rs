@@ -118,19 +118,7 @@ pub fn cut(take: &RetargetedMotion) -> Result<CutTake, String> {
         ));
     }
     let spans: Vec<_> = spans.iter().copied().filter(is_straight).collect();
-    // Contacts are sharper events than the others, which count only if there are no contacts.
-    let straight = |kinds: &[(Vec<(f64, f64)>, &str)]| -> Vec<f64> {
-        let spans = kinds.iter().flat_map(|(spans, _)| spans);
-        let straight = spans.filter(|span| is_straight(span));
-        straight.map(|(from, to)| (to - from) / rate).collect()
-    };
-    let mut periods = straight(&kinds[..2]);
-    if periods.is_empty() {
-        periods = straight(&kinds);
-    }
-    periods.sort_by(f64::total_cmp);
-    let count = periods.len();
-    let cadence_spm = 240.0 / (periods[(count - 1) / 2] + periods[count / 2]);
+    let cadence_spm = cadence_spm(&kinds, is_straight, rate);
     if spans.iter().all(|&(from, to)| !travels(&take, from, to)) {
         warnings.push(match belt_mps(&take) {
             Some(belt_mps) => {
@@ -175,6 +163,27 @@ pub fn cut(take: &RetargetedMotion) -> Result<CutTake, String> {
         warnings,
     };
     Ok(cut.doubted(rate))
+}
+
+/// Returns the cadence of the median of the spans that count, left and right contacts first. Contacts
+/// are sharper events than the others, which count only if there are no contacts.
+fn cadence_spm(
+    kinds: &[(Vec<(f64, f64)>, &str)],
+    is_straight: impl Fn(&(f64, f64)) -> bool,
+    rate: f64,
+) -> f64 {
+    let straight = |kinds: &[(Vec<(f64, f64)>, &str)]| -> Vec<f64> {
+        let spans = kinds.iter().flat_map(|(spans, _)| spans);
+        let straight = spans.filter(|span| is_straight(span));
+        straight.map(|(from, to)| (to - from) / rate).collect()
+    };
+    let mut periods = straight(&kinds[..2]);
+    if periods.is_empty() {
+        periods = straight(kinds);
+    }
+    periods.sort_by(f64::total_cmp);
+    let count = periods.len();
+    240.0 / (periods[(count - 1) / 2] + periods[count / 2])
 }
 
 impl CutTake {

@@ -94,17 +94,14 @@ fn depths(tracks: &MarkerTracks) -> (f64, f64) {
     (half(KNEE_BREADTH), half(ANKLE_BREADTH))
 }
 
-fn leg(
+/// Returns the ankle's marker, or its centre if there is none. Without knee and ankle markers, the
+/// clusters determine the centres, the ankle first.
+fn ankle_near(
     tracks: &MarkerTracks,
-    pelvis: &Pelvis,
-    hips: &[DVec3],
     side: MarkerSide,
-    warnings: &mut Vec<String>,
-) -> Result<MarkerLeg, String> {
-    let (knee_m, ankle_m) = depths(tracks);
-    let mut say = |what: &str, how: &str| warnings.push(format!("{what}: {how}"));
+    say: &mut dyn FnMut(&str, &str),
+) -> Result<Vec<DVec3>, String> {
     let clusters = |segment| motion_of(&tracks.of(segment, side));
-    // Without knee and ankle markers, the clusters determine the centres, the ankle first.
     let functional_ankle = || {
         let (shank, foot) = (clusters(Segment::Shank)?, clusters(Segment::Foot)?);
         let (heel, toe) = (tracks.get(Site::Heel, side)?, toe(tracks, side)?);
@@ -119,25 +116,44 @@ fn leg(
             .collect();
         shared_centre(&shank, &foot, Prior::Near(&near))
     };
+    Ok(
+        match (
+            tracks.get(Site::Ankle, side),
+            tracks.get(Site::AnkleCentre, side),
+        ) {
+            (Some(marker), _) => marker.to_vec(),
+            (None, Some(centre)) => {
+                say(
+                    &MarkerPlace(Site::Ankle, side).to_string(),
+                    "no marker: the file's joint centre is used",
+                );
+                centre.to_vec()
+            }
+            (None, None) => {
+                say(
+                    &MarkerPlace(Site::Ankle, side).to_string(),
+                    "no marker: taken where shank and foot turn about each other",
+                );
+                functional_ankle().ok_or_else(|| {
+                    format!("no marker for the {}", MarkerPlace(Site::Ankle, side))
+                })?
+            }
+        },
+    )
+}
+
+fn leg(
+    tracks: &MarkerTracks,
+    pelvis: &Pelvis,
+    hips: &[DVec3],
+    side: MarkerSide,
+    warnings: &mut Vec<String>,
+) -> Result<MarkerLeg, String> {
+    let (knee_m, ankle_m) = depths(tracks);
+    let mut say = |what: &str, how: &str| warnings.push(format!("{what}: {how}"));
+    let clusters = |segment| motion_of(&tracks.of(segment, side));
     let ankle_marker = tracks.get(Site::Ankle, side);
-    let ankle_near = match (ankle_marker, tracks.get(Site::AnkleCentre, side)) {
-        (Some(marker), _) => marker.to_vec(),
-        (None, Some(centre)) => {
-            say(
-                &MarkerPlace(Site::Ankle, side).to_string(),
-                "no marker: the file's joint centre is used",
-            );
-            centre.to_vec()
-        }
-        (None, None) => {
-            say(
-                &MarkerPlace(Site::Ankle, side).to_string(),
-                "no marker: taken where shank and foot turn about each other",
-            );
-            functional_ankle()
-                .ok_or_else(|| format!("no marker for the {}", MarkerPlace(Site::Ankle, side)))?
-        }
-    };
+    let ankle_near = ankle_near(tracks, side, &mut say)?;
     let square = |down: &[DVec3]| -> Vec<DVec3> {
         let line = each(hips, down, |a, b| a - b);
         each(&pelvis.left, &line, |left, line| {

@@ -225,30 +225,7 @@ impl RestCalibration {
             p[at.joint] + at.offset
         });
 
-        // Limbs hang along -Y; the minimal rotation keeps their twist.
-        for (joint, child) in [
-            (Joint::LeftUpperArm, Joint::LeftForearm),
-            (Joint::LeftForearm, Joint::LeftHand),
-            (Joint::RightUpperArm, Joint::RightForearm),
-            (Joint::RightForearm, Joint::RightHand),
-            (Joint::LeftThigh, Joint::LeftShank),
-            (Joint::LeftShank, Joint::LeftFoot),
-            (Joint::RightThigh, Joint::RightShank),
-            (Joint::RightShank, Joint::RightFoot),
-        ] {
-            let along = base.inverse() * (points[child.index()] - points[joint.index()]);
-            if let Some(along) = along.try_normalize() {
-                parts[joint.index()].axes = base * DQuat::from_rotation_arc(-DVec3::Y, along);
-            } else if let Some(parent) = joint.parent() {
-                parts[joint.index()].axes = parts[parent.index()].axes;
-            }
-        }
-        for (hand, forearm) in [
-            (Joint::LeftHand, Joint::LeftForearm),
-            (Joint::RightHand, Joint::RightForearm),
-        ] {
-            parts[hand.index()].axes = parts[forearm.index()].axes;
-        }
+        hang_limbs(&mut parts, &points, base);
         let feet = [
             (Joint::LeftFoot, Joint::LeftShank),
             (Joint::RightFoot, Joint::RightShank),
@@ -295,6 +272,33 @@ impl RestCalibration {
             stands: is_rest,
             warnings,
         })
+    }
+}
+
+/// Sets the axes of limbs, which hang along -Y; the minimal rotation keeps their twist.
+fn hang_limbs(parts: &mut [RestJoint; JOINTS], points: &[DVec3; JOINTS], base: DQuat) {
+    for (joint, child) in [
+        (Joint::LeftUpperArm, Joint::LeftForearm),
+        (Joint::LeftForearm, Joint::LeftHand),
+        (Joint::RightUpperArm, Joint::RightForearm),
+        (Joint::RightForearm, Joint::RightHand),
+        (Joint::LeftThigh, Joint::LeftShank),
+        (Joint::LeftShank, Joint::LeftFoot),
+        (Joint::RightThigh, Joint::RightShank),
+        (Joint::RightShank, Joint::RightFoot),
+    ] {
+        let along = base.inverse() * (points[child.index()] - points[joint.index()]);
+        if let Some(along) = along.try_normalize() {
+            parts[joint.index()].axes = base * DQuat::from_rotation_arc(-DVec3::Y, along);
+        } else if let Some(parent) = joint.parent() {
+            parts[joint.index()].axes = parts[parent.index()].axes;
+        }
+    }
+    for (hand, forearm) in [
+        (Joint::LeftHand, Joint::LeftForearm),
+        (Joint::RightHand, Joint::RightForearm),
+    ] {
+        parts[hand.index()].axes = parts[forearm.index()].axes;
     }
 }
 
@@ -345,6 +349,28 @@ fn swap_sides_if_needed(
     }
     base_of(left, up).ok_or_else(degenerate)
 }
+
+/// The joints of both sides, from the clavicle to the foot.
+const SIDES: [[Joint; 7]; 2] = [
+    [
+        Joint::LeftClavicle,
+        Joint::LeftUpperArm,
+        Joint::LeftForearm,
+        Joint::LeftHand,
+        Joint::LeftThigh,
+        Joint::LeftShank,
+        Joint::LeftFoot,
+    ],
+    [
+        Joint::RightClavicle,
+        Joint::RightUpperArm,
+        Joint::RightForearm,
+        Joint::RightHand,
+        Joint::RightThigh,
+        Joint::RightShank,
+        Joint::RightFoot,
+    ],
+];
 
 /// Chooses the source joint of every canonical joint. All axes are `base`.
 fn place(p: &[DVec3], roles: &JointRoles, base: DQuat, up: DVec3) -> [RestJoint; JOINTS] {
@@ -422,29 +448,8 @@ fn place(p: &[DVec3], roles: &JointRoles, base: DQuat, up: DVec3) -> [RestJoint;
     set(Joint::Thorax, thorax_turns, thorax);
     set(Joint::Neck, neck_turns, neck);
     set(Joint::Head, head, on(head));
-    use Joint as J;
-    let sides = [
-        [
-            J::LeftClavicle,
-            J::LeftUpperArm,
-            J::LeftForearm,
-            J::LeftHand,
-            J::LeftThigh,
-            J::LeftShank,
-            J::LeftFoot,
-        ],
-        [
-            J::RightClavicle,
-            J::RightUpperArm,
-            J::RightForearm,
-            J::RightHand,
-            J::RightThigh,
-            J::RightShank,
-            J::RightFoot,
-        ],
-    ];
     for (side, [clavicle, upper_arm, forearm, hand, thigh, shank, foot]) in
-        sides.into_iter().enumerate()
+        SIDES.into_iter().enumerate()
     {
         match roles.clavicle[side] {
             Some(joint) => set(clavicle, joint, on(joint)),

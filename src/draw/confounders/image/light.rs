@@ -12,6 +12,7 @@ use crate::draw::grey_threshold::threshold;
 use glam::DVec2;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
+use std::ops::Range;
 
 /// Contrast between figure and background in good light, grey levels of 255.
 const CONTRAST: f32 = 110.0;
@@ -117,33 +118,7 @@ impl Light {
                 *shown = grey(lit + contrast);
             }
         }
-        let mut counts = [0; 256];
-        let mut nothing = [[0; 256]; LANES];
-        let each = levels[0]
-            .chunks_exact(columns)
-            .zip(levels[1].chunks_exact(columns));
-        for (row, (background, shown)) in each.enumerate() {
-            let (fours, rest) = background.as_chunks::<LANES>();
-            for levels in fours {
-                for (counts, &level) in nothing.iter_mut().zip(levels) {
-                    counts[usize::from(level)] += 9;
-                }
-            }
-            for (counts, &level) in nothing.iter_mut().zip(rest) {
-                counts[usize::from(level)] += 9;
-            }
-            if figure_rows.contains(&row) {
-                each_on(picture, row, |column, on| {
-                    counts[usize::from(shown[column])] += on;
-                    nothing[column % LANES][usize::from(background[column])] -= on;
-                });
-            }
-        }
-        for of in &nothing {
-            for (count, of) in counts.iter_mut().zip(of) {
-                *count += of;
-            }
-        }
+        let counts = counts(&levels, columns, picture, &figure_rows);
         // Levels are whole numbers, so the threshold's whole part is enough.
         #[expect(
             clippy::cast_possible_truncation,
@@ -270,6 +245,44 @@ fn above(levels: &[u8], threshold: u8) -> u64 {
     let all = all.map(|&eight| above(u64::from_le_bytes(eight)));
     all.zip(0..)
         .fold(0, |bits, (eight, at)| bits | eight << (8 * at))
+}
+
+/// Counts the samples of each grey level, nine a pixel: those of the figure have its level, the
+/// others that of the background. `levels` are those of the background and of the figure.
+fn counts(
+    levels: &[Vec<u8>; 2],
+    columns: usize,
+    picture: &BitPicture,
+    figure_rows: &Range<usize>,
+) -> [u32; 256] {
+    let mut counts = [0; 256];
+    let mut nothing = [[0; 256]; LANES];
+    let each = levels[0]
+        .chunks_exact(columns)
+        .zip(levels[1].chunks_exact(columns));
+    for (row, (background, shown)) in each.enumerate() {
+        let (fours, rest) = background.as_chunks::<LANES>();
+        for levels in fours {
+            for (counts, &level) in nothing.iter_mut().zip(levels) {
+                counts[usize::from(level)] += 9;
+            }
+        }
+        for (counts, &level) in nothing.iter_mut().zip(rest) {
+            counts[usize::from(level)] += 9;
+        }
+        if figure_rows.contains(&row) {
+            each_on(picture, row, |column, on| {
+                counts[usize::from(shown[column])] += on;
+                nothing[column % LANES][usize::from(background[column])] -= on;
+            });
+        }
+    }
+    for of in &nothing {
+        for (count, of) in counts.iter_mut().zip(of) {
+            *count += of;
+        }
+    }
+    counts
 }
 
 /// Calls `act` with each pixel of a row that has samples on, and the number of these samples.
