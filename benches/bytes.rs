@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     // 26 people at 10 speeds, with their bodies; 13 s on one core.
     let people = subjects(&CohortOptions::default())?;
-    let study_pack = encode_subjects(&people, MAX_ERROR_MM, &|| {})?.len();
+    let study_pack = encode_subjects(&people, MAX_ERROR_MM, &|| Ok(()))?.len();
     // One of each type that is needed to make a GEI with bit rows.
     let gei_types = Budget::UNPACKED_BYTES;
     for (name, bytes) in [

@@ -10,7 +10,6 @@ mod recording;
 mod two;
 
 mod chain;
-mod encoding_error;
 mod frontier;
 mod golden;
 mod recorded;

@@ -10,16 +10,9 @@ mod figure;
 mod npy;
 #[path = "../helpers/npz.rs"]
 mod npz;
-#[path = "../helpers/parts.rs"]
-mod parts;
-#[path = "../helpers/people.rs"]
-mod people;
-#[path = "../helpers/walker.rs"]
-mod walker;
 
 mod anthropometry;
 mod bodies;
-mod calipers;
 mod checksums;
 mod clips;
 mod faults;
@@ -28,9 +21,7 @@ mod formats;
 mod gltf;
 mod hard;
 mod hard_files;
-mod likeness;
 mod manifest;
 mod markers;
 mod mesh;
-mod posture;
 mod skeletons;

@@ -2,6 +2,7 @@
 
 #[path = "../helpers/command.rs"]
 mod command;
+#[expect(dead_code, reason = "other targets also read the folder of more data")]
 #[path = "../helpers/data.rs"]
 mod data;
 #[path = "../helpers/network.rs"]
@@ -19,21 +20,16 @@ mod action;
 mod baselines;
 mod bench;
 mod bench_path;
-mod beside;
 mod contracts;
 mod gate;
-mod likeness;
 mod literature;
 mod mix;
 mod parity;
-mod populations;
 mod protocols;
 mod quantize;
 mod score;
-mod skinned;
 mod slow;
 mod study;
 mod train;
 mod tree_sweep;
 mod trees;
-mod twins;

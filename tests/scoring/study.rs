@@ -2,10 +2,8 @@
 
 use crate::command::{done, names, refused};
 use crate::data::fixtures;
-use crate::people::{body, rows};
-use crate::skinned::{Seen, spans};
+use crate::people::{Seen, body, rows, spans};
 use edgegait::dataset::TreeLayout;
-use edgegait::draw::sweep::FramingMode;
 use edgegait::{Dataset, Tree};
 use edgegait_core::silhouette::Size;
 use image::{GrayImage, imageops};
@@ -105,11 +103,7 @@ fn found_by_hand(at: &Path) -> f64 {
     let tree = Tree::open(at.join("people"), &TreeLayout::default()).expect("a tree");
     let (mut hits, mut all) = (0, 0);
     for row in takes {
-        let place = tree.sequences().iter().position(|one| {
-            one.subject == row["id"] && one.take == row["take"] && one.view == "090"
-        });
-        let seen = tree.silhouettes(place.expect("a take"), Size::S50x30, FramingMode::Height);
-        let seen = Seen::of(&seen.expect("silhouettes"));
+        let seen = Seen::of(&tree, row, Size::S50x30);
         for span in spans(&row["phase_cycles"]) {
             let gei = seen.gei(span);
             let apart = |twin: &[u8]| -> f64 {

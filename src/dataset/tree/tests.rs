@@ -404,4 +404,22 @@ fn walkers_of_a_tree_that_others_made_are_framed() {
     }
 }
 
-mod with_data;
+mod with_data {
+    use super::*;
+
+    /// 10 people, 29 takes, 10 views.
+    #[test]
+    #[ignore = "needs EDGEGAIT_DATA"]
+    fn a_large_tree_is_listed_and_its_walkers_framed() {
+        let data = std::env::var_os("EDGEGAIT_DATA").expect("EDGEGAIT_DATA");
+        let tree =
+            Tree::open(Path::new(&data).join("reallike"), &TreeLayout::default()).expect("a tree");
+        assert_eq!(
+            (tree.sequences().len(), tree.skipped()),
+            (290, &["video".to_owned()][..])
+        );
+        let mut sequences = tree.sequences().iter();
+        let side = sequences.position(|sequence| sequence.view == "090");
+        check_framing(&tree, side.expect("a side view"));
+    }
+}

@@ -1,12 +1,13 @@
-//! Training on bare, dressed and randomised people, tested on people that other software rendered
-//! from skinned bodies in clothes.
+//! Makes the table of bare and dressed people in src/guide/designs.md: training on them, tested on
+//! people that other software rendered from skinned bodies in clothes.
 
 use crate::command::done;
 use crate::data::given;
-use crate::people::{Row, rows};
-use crate::skinned::{CHOICES, Seen, spans};
+use crate::means::{apart, mean_row, over_people};
+use crate::people::{Seen, spans};
+use crate::skinned::CHOICES;
+use crate::walker::takes;
 use edgegait::dataset::TreeLayout;
-use edgegait::draw::sweep::FramingMode;
 use edgegait::inference::{Model, Runtime};
 use edgegait::{Dataset, Tree};
 use edgegait_core::silhouette::Size;
@@ -33,30 +34,6 @@ struct Shown {
     embedding: Vec<f64>,
 }
 
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter()
-        .zip(b)
-        .map(|(a, b)| (a - b) * (a - b))
-        .sum::<f64>()
-        .sqrt()
-}
-
-/// Returns the root mean square difference, of 255.
-fn apart(a: &[f64], b: &[f64]) -> f64 {
-    distance(a, b) / (a.len() as f64).sqrt()
-}
-
-fn mean_of<'a>(geis: impl Iterator<Item = &'a [f64]> + Clone) -> Vec<f64> {
-    let count = geis.clone().count() as f64;
-    let mut sum = vec![0.0; geis.clone().next().map_or(0, <[f64]>::len)];
-    for gei in geis {
-        sum.iter_mut()
-            .zip(gei)
-            .for_each(|(sum, pixel)| *sum += pixel);
-    }
-    sum.iter().map(|sum| sum / count).collect()
-}
-
 /// Returns the mean GEI of each person at a viewpoint.
 fn people(shown: &[Shown], view: usize) -> BTreeMap<&str, Vec<f64>> {
     let mut of: BTreeMap<&str, Vec<&[f64]>> = BTreeMap::new();
@@ -64,28 +41,8 @@ fn people(shown: &[Shown], view: usize) -> BTreeMap<&str, Vec<f64>> {
         of.entry(&one.person).or_default().push(&one.gei);
     }
     of.into_iter()
-        .map(|(person, geis)| (person, mean_of(geis.into_iter())))
+        .map(|(person, geis)| (person, mean_row(geis.into_iter())))
         .collect()
-}
-
-/// Returns a mean over probes and half of its 95 % interval over people, in the unit of the values,
-/// as a ratio of sums (Cochran 1977, 6.3).
-fn over_people(probes: &[(&str, f64)]) -> (f64, f64) {
-    let mut people: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
-    for (person, value) in probes {
-        let person = people.entry(person).or_default();
-        *person = (person.0 + value, person.1 + 1.0);
-    }
-    let all = probes.len() as f64;
-    let mean = people.values().map(|person| person.0).sum::<f64>() / all;
-    let count = people.len() as f64;
-    let squares = people
-        .values()
-        .map(|(sum, probes)| (sum - mean * probes).powi(2));
-    (
-        mean,
-        1.96 * (squares.sum::<f64>() * count / (count - 1.0)).sqrt() / all,
-    )
 }
 
 /// Returns the share of probes, in percent, whose nearest GEI in the gallery that `is_gallery`
@@ -100,7 +57,7 @@ fn rank1(
     for probe in shown.iter().filter(|probe| is_probe(probe)) {
         let gallery = shown.iter().filter(|other| is_gallery(probe, other));
         let nearest = gallery.min_by(|a, b| {
-            let [a, b] = [a, b].map(|other| distance(of(other), of(probe)));
+            let [a, b] = [a, b].map(|other| apart(of(other), of(probe)));
             a.total_cmp(&b)
         });
         if let Some(nearest) = nearest {
@@ -108,29 +65,19 @@ fn rank1(
             probes.push((probe.person.as_str(), 100.0 * f64::from(u8::from(is_right))));
         }
     }
-    over_people(&probes)
+    over_people(probes)
 }
 
 /// Returns the cycles of the people for choices.
 fn seen(data: &Path) -> Vec<Shown> {
-    let takes = rows(&data.join("people/manifest.csv"));
     let tree = Tree::open(data.join("people/people"), &TreeLayout::default()).expect("a tree");
     let mut shown = Vec::new();
-    for row in takes
-        .iter()
-        .filter(|row| CHOICES.contains(&row["id"].as_str()))
-    {
-        let of = |row: &Row| VIEWS.iter().position(|view| row["view"] == view.0);
-        let Some(view) = of(row) else { continue };
-        let place = tree.sequences().iter().position(|one| {
-            one.subject == row["id"] && one.take == row["take"] && one.view == row["view"]
-        });
-        let seen = tree.silhouettes(
-            place.expect("a sequence"),
-            Size::S50x30,
-            FramingMode::Height,
-        );
-        let seen = Seen::of(&seen.expect("silhouettes"));
+    for row in takes(data) {
+        let view = VIEWS.iter().position(|view| row["view"] == view.0);
+        let Some(view) = view.filter(|_| CHOICES.contains(&row["id"].as_str())) else {
+            continue;
+        };
+        let seen = Seen::of(&tree, &row, Size::S50x30);
         for span in spans(&row["phase_cycles"]) {
             shown.push(Shown {
                 person: row["id"].clone(),
@@ -144,6 +91,8 @@ fn seen(data: &Path) -> Vec<Shown> {
     shown
 }
 
+/// The people of a design.
+const COUNT: usize = 400;
 /// The viewpoints of a design.
 const FIXED: &str = "[views]\nazimuth_deg = [0, 45, 90, 135]\nelevation_deg = [0, 15]";
 const RANDOM: &str = "[views]\nazimuth_deg = { uniform = [0, 180] }\nelevation_deg = { uniform = [0, 20] }\ncount = 8";
@@ -162,20 +111,18 @@ const POPULATIONS: [(&str, &str, &str, &str); 5] = [
     ),
 ];
 
-mod slow {
+mod slow_of_data {
     use super::*;
 
     #[test]
     #[ignore = "slow without optimisation; needs EDGEGAIT_DATA"]
     fn recognizers_of_bare_dressed_and_random_people_on_those_of_other_software() {
         let data = given();
-        let count: usize =
-            std::env::var("EDGEGAIT_COUNT").map_or(300, |it| it.parse().expect("a number"));
         let mut shown = seen(&data);
         let folder = tempfile::tempdir().expect("a folder");
         let at = folder.path();
         println!(
-            "{} cycles of {} people for choices; {count} made people",
+            "{} cycles of {} people for choices; {COUNT} made people",
             shown.len() / 5,
             CHOICES.len()
         );
@@ -188,7 +135,7 @@ mod slow {
         let embedded: fn(&Shown) -> &[f64] = |shown| &shown.embedding;
         for (name, dressed, conditions, views) in POPULATIONS {
             let design = format!(
-                "seed = 11\n{conditions}\n[population]\npeople = \"0..{count}\"\ndressed = \"{dressed}\"\n[walks]\nspeeds_kmh = {{ uniform = [3, 6], walks = 2 }}\ntakes = 2\n{views}\n[images]\nraster = \"rows\"\nlens = \"persp\"\ndistance_m = 6\n"
+                "seed = 11\n{conditions}\n[population]\npeople = \"0..{COUNT}\"\ndressed = \"{dressed}\"\n[walks]\nspeeds_kmh = {{ uniform = [3, 6], walks = 2 }}\ntakes = 2\n{views}\n[images]\nraster = \"rows\"\nlens = \"persp\"\ndistance_m = 6\n"
             );
             fs::write(at.join("design.toml"), design).expect("a design");
             done(
@@ -217,7 +164,7 @@ mod slow {
                 let cells = (0..VIEWS.len()).map(|view| {
                     let (made, seen) = (people(&made, view), people(&shown, view));
                     let mean =
-                        |of: &BTreeMap<&str, Vec<f64>>| mean_of(of.values().map(Vec::as_slice));
+                        |of: &BTreeMap<&str, Vec<f64>>| mean_row(of.values().map(Vec::as_slice));
                     let nearest: Vec<(&str, f64)> = seen
                         .iter()
                         .map(|(person, own)| {
@@ -225,7 +172,7 @@ mod slow {
                             (*person, all.fold(f64::MAX, f64::min))
                         })
                         .collect();
-                    let (near, half) = over_people(&nearest);
+                    let (near, half) = over_people(nearest);
                     let means = apart(&mean(&made), &mean(&seen));
                     format!("{}: {means:.1}, {near:.1} +-{half:.1}", VIEWS[view].0)
                 });

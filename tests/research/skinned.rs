@@ -1,18 +1,18 @@
-//! Comparing imported walkers with silhouettes that other software rendered from skinned bodies of
-//! the same dimensions in the same recordings.
+//! Makes the table of skinned bodies in src/guide/importing.md: imported walkers beside silhouettes
+//! that other software rendered from skinned bodies of the same dimensions in the same recordings.
 
 use crate::command::done;
 use crate::data::given;
+use crate::means::{apart, mean, over_people};
 use crate::npy::npy;
-use crate::people::{Row, body, recordings, rows};
-use edgegait::dataset::{Silhouettes, TreeLayout};
-use edgegait::draw::sweep::FramingMode;
+use crate::people::{Seen, spans};
+use crate::walker::{bodies, import_person, takes, walk};
+use edgegait::dataset::TreeLayout;
 use edgegait::train::{Components, TrainMethod, TrainOptions, fit};
 use edgegait::{Dataset, Tree};
 use edgegait_core::silhouette::Size;
 use ndarray::Array2;
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 /// The people for choices; `EDGEGAIT_PEOPLE=final` selects the others, for final results, and `all`
@@ -30,48 +30,8 @@ const BOUNDS: [(f64, f64); 3] = [(0.802, 38.6), (0.752, 33.7), (0.704, 37.3)];
 const SHOWN: usize = 4;
 /// The frames of a drawn cycle.
 const FRAMES: usize = 64;
-
-/// Parses pairs of numbers, such as `13.5-46.25;46.25-77.75`.
-pub fn spans(text: &str) -> Vec<(f64, f64)> {
-    let number = |text: &str| text.parse::<f64>().expect("a frame");
-    let spans = text.split(';').filter_map(|span| span.split_once('-'));
-    spans.map(|(from, to)| (number(from), number(to))).collect()
-}
-
-fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-    sum / count
-}
-
-/// The frames of one sequence of the other set.
-pub struct Seen {
-    pixels: Vec<u8>,
-    size: usize,
-}
-
-impl Seen {
-    pub fn of(silhouettes: &Silhouettes) -> Self {
-        Self {
-            size: silhouettes.pixels.len() / silhouettes.frames,
-            pixels: silhouettes.pixels.clone(),
-        }
-    }
-
-    fn frame(&self, index: usize) -> Option<&[u8]> {
-        self.pixels.get(index * self.size..(index + 1) * self.size)
-    }
-
-    pub fn gei(&self, (from, to): (f64, f64)) -> Vec<f64> {
-        let frames = from.ceil() as usize..to.ceil() as usize;
-        let frames: Vec<&[u8]> = frames.filter_map(|frame| self.frame(frame)).collect();
-        let pixel = |at: usize| mean(frames.iter().map(|frame| f64::from(frame[at])));
-        (0..self.size).map(pixel).collect()
-    }
-}
-
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    mean(a.iter().zip(b).map(|(a, b)| (a - b) * (a - b))).sqrt()
-}
+/// The pixels of a frame.
+const SIZE: usize = Size::S50x30.rows() * Size::S50x30.columns();
 
 /// Returns the centroid of a template in each row, in columns.
 fn middles(gei: &[f64]) -> Vec<f64> {
@@ -111,28 +71,17 @@ struct Found {
 }
 
 impl Found {
-    /// Returns the mean of a value over seen cycles and half of its 95 % interval: 1.96 standard
-    /// errors over people, whose cycles are similar, as a ratio of sums (Cochran 1977, 6.3).
+    /// Returns the mean of a value over seen cycles and half of its 95 % interval.
     fn over_people(&self, of: impl Fn(&str, &[f64]) -> f64) -> (f64, f64) {
-        let mut people: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
-        for (id, gei) in &self.seen {
-            let person = people.entry(id).or_default();
-            *person = (person.0 + of(id, gei), person.1 + 1.0);
-        }
-        let middle = people.values().map(|person| person.0).sum::<f64>() / self.seen.len() as f64;
-        let count = people.len() as f64;
-        let squares = people
-            .values()
-            .map(|(sum, cycles)| (sum - middle * cycles).powi(2));
-        let variance = squares.sum::<f64>() * count / (count - 1.0);
-        (middle, 1.96 * variance.sqrt() / self.seen.len() as f64)
+        let values = self.seen.iter().map(|(id, gei)| (id.as_str(), of(id, gei)));
+        over_people(values)
     }
 
     /// Returns the share of seen cycles whose nearest drawn template is of the same person.
     fn rank1(&self) -> (f64, f64) {
         self.over_people(|id, gei| {
             let nearest = self.drawn.iter().min_by(|a, b| {
-                let [a, b] = [a, b].map(|(_, drawn)| distance(drawn, gei));
+                let [a, b] = [a, b].map(|(_, drawn)| apart(drawn, gei));
                 a.total_cmp(&b)
             });
             f64::from(u8::from(nearest.is_some_and(|(found, _)| found == id)))
@@ -146,7 +95,7 @@ impl Found {
             let mut nearest: BTreeMap<&str, f64> = BTreeMap::new();
             for (drawn, pixels) in &self.drawn {
                 let least = nearest.entry(drawn).or_insert(f64::MAX);
-                *least = least.min(distance(pixels, gei));
+                *least = least.min(apart(pixels, gei));
             }
             let own = nearest[id];
             let farther = nearest.values().filter(|other| **other > own).count();
@@ -201,7 +150,7 @@ fn picture(found: &BTreeMap<&str, Found>) {
     println!("{}", path.display());
 }
 
-mod slow {
+mod slow_of_data {
     use super::*;
 
     #[test]
@@ -212,26 +161,18 @@ mod slow {
         let people = people.as_deref().unwrap_or("choices");
         let folder = tempfile::tempdir().expect("a folder");
         let at = folder.path();
-        let bodies = rows(&data.join("people/bodies.csv"));
-        let takes = rows(&data.join("people/manifest.csv"));
+        let takes = takes(&data);
         let tree = Tree::open(data.join("people/people"), &TreeLayout::default()).expect("a tree");
         let mut found: BTreeMap<&str, Found> = BTreeMap::new();
-        let ids = bodies.iter().map(|row| row["id"].as_str());
-        let wanted = |id: &&str| people == "all" || (people == "choices") == CHOICES.contains(id);
-        for id in ids.filter(wanted) {
-            let own: Vec<&Row> = takes.iter().filter(|row| row["id"] == id).collect();
-            let body_of = bodies.iter().find(|row| row["id"] == id).expect("a body");
-            fs::write(at.join("body.csv"), body(body_of)).expect("a table");
-            let sources = recordings(&data, id);
-            let import = "import --subject ID --bodies body.csv --cycles mean --keep-going --overwrite --out walks.egp";
-            let import = import.replace("ID", id);
+        for person in bodies(&data) {
+            let id = person["id"].as_str();
+            if people != "all" && (people == "choices") != CHOICES.contains(&id) {
+                continue;
+            }
             let camera = "--azimuth-deg 0,45,90 --elevation-deg 0 --lens persp --distance-m 6";
-            let sweep = format!("sweep walks.egp {camera} --out geis --overwrite");
+            let sweep = format!("sweep {id}.egp {camera} --out geis --overwrite");
             let drawn = |cycles: &str| {
-                let import = import.replace("mean", cycles);
-                let mut import: Vec<&str> = import.split(' ').collect();
-                import.extend(sources.iter().map(String::as_str));
-                done(at, &import);
+                import_person(at, &data, &person, cycles);
                 done(at, &sweep.split(' ').collect::<Vec<_>>());
                 Dataset::open(at.join("geis")).expect("a dataset")
             };
@@ -243,26 +184,15 @@ mod slow {
                 found.learnt.push((id.to_owned(), gei.collect()));
             }
             let geis = drawn("mean");
-            for row in own {
+            for row in takes.iter().filter(|row| row["id"] == id) {
                 let Some((view, azimuth_deg)) =
                     VIEWS.into_iter().find(|(view, _)| row["view"] == *view)
                 else {
                     continue;
                 };
                 let found = found.entry(view).or_default();
-                let place = tree.sequences().iter().position(|one| {
-                    one.subject == id && one.take == row["take"] && one.view == view
-                });
-                let seen = tree.silhouettes(
-                    place.expect("a sequence"),
-                    Size::S50x30,
-                    FramingMode::Height,
-                );
-                let seen = seen.expect("silhouettes");
-                assert_eq!(seen.empty, 0);
-                let seen = Seen::of(&seen);
-                let source = Path::new(&row["source"]);
-                let stem = source.file_stem().expect("a name").to_string_lossy();
+                let seen = Seen::of(&tree, row, Size::S50x30);
+                let stem = walk(row);
                 let index = geis
                     .index()
                     .iter()
@@ -271,7 +201,7 @@ mod slow {
                 let drawn: Vec<f64> = drawn.iter().copied().map(f64::from).collect();
                 for span in spans(&row["phase_cycles"]) {
                     let gei = seen.gei(span);
-                    found.apart.push(distance(&gei, &drawn));
+                    found.apart.push(apart(&gei, &drawn));
                     let [seen, drawn] = [&gei, &drawn].map(|gei| middles(gei));
                     let left = seen.iter().zip(&drawn).map(|(seen, drawn)| seen - drawn);
                     found.left.push(left.collect());
@@ -279,7 +209,7 @@ mod slow {
                 }
                 found.drawn.push((id.to_owned(), drawn));
                 let render = format!(
-                    "render walks.egp --walks {stem} --azimuth-deg {azimuth_deg} --lens persp --distance-m 6 --frames-per-cycle {FRAMES} --out frames.npy --overwrite"
+                    "render {id}.egp --walks {stem} --azimuth-deg {azimuth_deg} --lens persp --distance-m 6 --frames-per-cycle {FRAMES} --out frames.npy --overwrite"
                 );
                 done(at, &render.split(' ').collect::<Vec<_>>());
                 let (_, frames) = npy(at.join("frames.npy"));
@@ -293,21 +223,21 @@ mod slow {
                     for frame in from.ceil() as usize..to.ceil() as usize {
                         let phase = begins + (frame as f64 - from) / (to - from);
                         let own = (phase * FRAMES as f64).round() as usize % FRAMES;
-                        let own = &frames[own * seen.size..(own + 1) * seen.size];
+                        let own = &frames[own * SIZE..][..SIZE];
                         let seen = seen.frame(frame);
                         of_take.extend(seen.map(|seen| jaccard(own, seen)));
                     }
                 }
                 for shown in 0..SHOWN {
                     let phase = shown as f64 / SHOWN as f64;
-                    let at = (FRAMES as f64 * (phase + begins)) as usize % FRAMES * seen.size;
+                    let at = (FRAMES as f64 * (phase + begins)) as usize % FRAMES * SIZE;
                     let seen_at = seen.frame((from + phase * (to - from)).round() as usize);
                     found.pairs.push((
-                        frames[at..at + seen.size].to_vec(),
+                        frames[at..][..SIZE].to_vec(),
                         seen_at.expect("a frame").to_vec(),
                     ));
                 }
-                found.jaccards.push(mean(of_take.into_iter()));
+                found.jaccards.push(mean(of_take));
             }
         }
         picture(&found);

@@ -1,30 +1,22 @@
-//! Synthetic twins: comparing scores of drawn walks with those of silhouettes from other software.
+//! Makes the correlations of scores in src/guide/results.md: of drawn walks, and of silhouettes from
+//! other software.
 //!
 //! The other set shows skinned bodies in motion capture. EdgeGait draws the same captures, and the
 //! same recognizers are scored on both, for each pair of viewpoints.
 
 use crate::command::done;
 use crate::data::given;
+use crate::means::mean;
+use crate::people::rows;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Returns the clips of the people of the other set.
 fn sources(data: &Path) -> BTreeSet<String> {
-    let mut reader =
-        csv::Reader::from_path(data.join("reallike/manifest.csv")).expect("a manifest");
-    let headers = reader.headers().expect("a head").clone();
-    let column = |name: &str| {
-        headers
-            .iter()
-            .position(|head| head == name)
-            .expect("a column")
-    };
-    let (split, source) = (column("split"), column("source"));
-    let rows = reader.records().map(|row| row.expect("a row"));
-    let open = rows.filter(|row| &row[split] == "open");
-    let path = |row: csv::StringRecord| data.join("mocap/clips").join(&row[source]);
-    open.map(path)
+    let rows = rows(&data.join("reallike/manifest.csv"));
+    let open = rows.iter().filter(|row| row["split"] == "open");
+    open.map(|row| data.join("mocap/clips").join(&row["source"]))
         .map(|path| path.display().to_string())
         .collect()
 }
@@ -55,16 +47,15 @@ fn pairs(real: &Value, twin: &Value) -> Vec<(f64, f64)> {
 
 /// Returns Pearson's correlation coefficient.
 fn correlation(pairs: &[(f64, f64)]) -> f64 {
-    let count = pairs.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / count;
-    let (x, y) = (mean(|pair| pair.0), mean(|pair| pair.1));
+    let of = |of: fn(&(f64, f64)) -> f64| mean(pairs.iter().map(of));
+    let (x, y) = (of(|pair| pair.0), of(|pair| pair.1));
     let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
         pairs.iter().map(|pair| of(pair.0 - x, pair.1 - y)).sum()
     };
     sum(&|x, y| x * y) / (sum(&|x, _| x * x) * sum(&|_, y| y * y)).sqrt()
 }
 
-mod slow {
+mod slow_of_data {
     use super::*;
 
     /// The order of difficulty of pairs of viewpoints carries over (measured correlations 0.88,
@@ -113,8 +104,7 @@ mod slow {
             let (real, twins) = (of(&real), of(&twins));
             let pairs = pairs(&real["probe_sets"][0], &twins["probe_sets"][0]);
             let found = correlation(&pairs);
-            let apart: f64 =
-                pairs.iter().map(|(a, b)| (a - b).abs()).sum::<f64>() / pairs.len() as f64;
+            let apart = mean(pairs.iter().map(|(a, b)| (a - b).abs()));
             println!(
                 "{}: rank-1 {:.1} % (others), {:.1} % (twins); {} pairs of viewpoints, correlation {found:.2}, {:.0} points apart",
                 real["name"],

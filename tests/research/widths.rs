@@ -1,9 +1,12 @@
-//! Synthetic bodies compared with skinned ones of other software with the same dimensions and
-//! recordings: breadth and depth at each height.
+//! Bounds the widths of the bodies of src/people/cohort/body.rs, which no page publishes: breadth and
+//! depth at each height beside skinned ones of the same dimensions in the same recordings.
 
 use crate::command::done;
 use crate::data::given;
+use crate::means::{mean, mean_row};
 use crate::parts::Parts;
+use crate::people::{Row, rows, spans};
+use crate::walker::{recording, takes};
 use edgegait::people::Cycle;
 use edgegait::people::cohort::anthropometry::{DIMENSIONS, Dimensions, NAMES};
 use edgegait::people::cohort::body;
@@ -11,7 +14,6 @@ use edgegait::people::recorded::{Keep, ReadOptions, Recording};
 use edgegait_core::pack::{Pack, Sex};
 use edgegait_core::skeleton::Joint;
 use glam::{DQuat, DVec2, DVec3};
-use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
@@ -35,16 +37,6 @@ const REGIONS: [(&str, usize, usize, [f64; 2]); 8] = [
     ("head", 92, 98, [1.1, 1.1]),
 ];
 
-type Row = HashMap<String, String>;
-
-fn rows(path: &Path) -> Vec<Row> {
-    let mut reader = csv::Reader::from_path(path).expect("a table");
-    reader
-        .deserialize()
-        .map(|row| row.expect("a row"))
-        .collect()
-}
-
 /// Returns the width at each height, in statures, of an image's set pixels.
 fn profile(set: &[bool], columns: usize) -> Vec<f64> {
     let widths: Vec<f64> = set
@@ -60,13 +52,6 @@ fn profile(set: &[bool], columns: usize) -> Vec<f64> {
             let up = (at as f64 + 0.5) / HEIGHTS as f64 * tall;
             widths[(bottom as f64 - up) as usize] / tall
         })
-        .collect()
-}
-
-fn mean(profiles: &[Vec<f64>]) -> Vec<f64> {
-    let sum = |at: usize| profiles.iter().map(|profile| profile[at]).sum::<f64>();
-    (0..HEIGHTS)
-        .map(|at| sum(at) / profiles.len() as f64)
         .collect()
 }
 
@@ -97,15 +82,11 @@ fn dimensions(row: &Row) -> (Dimensions, f64) {
 
 /// Returns the mean profile of the silhouettes of whole cycles.
 fn theirs(data: &Path, row: &Row) -> Vec<f64> {
-    let cycles = &row["phase_cycles"];
-    let ends: Vec<f64> = cycles
-        .split([';', '-'])
-        .map(|end| end.parse().expect("a frame"))
-        .collect();
+    let cycles = spans(&row["phase_cycles"]);
     let folder = ["id", "take", "view"]
         .iter()
         .fold(data.join("people/people"), |at, name| at.join(&row[*name]));
-    let frames = ends[0].ceil() as usize..ends[ends.len() - 1].ceil() as usize;
+    let frames = cycles[0].0.ceil() as usize..cycles[cycles.len() - 1].1.ceil() as usize;
     let images: Vec<_> = frames
         .map(|frame| {
             let image = image::open(folder.join(format!("{:03}.png", frame + 1)));
@@ -114,7 +95,7 @@ fn theirs(data: &Path, row: &Row) -> Vec<f64> {
             profile(&set, image.width() as usize)
         })
         .collect();
-    mean(&images)
+    mean_row(images.iter().map(Vec::as_slice))
 }
 
 /// Returns the mean profile of the synthetic body in the mean cycle of the recording, at 6 m, with
@@ -145,7 +126,7 @@ fn ours(pack: &[u8], own: &Cycle, d: &Dimensions, azimuth_deg: f64) -> Vec<f64> 
             profile(&set, picture.columns)
         })
         .collect();
-    mean(&images)
+    mean_row(images.iter().map(Vec::as_slice))
 }
 
 mod with_data {
@@ -158,7 +139,7 @@ mod with_data {
         let folder = tempfile::tempdir().expect("a folder");
         let at = folder.path();
         let bodies = rows(&data.join("people/bodies_dressed.csv"));
-        let takes = rows(&data.join("people/manifest.csv"));
+        let takes = takes(&data);
         let mut off = [[0.0; HEIGHTS]; 2];
         for id in PEOPLE {
             let row = bodies.iter().find(|row| row["id"] == id);
@@ -168,11 +149,7 @@ mod with_data {
                 seen.find(|row| row["id"] == id).expect("a take")
             };
             let take = of("000");
-            let root = match take["source_root"].as_str() {
-                "mocap" => "mocap/clips",
-                _ => "people/mocap_extra/clips",
-            };
-            let source = data.join(root).join(&take["source"]);
+            let source = recording(&data, take);
             // The people of the other software hold their hands as in the files.
             let options = ReadOptions {
                 keep: Keep::MeanCycle,
@@ -197,7 +174,7 @@ mod with_data {
         println!("made less skinned, cm: from the front, from the side");
         let mut missed = Vec::new();
         for (region, from, to, most) in REGIONS {
-            let mean = off.map(|off| off[from..to].iter().sum::<f64>() / (to - from) as f64);
+            let mean = off.map(|off| mean(off[from..to].iter().copied()));
             println!("{region:<10} {:>+5.2} {:>+5.2}", mean[0], mean[1]);
             if mean[0].abs() > most[0] || mean[1].abs() > most[1] {
                 missed.push((region, mean));

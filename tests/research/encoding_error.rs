@@ -1,21 +1,11 @@
-//! The effect of the encoding error: GEIs and rank-1 at 1, 5, 10 and 20 mm, compared with the
-//! finest encoding. Prints the table of the guide's page on encoding:
-//!
-//! `cargo test --release --test encoding encoding_error -- --ignored --nocapture`
+//! Makes the table of encoding errors in src/guide/encoding.md: GEIs and rank-1 at 1, 5, 10 and
+//! 20 mm, compared with the finest encoding.
 
+use crate::command::done;
 use edgegait::dataset::Dataset;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::Command;
-
-/// Runs the command, which must succeed.
-fn done(folder: &Path, arguments: &[&str]) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_edgegait"));
-    let output = command.args(arguments).current_dir(folder).output();
-    let output = output.expect("the command starts");
-    assert!(output.status.success(), "{arguments:?}: {output:?}");
-}
 
 /// Encodes the cohort at 5 km/h with this error, and sweeps, inspects and scores it.
 fn study(folder: &Path, error: &str) -> (Dataset, Value, Value) {

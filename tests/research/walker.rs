@@ -1,14 +1,14 @@
-//! Decoded walkers of packs, moment by moment.
+//! Imported walkers of the set `people`, decoded moment by moment.
 
 use crate::command::done;
-use crate::people::{body, recordings, rows};
+use crate::people::{Row, body, rows};
 use edgegait::people::forward_kinematics;
 use edgegait_core::clip::Clip;
 use edgegait_core::pack::Pack;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3, Vec3};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The number of moments in a cycle.
 const MOMENTS: usize = 64;
@@ -72,22 +72,46 @@ pub fn moments(pack: &Pack<'_>, subject: usize, clip: usize) -> Vec<Moment> {
     (0..MOMENTS).map(moment).collect()
 }
 
-/// Returns the people of `people/bodies.csv`.
-pub fn people(data: &Path) -> Vec<String> {
-    let bodies = rows(&data.join("people/bodies.csv"));
-    bodies.into_iter().map(|row| row["id"].clone()).collect()
+/// Returns the rows of `people/bodies.csv`.
+pub fn bodies(data: &Path) -> Vec<Row> {
+    rows(&data.join("people/bodies.csv"))
 }
 
-/// Imports the mean cycles of a person of `people` on the measured body, as `ID.egp` with
-/// `ID.json`.
-pub fn import_person(at: &Path, data: &Path, person: &str) {
-    let bodies = rows(&data.join("people/bodies.csv"));
-    let row = bodies.iter().find(|row| row["id"] == person);
-    fs::write(at.join("body.csv"), body(row.expect("a body"))).expect("a table");
-    let import = "import --subject ID --bodies body.csv --cycles mean --keep-going --overwrite --out ID.egp --json ID.json";
-    let import = import.replace("ID", person);
-    let files = recordings(data, person);
+/// Returns the rows of `people/manifest.csv`.
+pub fn takes(data: &Path) -> Vec<Row> {
+    rows(&data.join("people/manifest.csv"))
+}
+
+/// Returns the recording of a row of `people/manifest.csv`.
+pub fn recording(data: &Path, take: &Row) -> PathBuf {
+    let root = match take["source_root"].as_str() {
+        "mocap" => "mocap/clips",
+        _ => "people/mocap_extra/clips",
+    };
+    data.join(root).join(&take["source"])
+}
+
+/// Returns the name of the walk that is imported from the recording of a take.
+pub fn walk(take: &Row) -> String {
+    let stem = Path::new(&take["source"]).file_stem();
+    stem.expect("a name").to_string_lossy().into_owned()
+}
+
+/// Imports a person of `people` on the measured body, as `ID.egp` with `ID.json`; `cycles` is
+/// `all` or `mean`.
+pub fn import_person(at: &Path, data: &Path, person: &Row, cycles: &str) {
+    fs::write(at.join("body.csv"), body(person)).expect("a table");
+    let import = "import --subject ID --bodies body.csv --keep-going --overwrite --out ID.egp --json ID.json --cycles";
+    let import = import.replace("ID", &person["id"]);
+    let own = takes(data);
+    let own = own.iter().filter(|take| take["id"] == person["id"]);
+    let mut files: Vec<String> = own
+        .map(|take| recording(data, take).display().to_string())
+        .collect();
+    files.sort_unstable();
+    files.dedup();
     let mut import: Vec<&str> = import.split(' ').collect();
+    import.push(cycles);
     import.extend(files.iter().map(String::as_str));
     done(at, &import);
 }

@@ -1,8 +1,10 @@
-//! Posture, arms and feet of imported walkers, compared with their recordings.
+//! Makes the table of posture, arms and feet in src/guide/importing.md: imported walkers beside
+//! their recordings.
 
 use crate::command::done;
 use crate::data::given;
-use crate::walker::{Moment, moments};
+use crate::means::mean;
+use crate::walker::{Moment, bodies, import_person, moments};
 use edgegait::people::forward_kinematics;
 use edgegait::people::recorded::{ReadOptions, Recording};
 use edgegait_core::pack::Pack;
@@ -11,7 +13,7 @@ use glam::DVec3;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Shoulder, elbow and wrist of each side.
 const ARMS: [[Joint; 3]; 2] = [
@@ -30,12 +32,6 @@ const NAMES: [&str; 8] = [
     "wrists, deg",
     "wrist height",
 ];
-
-fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
-    let values = values.into_iter();
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-    sum / count
-}
 
 /// Returns the measures in the order of [`NAMES`]: the lateral peak-to-peak movement of the lower
 /// ankle; the height of the left ankle above the right, each at its lowest; the lean of the thorax;
@@ -206,19 +202,15 @@ fn table(title: &str, pairs: &[Pair]) {
     println!("wrists off their place in proportion, mm: {middle:.1}, worst {worst:.1}");
 }
 
-mod slow {
+mod slow_of_data {
     use super::*;
-    use crate::walker::{import_person, people};
 
-    /// If `EDGEGAIT_IMPORTED` names a folder, packs and results of another version are read from
-    /// there (`clips.egp` and `clips.json`, and those of each person).
     #[test]
-    #[ignore = "needs EDGEGAIT_DATA"]
+    #[ignore = "slow without optimisation; needs EDGEGAIT_DATA"]
     fn imported_walkers_keep_their_feet_their_trunks_and_their_arms() {
         let data = given();
-        let made = tempfile::tempdir().expect("a folder");
-        let theirs = std::env::var_os("EDGEGAIT_IMPORTED").map(PathBuf::from);
-        let at = theirs.as_deref().unwrap_or(made.path());
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
         let of = |name: &str| {
             pairs(
                 &at.join(name).with_extension("egp"),
@@ -226,27 +218,20 @@ mod slow {
             )
         };
         let mut measured: BTreeMap<&str, Vec<Pair>> = BTreeMap::new();
-        for person in people(&data) {
-            if theirs.is_none() {
-                import_person(at, &data, &person);
-            }
+        for person in bodies(&data) {
+            import_person(at, &data, &person, "mean");
             measured
                 .entry("41 people with --bodies")
                 .or_default()
-                .extend(of(&person));
+                .extend(of(&person["id"]));
         }
-        if theirs.is_none() {
-            let clips = data.join("mocap/clips").display().to_string();
-            let import = ["import", &clips, "--subject-from", "folder", "--keep-going"];
-            let out = ["--out", "clips.egp", "--json", "clips.json"];
-            done(at, &[&import[..], &out].concat());
-        }
+        let clips = data.join("mocap/clips").display().to_string();
+        let import = ["import", &clips, "--subject-from", "folder", "--keep-going"];
+        let out = ["--out", "clips.egp", "--json", "clips.json"];
+        done(at, &[&import[..], &out].concat());
         measured.insert("clips", of("clips"));
         for (title, pairs) in &measured {
             table(title, pairs);
-        }
-        if theirs.is_some() {
-            return;
         }
         for (title, pairs) in &measured {
             let of = |name: &str| {

@@ -1,5 +1,5 @@
-//! Comparing synthetic with recorded people: how well a classifier distinguishes them, and the
-//! distances between and within people.
+//! Makes the tables of synthetic and recorded people in src/guide/people.md: how well a classifier
+//! distinguishes them, and the distances between and within people.
 //!
 //! The meaning of a recognizer's score on synthetic people for recorded ones depends on this.
 //! Datasets have their own conventions (the place of a hip, arms that were not recorded), so the
@@ -446,7 +446,7 @@ fn within_and_rolled(made: &Walkers, recorded: &Walkers) {
     }
 }
 
-mod slow {
+mod slow_of_data {
     use super::*;
 
     /// Prints the measurements, and bounds the separation of synthetic from recorded people, so

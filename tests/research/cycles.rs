@@ -1,17 +1,21 @@
-//! Detected cycles of walkers that other software rendered from skinned bodies in recorded motion,
-//! compared with the heel strikes of the motions, by view and method.
+//! Makes the tables of cycles in src/guide/cycles.md: those found in silhouettes that other software
+//! rendered from skinned bodies, beside the heel strikes of the motions, by view and method.
 
-use super::data::{fixtures, given};
-use super::errors::{Errors, Tally};
-use super::methods::{CycleMethod, Signal};
-use super::truth::takes;
+mod errors;
+mod methods;
+mod truth;
+
+use crate::data::{fixtures, given};
 use edgegait::dataset::TreeLayout;
 use edgegait::dataset::gait_cycles::{CycleFinder, LowerBody, lower_bodies};
 use edgegait::{FramingMode, Tree};
 use edgegait_core::silhouette::Size;
+use errors::{Errors, Tally};
+use methods::{CycleMethod, Signal};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
+use truth::takes;
 
 /// Thirty frames a second.
 const RATE_HZ: f32 = 30.0;
@@ -117,17 +121,13 @@ fn sequence(tree: &Tree, index: usize) -> impl Fn(Given) -> Vec<Option<LowerBody
     }
 }
 
-/// Returns the errors by view and method of the people that `choose` selects, and prints them as a
-/// table.
-fn errors(
-    folder: &Path,
-    manifest: &Path,
-    choose: fn(&str) -> bool,
-) -> BTreeMap<(String, usize), Errors> {
+/// Returns the errors by view and method of people who were not used to choose settings, and prints
+/// them as a table.
+fn errors(folder: &Path, manifest: &Path) -> BTreeMap<(String, usize), Errors> {
     let tree = Tree::open(folder, &TreeLayout::default()).expect("a tree");
     let truth = takes(manifest);
     let chosen: Vec<usize> = (0..tree.sequences().len())
-        .filter(|index| choose(&tree.sequences()[*index].subject))
+        .filter(|index| !is_for_choices(&tree.sequences()[*index].subject))
         .collect();
     let found: Vec<_> = chosen
         .par_iter()
@@ -143,13 +143,6 @@ fn errors(
         for (method, found) in found.iter().enumerate() {
             let view = sequence.view.clone();
             tallies.entry((view, method)).or_default().add(take, found);
-            if std::env::var_os("EDGEGAIT_CYCLES").is_some() && method == 0 {
-                let found = found.as_ref().map(|found| found.period_frames);
-                println!(
-                    "{} {} {}: {found:?}, true {}",
-                    sequence.subject, sequence.take, sequence.view, take.period
-                );
-            }
         }
     }
     println!(
@@ -196,23 +189,6 @@ fn walkers_of_the_repository_have_their_period_or_are_too_short() {
     }
 }
 
-/// Prints the tables on which choices are based; `EDGEGAIT_CYCLES` adds a line for each take.
-#[test]
-#[ignore = "needs EDGEGAIT_DATA; prints what choices were made by"]
-fn cycles_of_people_for_choices() {
-    let data = given();
-    errors(
-        &data.join("people/people"),
-        &data.join("people/manifest.csv"),
-        is_for_choices,
-    );
-    errors(
-        &data.join("reallike"),
-        &data.join("reallike/manifest.csv"),
-        is_for_choices,
-    );
-}
-
 mod with_data {
     use super::*;
 
@@ -221,18 +197,12 @@ mod with_data {
     #[test]
     #[ignore = "needs EDGEGAIT_DATA"]
     fn cycles_of_other_people_are_close_to_their_heel_strikes() {
-        let others = |subject: &str| !is_for_choices(subject);
         let data = given();
         let people = errors(
             &data.join("people/people"),
             &data.join("people/manifest.csv"),
-            others,
         );
-        let runners = errors(
-            &data.join("reallike"),
-            &data.join("reallike/manifest.csv"),
-            others,
-        );
+        let runners = errors(&data.join("reallike"), &data.join("reallike/manifest.csv"));
         let of = |found: &BTreeMap<(String, usize), Errors>, view: &str, method: usize| {
             found[&(view.to_owned(), method)]
         };

@@ -1,8 +1,8 @@
-//! Caliper measurements of decoded walkers with measured bodies.
+//! Makes the errors of measured bodies in src/guide/importing.md: calipers on decoded walkers.
 
 use crate::data::given;
-use crate::people::{Row, rows};
-use crate::walker::{Moment, import_person, moments, people};
+use crate::means::mean;
+use crate::walker::{Moment, bodies, import_person, moments};
 use edgegait_core::pack::Pack;
 use edgegait_core::skeleton::Joint;
 use glam::DVec3;
@@ -76,32 +76,27 @@ fn dimension(name: &str, moments: &[Moment]) -> f64 {
         "head_breadth" => own(moment, Head, DVec3::X),
         _ => panic!("{name}"),
     };
-    moments.iter().map(of).sum::<f64>() / moments.len() as f64
+    mean(moments.iter().map(of))
 }
 
-mod slow {
+mod slow_of_data {
     use super::*;
 
     #[test]
-    #[ignore = "needs EDGEGAIT_DATA"]
+    #[ignore = "slow without optimisation; needs EDGEGAIT_DATA"]
     fn measured_bodies_walk_with_the_dimensions_that_were_measured() {
         let data = given();
         let folder = tempfile::tempdir().expect("a folder");
         let at = folder.path();
-        let bodies = rows(&data.join("people/bodies.csv"));
         let mut off: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-        for person in people(&data) {
-            import_person(at, &data, &person);
-            let bytes = fs::read(at.join(person.clone() + ".egp")).expect("a pack");
+        for person in bodies(&data) {
+            import_person(at, &data, &person, "mean");
+            let bytes = fs::read(at.join(person["id"].clone() + ".egp")).expect("a pack");
             let pack = Pack::parse(&bytes).expect("a pack");
-            let row: &Row = bodies
-                .iter()
-                .find(|row| row["id"] == person)
-                .expect("a body");
             for walk in pack.walks() {
                 let moments = moments(&pack, walk.subject, walk.clip);
                 for (name, _, _) in BOUNDS {
-                    let given: f64 = row[&format!("{name}_m")].parse().expect("a length");
+                    let given: f64 = person[&format!("{name}_m")].parse().expect("a length");
                     let found = dimension(name, &moments);
                     off.entry(name)
                         .or_default()
@@ -112,7 +107,7 @@ mod slow {
         let mut missed = Vec::new();
         for (name, mean_most, most) in BOUNDS {
             let off = &off[name];
-            let mean = off.iter().sum::<f64>() / off.len() as f64;
+            let mean = mean(off.iter().copied());
             let worst =
                 off.iter().copied().fold(
                     0.0,

@@ -1,5 +1,6 @@
 //! The true heel strikes of the walkers of `people/` and `reallike/`, from their manifests.
 
+use crate::people::rows;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -41,23 +42,15 @@ impl Take {
 
 /// Returns all takes of a manifest, by person and take.
 pub fn takes(manifest: &Path) -> HashMap<(String, String), Take> {
-    let mut reader = csv::Reader::from_path(manifest).expect("a manifest");
-    let header = reader.headers().expect("a header").clone();
-    let column = |name: &str| {
-        let at = header.iter().position(|column| column == name);
-        at.expect("a column")
-    };
-    let [id, take, frames, left, right] = ["id", "take", "frames", "lhs", "rhs"].map(column);
     let mut found = HashMap::new();
-    for row in reader.records() {
-        let row = row.expect("a row");
-        let strikes = |column: usize| -> Vec<f64> {
+    for row in rows(manifest) {
+        let strikes = |column: &str| -> Vec<f64> {
             let numbers = row[column].split(';').filter(|text| !text.is_empty());
             numbers
                 .map(|text| text.parse().expect("a number"))
                 .collect()
         };
-        let (left, right) = (strikes(left), strikes(right));
+        let (left, right) = (strikes("lhs"), strikes("rhs"));
         let mut strides: Vec<f64> = [&left, &right]
             .iter()
             .flat_map(|feet| feet.windows(2).map(|pair| pair[1] - pair[0]))
@@ -76,9 +69,9 @@ pub fn takes(manifest: &Path) -> HashMap<(String, String), Take> {
             all[at].1 = all[at - 1].1 + if same_foot { 1.0 } else { 0.5 };
         }
         let take = Take {
-            subject: row[id].to_owned(),
-            take: row[take].to_owned(),
-            frames: row[frames].parse().expect("a number"),
+            subject: row["id"].clone(),
+            take: row["take"].clone(),
+            frames: row["frames"].parse().expect("a number"),
             strikes: all,
             period: f64::midpoint(strides[(strides.len() - 1) / 2], strides[strides.len() / 2]),
         };

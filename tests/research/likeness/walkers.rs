@@ -1,5 +1,6 @@
 //! The compared people: recorded people on bodies of their own dimensions, and synthetic people.
 
+use crate::people::rows;
 use edgegait::people::recorded::{BodyOptions, ReadOptions, Recording, SubjectName, subjects};
 use edgegait::people::{Subject, cohort};
 use edgegait::{
@@ -88,14 +89,8 @@ pub fn recorded(data: &Path, split: Split) -> Vec<Subject> {
     let mut recordings = Vec::new();
     for root in ["mocap", "people/mocap_extra"] {
         let root = data.join(root);
-        let mut reader = csv::Reader::from_path(root.join("manifest.csv")).expect("a manifest");
-        let head = reader.headers().expect("a head").clone();
-        for row in reader.records().map(|row| row.expect("a row")) {
-            let cell = |name: &str| {
-                head.iter()
-                    .position(|it| it == name)
-                    .map_or("", |at| &row[at])
-            };
+        for row in rows(&root.join("manifest.csv")) {
+            let cell = |name: &str| row.get(name).map_or("", String::as_str);
             let set = match cell("dataset") {
                 "cmu_amc" | "cmu_bvh" => "CMU",
                 "shum_gait" => "TNSRE",
@@ -159,7 +154,6 @@ pub struct Sample {
     pub take: String,
     /// The number of the stored cycle, and of its variation.
     pub cycle: (u16, u32),
-    /// Mean speed, m/s.
     /// For each of [`VIEWS_DEG`] a GEI with pixels in 0..1.
     pub geis: Vec<Vec<f32>>,
 }

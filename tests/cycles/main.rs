@@ -1,9 +1,0 @@
-//! Gait cycles of silhouettes from other software.
-
-#[path = "../helpers/data.rs"]
-mod data;
-
-mod errors;
-mod methods;
-mod truth;
-mod walkers;
