@@ -1,13 +1,16 @@
 //! The offline fit of differences between people's gaits to recorded walkers.
 //!
 //! Imports the healthy walkers of the data folder, computes the norms' angles of every gait cycle
-//! and their differences from the norm at that speed and stature. Prints means, spreads and
-//! correlations of these features between people, between takes and between cycles, and the
-//! tables of `covariation`:
+//! and their differences from the norm at that speed and stature. Prints the tables of
+//! `covariation`, and means and spreads of angles by data set, from which the constants of `style`
+//! and the lean in `angles` were chosen:
 //!
 //! ```text
 //! EDGEGAIT_DATA=... cargo test --release -p edgegait --lib cohort::fit -- --ignored --nocapture
 //! ```
+//!
+//! It is here and not in tests/research because it measures by the norms and the pose of the model,
+//! which are private.
 //!
 //! Imported cycles are closed loops: half of the gap between their ends is noise, and so is what
 //! the low-pass filter removes. Spreads between cycles are therefore upper bounds for a cycle's
@@ -19,11 +22,10 @@ mod report;
 mod statistics;
 mod walkers;
 
-use super::covariation::{FACTORS, FEATURES, Feature, LOADINGS, ORDER, SPREADS, WITHIN_LOADINGS};
+use super::covariation::{FACTORS, FEATURES, Feature, LOADINGS, ORDER, SPREADS};
 use super::norms::Angle;
-use super::{DEFAULT_SEED, PEOPLE, Person};
-use features::{Features, features};
-use statistics::{Matrix, correlation, eigen, mean_and_sd, principal_factors, shrunk_correlations};
+use features::Features;
+use statistics::{Matrix, correlation, mean_and_sd, principal_factors, shrunk_correlations};
 use std::collections::BTreeMap;
 use walkers::{ManifestTake, clips};
 
@@ -88,24 +90,6 @@ fn without_speed(rows: &[Vec<f64>]) -> Matrix {
         .collect()
 }
 
-/// Returns synthetic people at 4 and 5 km/h, measured like the recorded ones.
-fn made() -> Vec<ManifestTake> {
-    let mut clips = Vec::new();
-    for index in 0..PEOPLE {
-        let person = Person::of_cohort(DEFAULT_SEED, index).expect("a person of the cohort");
-        for speed_kmh in [4.0, 5.0] {
-            clips.push(ManifestTake {
-                dataset: "made".into(),
-                subject: person.name.clone(),
-                name: format!("{speed_kmh} km/h"),
-                is_run: false,
-                cycles: vec![features(&person.cycle(speed_kmh), &person.body.offsets)],
-            });
-        }
-    }
-    clips
-}
-
 /// Returns the means of each person's takes, for the people of `dataset`.
 fn people(clips: &[ManifestTake], dataset: &str) -> BTreeMap<String, Vec<Vec<f64>>> {
     let mut people: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
@@ -119,17 +103,9 @@ fn people(clips: &[ManifestTake], dataset: &str) -> BTreeMap<String, Vec<Vec<f64
     people
 }
 
-/// Deviations within people and their spreads.
-struct Within {
-    /// Deviations of takes from their person, without the effect of speed.
-    takes: Matrix,
-    /// Deviations of cycles from their take.
-    cycles: Matrix,
-    /// Spreads between takes, less the part due to their few cycles, and between cycles.
-    spreads: Vec<(f64, f64)>,
-}
-
-fn within(clips: &[ManifestTake], dataset: &str) -> Within {
+/// Returns the spread of each feature between takes, less the part due to their few cycles, and
+/// between cycles.
+fn spreads_within(clips: &[ManifestTake], dataset: &str) -> Vec<(f64, f64)> {
     let (mut cycles, mut freedom, mut shares) = (Vec::new(), 0.0, Vec::new());
     for clip in clips.iter().filter(|clip| clip.dataset == dataset) {
         let rows: Vec<Vec<f64>> = clip.cycles.iter().map(row).collect();
@@ -155,24 +131,18 @@ fn within(clips: &[ManifestTake], dataset: &str) -> Within {
             .sum::<f64>()
             / freedom
     };
-    let spreads = (0..FEATURES)
-        .map(|column| {
-            let cycle = variance(&cycles, column, freedom);
-            let take = variance(&takes, column, take_freedom) - share * cycle;
-            (libm::sqrt(take.max(0.0)), libm::sqrt(cycle))
-        })
-        .collect();
     println!(
         "within people: {} takes and {} cycles that have others beside them",
         takes.len(),
         cycles.len()
     );
-    let cycles = cycles.iter().map(|row| row[..FEATURES].to_vec()).collect();
-    Within {
-        takes,
-        cycles,
-        spreads,
-    }
+    (0..FEATURES)
+        .map(|column| {
+            let cycle = variance(&cycles, column, freedom);
+            let take = variance(&takes, column, take_freedom) - share * cycle;
+            (libm::sqrt(take.max(0.0)), libm::sqrt(cycle))
+        })
+        .collect()
 }
 
 fn centred(rows: &[Vec<f64>]) -> Matrix {
@@ -185,75 +155,6 @@ fn centred(rows: &[Vec<f64>]) -> Matrix {
                 .collect()
         })
         .collect()
-}
-
-/// Returns rows with each column scaled to a root mean square of 1.
-fn scaled(rows: &[Vec<f64>]) -> Matrix {
-    let count = rows.len() as f64;
-    let sizes: Vec<f64> = (0..rows[0].len())
-        .map(|column| {
-            libm::sqrt(
-                rows.iter()
-                    .map(|row| row[column] * row[column])
-                    .sum::<f64>()
-                    / count,
-            )
-        })
-        .collect();
-    rows.iter()
-        .map(|row| {
-            row.iter()
-                .zip(&sizes)
-                .map(|(value, size)| value / size)
-                .collect()
-        })
-        .collect()
-}
-
-/// Prints how the correlations of rows shrink and what their factors explain; returns the loadings.
-fn factors_of(name: &str, rows: &[Vec<f64>]) -> Matrix {
-    let shrunk = shrunk_correlations(rows);
-    let (values, _) = eigen(&shrunk.sample);
-    let (shrunk_values, _) = eigen(&shrunk.shrunk);
-    println!(
-        "{name}: {} rows, intensity of shrinkage {:.3}",
-        rows.len(),
-        shrunk.intensity
-    );
-    println!("  eigenvalues of the sample {:.2?}", &values[..10]);
-    println!("  shrunk {:.2?}", &shrunk_values[..10]);
-    let mut pairs: Vec<(usize, usize)> = (0..FEATURES)
-        .flat_map(|i| (0..i).map(move |j| (i, j)))
-        .collect();
-    pairs.sort_by(|a, b| {
-        shrunk.sample[b.0][b.1]
-            .abs()
-            .total_cmp(&shrunk.sample[a.0][a.1].abs())
-    });
-    for &(i, j) in &pairs[..25] {
-        println!(
-            "  {:.2} {:?}, {:?}",
-            shrunk.sample[i][j], ORDER[i], ORDER[j]
-        );
-    }
-    let loadings = principal_factors(&shrunk.shrunk, FACTORS);
-    let (mut left, mut all) = (0.0, 0.0);
-    for i in 0..FEATURES {
-        for j in 0..i {
-            let modelled: f64 = loadings[i]
-                .iter()
-                .zip(&loadings[j])
-                .map(|(a, b)| a * b)
-                .sum();
-            left += (shrunk.shrunk[i][j] - modelled).powi(2);
-            all += shrunk.shrunk[i][j].powi(2);
-        }
-    }
-    println!(
-        "  {FACTORS} factors leave {:.2} of the squares of shrunk correlations",
-        left / all
-    );
-    loadings
 }
 
 fn print_table(name: &str, width: &str, decimals: usize, table: &Matrix) {
@@ -276,8 +177,8 @@ fn off_diagonals(matrix: &Matrix, columns: &[usize]) -> Vec<f64> {
     values
 }
 
-/// Compares the correlations of `rows` and `others`, over the columns that both recorded.
-fn compare(name: &str, rows: &[Vec<f64>], others: &[Vec<f64>]) {
+/// Returns the correlation of two samples' correlations, over the columns that both recorded.
+fn agreement(rows: &[Vec<f64>], others: &[Vec<f64>]) -> f64 {
     let is_recorded = |feature: &Feature| match feature {
         Feature::Offset(angle) | Feature::Amplitude(angle) | Feature::Delay(angle) => {
             (*angle as usize) < Angle::ThoraxTilt as usize
@@ -289,48 +190,40 @@ fn compare(name: &str, rows: &[Vec<f64>], others: &[Vec<f64>]) {
         .filter(|&index| is_recorded(&ORDER[index]))
         .collect();
     let [a, b] = [rows, others].map(|rows| off_diagonals(&shrunk_correlations(rows).sample, &legs));
-    println!(
-        "{name}: correlation of correlations {:.2} over {} features of legs and pelvis",
-        correlation(&a, &b),
-        legs.len()
-    );
+    correlation(&a, &b)
 }
 
 #[test]
 #[ignore = "a fit of recorded walkers: needs EDGEGAIT_DATA"]
 fn the_tables_are_those_of_the_recorded_walkers() {
     let data = std::env::var_os("EDGEGAIT_DATA").expect("EDGEGAIT_DATA: expected a folder");
-    let clips = clips(std::path::Path::new(&data));
-    let (runs, walks): (Vec<ManifestTake>, Vec<ManifestTake>) =
-        clips.into_iter().partition(|clip| clip.is_run);
-    report::print(&walks, &runs);
-    report::print(&made(), &[]);
+    let walks = clips(std::path::Path::new(&data));
+    report::print(&walks);
 
     let people_of = |dataset: &str| -> Matrix {
         let people = people(&walks, dataset);
         people.values().map(|takes| mean_row(takes)).collect()
     };
-    let fitted = people_of("cmu");
-    let rows = without_speed(&fitted);
-    let within = within(&walks, "cmu");
+    let rows = without_speed(&people_of("cmu"));
     // The mean and the slope of speed take a degree of freedom each.
     let lost = libm::sqrt((rows.len() as f64 - 1.0) / (rows.len() as f64 - 2.0));
-    let spreads: Matrix = (0..FEATURES)
-        .map(|column| {
+    let spreads: Matrix = spreads_within(&walks, "cmu")
+        .into_iter()
+        .enumerate()
+        .map(|(column, (take, cycle))| {
             let values: Vec<f64> = rows.iter().map(|row| row[column]).collect();
-            let (take, cycle) = within.spreads[column];
             vec![lost * mean_and_sd(&values).1, take, cycle]
         })
         .collect();
-    let loadings = factors_of("between people", &rows);
-    factors_of("between takes", &within.takes);
-    factors_of("between cycles", &within.cycles);
-    let mut both = scaled(&within.takes);
-    both.extend(scaled(&within.cycles));
-    let within_loadings = factors_of("within people", &both);
+    let shrunk = shrunk_correlations(&rows);
+    println!(
+        "{} people, intensity of shrinkage {:.3}",
+        rows.len(),
+        shrunk.intensity
+    );
+    let loadings = principal_factors(&shrunk.shrunk, FACTORS);
     print_table("SPREADS", "3", 4, &spreads);
     print_table("LOADINGS", "FACTORS", 2, &loadings);
-    print_table("WITHIN_LOADINGS", "FACTORS", 2, &within_loadings);
 
     let mut others = Matrix::new();
     for dataset in ["auckland_c3dparser", "biomechzoo", "btkdata", "opensim"] {
@@ -339,16 +232,14 @@ fn the_tables_are_those_of_the_recorded_walkers() {
             .filter(|row| row.iter().all(|v| v.is_finite()));
         others.extend(centred(&rows.collect::<Vec<_>>()));
     }
-    println!("others, centred by data set: {} people", others.len());
-    factors_of("others", &without_speed(&others));
-    compare("CMU against the others", &rows, &without_speed(&others));
-    compare("people against takes of CMU", &rows, &within.takes);
-    compare("takes against cycles of CMU", &within.takes, &within.cycles);
+    println!(
+        "correlation of correlations with {} others, centred by data set, over legs and pelvis: {:.2}",
+        others.len(),
+        agreement(&rows, &without_speed(&others))
+    );
 
-    for (committed, found) in [(LOADINGS, loadings), (WITHIN_LOADINGS, within_loadings)] {
-        for (committed, found) in committed.iter().flatten().zip(found.iter().flatten()) {
-            assert!((committed - found).abs() < 0.0051, "{committed} {found}");
-        }
+    for (committed, found) in LOADINGS.iter().flatten().zip(loadings.iter().flatten()) {
+        assert!((committed - found).abs() < 0.0051, "{committed} {found}");
     }
     for (committed, found) in SPREADS.iter().flatten().zip(spreads.iter().flatten()) {
         assert!((committed - found).abs() < 5.1e-5, "{committed} {found}");

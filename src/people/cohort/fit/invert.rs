@@ -17,8 +17,6 @@ pub(super) struct SideAngles {
     pub foot_direction: f64,
     /// How far the plane in which the elbow bends is turned inwards about the upper arm.
     pub upper_arm_turn: f64,
-    /// Turn of the forearm about itself, internal (pronation).
-    pub pronation: f64,
 }
 
 /// Returns the angles of a pose on the left and the right side.
@@ -46,7 +44,6 @@ pub(super) fn sides(pose: &[DQuat; JOINTS]) -> [SideAngles; 2] {
         let along = forearm * -DVec3::Y;
         let elbow = libm::acos((-along.y).clamp(-1.0, 1.0)).to_degrees();
         let bent_to = libm::atan2(along.x, along.z).to_degrees();
-        let own = DQuat::from_rotation_arc(-DVec3::Y, along).inverse() * forearm;
         let ahead = globals[of(Joint::LeftFoot).index()] * DVec3::Z;
         SideAngles {
             angles: [
@@ -68,7 +65,6 @@ pub(super) fn sides(pose: &[DQuat; JOINTS]) -> [SideAngles; 2] {
             ],
             foot_direction: -sign * libm::atan2(ahead.x, ahead.z).to_degrees(),
             upper_arm_turn: arm_turn - sign * bent_to,
-            pronation: -sign * own.to_scaled_axis().y.to_degrees(),
         }
     })
 }
@@ -129,7 +125,6 @@ mod tests {
                         (found.upper_arm_turn - style.elbow_plane_deg).abs() < 1e-6
                             || found.angles[14] < 1e-3
                     );
-                    assert!(found.pronation.abs() < 1e-6);
                 }
             }
         }

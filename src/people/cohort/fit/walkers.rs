@@ -12,9 +12,8 @@ const KEPT_UNSEEN: [&str; 3] = ["07_09", "08_09", "35_01"];
 const JUDGED_BY: &str = "s39";
 
 /// Subjects that are not suitable: one walks over uneven ground, another kicks and turns between
-/// single steps, one is the running trial of a skeleton without arms, and one moves too slowly for
-/// the cadence (half of the frames are missing).
-const NO_WALKERS: [&str; 4] = ["s03", "s131", "rajagopal_run", "pyCGM"];
+/// single steps, and one moves too slowly for the cadence (half of the frames are missing).
+const NO_WALKERS: [&str; 3] = ["s03", "s131", "pyCGM"];
 
 /// Largest share by which a cycle's speed may differ from its take's median; others are left out.
 const STEADY: f64 = 0.15;
@@ -24,8 +23,6 @@ const STEADY: f64 = 0.15;
 pub(super) struct ManifestTake {
     pub dataset: String,
     pub subject: String,
-    pub name: String,
-    pub is_run: bool,
     pub cycles: Vec<Features>,
 }
 
@@ -79,7 +76,7 @@ pub(super) fn clips(data: &Path) -> Vec<ManifestTake> {
             "cmu_amc" | "cmu_bvh" => "cmu",
             other => other,
         };
-        if !matches!(row.activity.as_str(), "walk" | "run")
+        if row.activity != "walk"
             || KEPT_UNSEEN.contains(&row.name.as_str())
             || NO_WALKERS.contains(&row.subject.as_str())
             || row.subject == JUDGED_BY
@@ -112,8 +109,6 @@ pub(super) fn clips(data: &Path) -> Vec<ManifestTake> {
         clips.push(ManifestTake {
             dataset: dataset.into(),
             subject: row.subject,
-            name: row.name,
-            is_run: row.activity == "run",
             cycles: steady,
         });
     }
