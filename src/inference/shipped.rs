@@ -107,6 +107,7 @@ mod tests {
     use crate::draw::sweep::{Job, Settings, Views, sweep};
     use crate::people::cohort::{self, CohortOptions};
     use edgegait_core::pack::Pack;
+    use std::sync::OnceLock;
 
     /// Renders GEIs of four people from the side, in the range that the models take.
     fn geis() -> Vec<f32> {
@@ -132,8 +133,10 @@ mod tests {
     }
 
     fn outputs(runtime: &Runtime, model: &Model) -> Outputs {
+        static GEIS: OnceLock<Vec<f32>> = OnceLock::new();
         let recognizer = runtime.load(model).expect("a shipped model");
-        recognizer.run(&geis(), 4).expect("four answers")
+        let geis = GEIS.get_or_init(geis);
+        recognizer.run(geis, 4).expect("four answers")
     }
 
     #[test]

@@ -257,17 +257,23 @@ mod tests {
     use super::*;
     use crate::people::cohort::Person;
     use edgegait_core::pack::Sex;
+    use std::sync::OnceLock;
 
     /// A frame of the average man's walk at 5 km/h, and his skeleton.
     fn stored(frame: usize) -> (Pose, Skeleton) {
-        let person = Person::average(Sex::Male);
-        let cycle = person.cycle(5.0);
-        let pose = Pose {
-            root: cycle.root[frame].as_vec3(),
-            rotations: cycle.rotations[frame].map(DQuat::as_quat),
-        };
-        let offsets = person.body.offsets.map(glam::DVec3::as_vec3);
-        (pose, Skeleton { offsets })
+        static WALK: OnceLock<(Vec<Pose>, Skeleton)> = OnceLock::new();
+        let (poses, skeleton) = WALK.get_or_init(|| {
+            let person = Person::average(Sex::Male);
+            let cycle = person.cycle(5.0);
+            let frames = cycle.root.iter().zip(&cycle.rotations);
+            let poses = frames.map(|(root, rotations)| Pose {
+                root: root.as_vec3(),
+                rotations: rotations.map(DQuat::as_quat),
+            });
+            let offsets = person.body.offsets.map(glam::DVec3::as_vec3);
+            (poses.collect(), Skeleton { offsets })
+        });
+        (poses[frame].clone(), skeleton.clone())
     }
 
     fn variation(number: u32) -> Variation {
