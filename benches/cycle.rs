@@ -31,7 +31,7 @@ fn cycle(criterion: &mut Criterion) {
     for (view, azimuth_deg) in [("side", 90.0), ("front", 0.0)] {
         for rate_hz in [10, 30, 60, 120_u16] {
             let walk = walk(&pack, azimuth_deg, rate_hz);
-            let legs: Vec<_> = walk.iter().map(LowerBody::of).collect();
+            let legs: Vec<_> = walk.iter().map(LowerBody::measure).collect();
             group.throughput(Throughput::Elements(legs.len() as u64));
             let case = BenchmarkId::new(view, format!("{rate_hz}-hz"));
             group.bench_with_input(case, &legs, |b, legs| {
@@ -48,7 +48,7 @@ fn cycle(criterion: &mut Criterion) {
     let case = BenchmarkId::new("lower-body", Size::S50x30.name());
     group.bench_with_input(case, &walk, |b, walk| {
         b.iter(|| {
-            let wide = walk.iter().filter_map(LowerBody::of);
+            let wide = walk.iter().filter_map(LowerBody::measure);
             black_box(wide.map(|legs| legs.width).sum::<f32>())
         });
     });

@@ -93,7 +93,7 @@ fn condition(name: &str) -> Condition {
         "none" => Vec::new(),
         name => vec![dose(&format!("{name}=0.5")).expect("a confounder")],
     };
-    Condition::of(Doses::new(doses))
+    Condition::from_doses(Doses::new(doses))
 }
 
 /// Sweeps cycles of the first walk and returns the number of GEIs.

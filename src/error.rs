@@ -259,7 +259,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Usage(_) | Self::Choice(_) | Self::Viewpoint(_) | Self::FrameRate(_) => 2,
-            Self::Refused(refused) if refused.iter().all(|one| one.walk.is_none()) => 2,
+            Self::Refused(refused) if refused.iter().all(|refusal| refusal.walk.is_none()) => 2,
             _ => 1,
         }
     }

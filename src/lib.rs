@@ -75,7 +75,7 @@
 //! # let entrants = [Entrant::drawn(&model, &Runtime::rten(), Settings::default())?];
 //! // A camera rolled by 1 and by 20 degrees.
 //! let rolled = ["roll=1deg", "roll=20deg"]
-//!     .map(|text| Condition::of(Doses::new(dose(text).ok())));
+//!     .map(|text| Condition::from_doses(Doses::new(dose(text).ok())));
 //! let options = ContestOptions { views: Some(Views::side()?), conditions: &rolled, ..ContestOptions::default() };
 //! let walks: Vec<usize> = (0..8).collect();
 //! let drawn = DrawnContest::new(&pack, &walks, &entrants, options)?;

@@ -171,7 +171,7 @@ impl UnpackedBody {
         for point in points {
             hull.push(point).map_err(|_| OverBudget)?;
         }
-        let surface = Facets::of(&hull);
+        let surface = Facets::from_points(&hull);
         let before = self.add(&hull, HullCarrier::Joint(joint.index()), &surface)?;
         let facets = self.facets.get_mut(before.facets_end..).unwrap_or_default();
         set_facets(&surface, &hull, facets);

@@ -83,7 +83,7 @@ impl<'a> Codebook<'a> {
     /// # Errors
     /// If the bytes are not a table of at most 255 mean walks.
     pub fn with_templates(self, section: &'a [u8]) -> Result<Self, FormatError> {
-        self.with_checked(section, &CodeTable::of(&self))
+        self.with_checked(section, &CodeTable::from_codebook(&self))
     }
 
     /// Adds the templates of a section, checked with codes that were read from the codebook.
@@ -277,7 +277,7 @@ pub(crate) struct CodeTable {
 
 impl CodeTable {
     #[inline]
-    pub(crate) fn of(codebook: &Codebook<'_>) -> Self {
+    pub(crate) fn from_codebook(codebook: &Codebook<'_>) -> Self {
         let mut table = Self {
             channels: [ChannelParameters::NONE; CHANNELS],
             codes: heapless::Vec::new(),
@@ -286,7 +286,7 @@ impl CodeTable {
         table
     }
 
-    /// Reads the channels. Separate from [`Self::of`], so that a board needs no copy of the table.
+    /// Reads the channels. Separate from [`Self::from_codebook`], so that a board needs no copy of the table.
     #[inline(never)]
     fn read(&mut self, mut bits: BitReader<'_>) {
         let mut codes = [0; MAX_GROUPS];

@@ -49,7 +49,7 @@ impl Facets {
     /// Incremental construction (Preparata & Hong 1977; de Berg et al. 2008, chapter 11) in
     /// integers: at most 32 x 60 determinants.
     #[must_use]
-    pub fn of(points: &[Vec3]) -> Self {
+    pub fn from_points(points: &[Vec3]) -> Self {
         let cells = cells(points);
         let mut facets = Self::default();
         let triangles = match surface(&cells) {
@@ -88,7 +88,7 @@ impl Facets {
     }
 }
 
-/// Calls `take` with the triangles of the surface of [`Facets::of`], or with the sides of a flat
+/// Calls `take` with the triangles of the surface of [`Facets::from_points`], or with the sides of a flat
 /// one as triangles whose last two corners are equal; not at all for a line or a point. Takes half
 /// of the memory.
 pub(crate) fn each_triangle<E>(

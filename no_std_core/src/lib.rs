@@ -44,7 +44,7 @@
 //!
 //! The example takes 170 kB, which suits a host. A microcontroller draws the same bytes in 10 kB:
 //! its body is a [`compact::CompactBody`], it draws into a [`compact::CompactRows`]
-//! (`Renderer::of`), and the GEI lies in a buffer of the caller ([`template::GeiInPlace`]).
+//! (`Renderer::with_window`), and the GEI lies in a buffer of the caller ([`template::GeiInPlace`]).
 //! Everything else is the same.
 //!
 //! # Conventions

@@ -101,7 +101,7 @@ impl<'a> Pack<'a> {
             clips_at,
         ] = starts;
         let codebook = Codebook::parse(code).map_err(|e| e.behind(code_at))?;
-        let codes = CodeTable::of(&codebook);
+        let codes = CodeTable::from_codebook(&codebook);
         let codebook = codebook
             .with_checked(templates, &codes)
             .map_err(|e| e.behind(templates_at))?;

@@ -260,7 +260,7 @@ pub struct Ninths {
 impl Ninths {
     /// Counts the samples of nine silhouettes of one size, by full adders.
     #[must_use]
-    pub(crate) fn of(images: &[Silhouette; 9]) -> Self {
+    pub(crate) fn count(images: &[Silhouette; 9]) -> Self {
         let [first, ..] = images;
         let mut ninths = Self {
             size: first.size,
@@ -429,7 +429,7 @@ mod tests {
         // Column k of the first row is on in the first k images.
         let images: [Silhouette; 9] =
             core::array::from_fn(|image| rows(&[0x3ff << (image + 1) & 0x3ff]));
-        let ninths = Ninths::of(&images);
+        let ninths = Ninths::count(&images);
         let expected = [0, 28, 57, 85, 113, 142, 170, 198, 227, 255];
         assert_eq!(ninths.to_coverage().pixels()[..10], expected);
         // Columns from five on.

@@ -282,7 +282,7 @@ where
     let mut body = compact::CompactBody::<768, 1536>::EMPTY;
     let mut counts = [0; 4_096];
     let (drawn, used) = taken(|| {
-        let mut renderer = Renderer::of(window(size));
+        let mut renderer = Renderer::with_window(window(size));
         let mut gei = GeiInPlace::new(size, &mut counts).expect("4,096 bytes");
         for bytes in &avatars {
             let avatar = Avatar::parse(bytes).expect("an avatar");

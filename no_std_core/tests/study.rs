@@ -107,7 +107,7 @@ fn the_firmware_has_room_for_every_body_of_its_studies() {
     ] {
         let pack = Pack::parse(study.pack).expect("a pack");
         let avatars = (0..pack.avatar_count()).filter_map(|number| pack.avatar(number));
-        let most = avatars.map(|avatar| Room::of(&avatar));
+        let most = avatars.map(|avatar| Room::for_avatar(&avatar));
         let most = most.fold(Room::default(), Room::max);
         assert!(points.contains(&most.points), "{most:?}");
         assert!(facets.contains(&most.facets), "{most:?}");

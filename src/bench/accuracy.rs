@@ -65,7 +65,7 @@ impl Accuracy {
             None => Some(scene.views.clone()),
             Some(most) => Self::views_within(entrants, scene, most)?,
         };
-        let found = views.map(|views| Self::of(entrants, scene, &views, seed));
+        let found = views.map(|views| Self::measure(entrants, scene, &views, seed));
         found.transpose()
     }
 
@@ -106,7 +106,12 @@ impl Accuracy {
         Ok(None)
     }
 
-    fn of(entrants: &[Entrant], scene: &DrawnInputs<'_>, views: &Views, seed: u64) -> Result<Self> {
+    fn measure(
+        entrants: &[Entrant],
+        scene: &DrawnInputs<'_>,
+        views: &Views,
+        seed: u64,
+    ) -> Result<Self> {
         let drawn = drawn(entrants, scene, views)?;
         let outcome = drawn
             .contest

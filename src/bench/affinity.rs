@@ -38,5 +38,5 @@ pub fn pin(cpus: &CpuList) -> Result<()> {
 }
 
 fn refused(cpus: &CpuList, cause: String) -> crate::error::Error {
-    SettingError::Processors(cause.into()).of("cpus", cpus)
+    SettingError::Processors(cause.into()).refuses("cpus", cpus)
 }

@@ -18,7 +18,7 @@ pub(crate) struct MachineConditions {
 impl MachineConditions {
     /// Summarises states in time order, the first before and the last after the measurement.
     #[must_use]
-    pub(super) fn of(states: &[MachineState]) -> Self {
+    pub(super) fn from_states(states: &[MachineState]) -> Self {
         let temperatures = states.iter().filter_map(|state| state.temperature_c);
         Self {
             hottest_c: temperatures.reduce(f64::max),

@@ -80,11 +80,11 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
 
     let start = MachineState::read(task.root);
     let others = LoadWatch::start(task.root);
-    let loaded = LoadedModel::of(task)?;
+    let loaded = LoadedModel::load(task)?;
     let cap = Cap::new(task.most, kinds(task, &contract.name), task.tell);
     let mut watched = Watched::new(task.root, start, cap);
     let most_s = watched.cap.left_s() / 3.0;
-    let first = FirstInference::of(loaded.recognizer.as_ref(), &single, &task.plan, most_s)?;
+    let first = FirstInference::measure(loaded.recognizer.as_ref(), &single, &task.plan, most_s)?;
 
     let entrants = [Entrant {
         recognizer: loaded.recognizer,
@@ -160,7 +160,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
             what: left_out,
             full_seconds: cap.full_s(),
         }),
-        conditions: MachineConditions::of(&states),
+        conditions: MachineConditions::from_states(&states),
         others_busy,
         warnings: found,
     })
@@ -266,7 +266,7 @@ impl MeasuredModel<'_> {
                 reusing().map(drop)
             }];
         let [ours, plain, reusing] = timed(call, works, watched)?;
-        let compared = BareLoops::of(&ours.windows, &plain.windows, &reusing.windows);
+        let compared = BareLoops::compare(&ours.windows, &plain.windows, &reusing.windows);
         Ok((ours, compared))
     }
 

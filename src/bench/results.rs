@@ -165,7 +165,7 @@ pub(crate) struct BareLoops {
 impl BareLoops {
     /// Compares windows that alternated; none if there are none.
     #[must_use]
-    pub(crate) fn of(
+    pub(crate) fn compare(
         ours: &[MeasuredWindow],
         bare: &[MeasuredWindow],
         reusing: &[MeasuredWindow],
@@ -178,9 +178,9 @@ impl BareLoops {
             Some(ratios[median_index(&ratios)?] - 1.0)
         };
         Some(Self {
-            timing: Timing::of(bare, 1)?,
+            timing: Timing::from_windows(bare, 1)?,
             overhead: overhead(bare)?,
-            reusing_p50_us: Timing::of(reusing, 1)?.times.p50_us,
+            reusing_p50_us: Timing::from_windows(reusing, 1)?.times.p50_us,
             overhead_reusing: overhead(reusing)?,
         })
     }
@@ -274,7 +274,7 @@ mod tests {
     use crate::bench::windows::TimingPlan;
 
     fn window(ns: &[u64], energy_j: Option<f64>) -> MeasuredWindow {
-        let times = Times::of(&mut ns.to_vec()).expect("times");
+        let times = Times::from_samples(&mut ns.to_vec()).expect("times");
         MeasuredWindow { times, energy_j }
     }
 
@@ -285,20 +285,20 @@ mod tests {
             window(&[1_000, 1_000], None),
             window(&[2_000, 2_000], None),
         ];
-        let timing = Timing::of(&windows, 8).expect("windows");
+        let timing = Timing::from_windows(&windows, 8).expect("windows");
         assert_eq!(timing.window_mean_us, [4.0, 1.0, 2.0]);
         assert_eq!((timing.times.mean_us, timing.spread), (2.0, 1.5));
         // Batches of 8 in 2 us each.
         assert!((timing.throughput - 4e6).abs() < 1e-6);
-        assert_eq!(Timing::of(&[], 1), None);
+        assert_eq!(Timing::from_windows(&[], 1), None);
     }
 
     #[test]
     fn only_what_is_less_than_planned_is_stated() {
         let second = 1_000_000_000;
         let said = |planned: TimingPlan, made: TimingPlan, windows: &[MeasuredWindow], batch| {
-            let mut timing = Timing::of(windows, batch).expect("windows");
-            timing.extent = Some(WorkExtent::of(&planned, &made, windows, batch));
+            let mut timing = Timing::from_windows(windows, batch).expect("windows");
+            timing.extent = Some(WorkExtent::from_windows(&planned, &made, windows, batch));
             timing.cut()
         };
         let full = TimingPlan::DEFAULT;
@@ -327,7 +327,10 @@ mod tests {
         let expected = "windows of 0.50 s, not 1 s";
         assert_eq!(said(full, full, &short, 1).as_deref(), Some(expected));
         // Results of versions that do not state the plan.
-        assert_eq!(Timing::of(&windows, 1).and_then(|it| it.cut()), None);
+        assert_eq!(
+            Timing::from_windows(&windows, 1).and_then(|it| it.cut()),
+            None
+        );
     }
 
     #[test]
@@ -339,7 +342,7 @@ mod tests {
             windows([1_000, 20_000, 1_000]),
         );
         let reusing = windows([500, 500, 500]);
-        let found = BareLoops::of(&ours, &bare, &reusing).expect("pairs");
+        let found = BareLoops::compare(&ours, &bare, &reusing).expect("pairs");
         assert!((found.overhead - 0.03).abs() < 1e-12, "{}", found.overhead);
         // Of 2.04, 44 and 2.06 times as much.
         assert!((found.overhead_reusing - 1.06).abs() < 1e-12);

@@ -46,7 +46,7 @@ pub(crate) fn measure_lengths(
         recognizer,
         baseline,
         ..
-    } = LoadedModel::of(task)?;
+    } = LoadedModel::load(task)?;
     let contract = model.contract();
     let mut ready = Some(recognizer);
     let to_come = lengths.iter().map(|&frames| WorkKind {
@@ -69,7 +69,7 @@ pub(crate) fn measure_lengths(
         let others = LoadWatch::start(task.root);
         let to_come: usize = lengths[at..].iter().sum();
         let most_s = watched.cap.left_s() * frames as f64 / to_come as f64 / 2.0;
-        let first = FirstInference::of(recognizer, &input, plan, most_s)?;
+        let first = FirstInference::measure(recognizer, &input, plan, most_s)?;
         // The estimate grows linearly with the frames.
         let full_s = |other: &usize| plan.takes_s(first.call_s * *other as f64 / frames as f64, 1);
         let expected: Vec<f64> = lengths[at..].iter().map(full_s).collect();

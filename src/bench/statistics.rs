@@ -39,7 +39,7 @@ impl Times {
     /// Returns the distribution of times in nanoseconds, after sorting them; none if there are
     /// none.
     #[must_use]
-    pub(crate) fn of(times_ns: &mut [u64]) -> Option<Self> {
+    pub(crate) fn from_samples(times_ns: &mut [u64]) -> Option<Self> {
         times_ns.sort_unstable();
         let sorted: &[u64] = times_ns;
         let us = |ns: u64| ns as f64 * 1e-3;
@@ -91,7 +91,7 @@ mod tests {
     fn percentiles_of_one_to_a_thousand_are_their_own_numbers() {
         // 1000, 2000, ..., 1000000 ns in an order that is not sorted: 7 is coprime to 1000.
         let mut ns: Vec<u64> = (0..1000).map(|i| 1000 * (1 + i * 7 % 1000)).collect();
-        let times = Times::of(&mut ns).expect("a thousand");
+        let times = Times::from_samples(&mut ns).expect("a thousand");
         assert_eq!(
             (times.calls, times.min_us, times.max_us),
             (1000, 1.0, 1000.0)
@@ -108,7 +108,7 @@ mod tests {
     #[test]
     fn a_percentile_that_no_time_would_exceed_is_absent() {
         let of = |count: u64| {
-            let times = Times::of(&mut (1..=count).collect::<Vec<_>>()).expect("some");
+            let times = Times::from_samples(&mut (1..=count).collect::<Vec<_>>()).expect("some");
             [times.p90_us, times.p95_us, times.p99_us, times.p999_us].map(|p| p.is_some())
         };
         assert_eq!(of(9), [false; 4]);
@@ -124,11 +124,11 @@ mod tests {
     fn of_few_times_the_nearest_rank_is_one_of_them() {
         // The worked example of nearest rank: 15, 20, 35, 40, 50; the 50th percentile is 35.
         let mut ns = [40_000, 15_000, 50_000, 20_000, 35_000];
-        let times = Times::of(&mut ns).expect("five");
+        let times = Times::from_samples(&mut ns).expect("five");
         assert_eq!((times.p50_us, times.p90_us), (35.0, None));
-        let one = Times::of(&mut [7_000]).expect("one");
+        let one = Times::from_samples(&mut [7_000]).expect("one");
         assert_eq!((one.p50_us, one.sd_us), (7.0, 0.0));
-        assert_eq!(Times::of(&mut []), None);
+        assert_eq!(Times::from_samples(&mut []), None);
     }
 
     #[test]

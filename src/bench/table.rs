@@ -127,7 +127,11 @@ fn by_batch(name: &str, model: &ModelResult, format: TableFormat) -> String {
 fn by_operator(name: &str, model: &ModelResult, format: TableFormat) -> String {
     let mut table = Table::new(&[Left(0), Left(0), Left(0), Right(0)]).with_gap(2);
     table.row([name, "by", "in", "operators", "us", "share"]);
-    let all: f64 = model.operators.iter().map(|one| one.mean_us).sum();
+    let all: f64 = model
+        .operators
+        .iter()
+        .map(|operator| operator.mean_us)
+        .sum();
     let mut sorted: Vec<_> = model.operators.iter().collect();
     sorted.sort_by(|a, b| b.mean_us.total_cmp(&a.mean_us));
     for one in sorted {

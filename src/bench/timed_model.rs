@@ -24,7 +24,7 @@ pub(super) struct LoadedModel {
 
 impl LoadedModel {
     /// Loads a task's model.
-    pub(super) fn of(task: &Task<'_>) -> Result<Self> {
+    pub(super) fn load(task: &Task<'_>) -> Result<Self> {
         let baseline = MemoryBaseline(memory::rss_bytes());
         memory::forget_peak();
         let started = Instant::now();
@@ -66,7 +66,7 @@ pub(super) struct FirstInference {
 }
 
 impl FirstInference {
-    pub(super) fn of(
+    pub(super) fn measure(
         recognizer: &dyn Recognizer,
         input: &[f32],
         plan: &TimingPlan,
@@ -122,8 +122,8 @@ pub(super) fn timed<const N: usize>(
     let mut found = Vec::with_capacity(N);
     for windows in all {
         let mut timing =
-            Timing::of(&windows, batch).ok_or(Error::Missing("at least one window"))?;
-        timing.extent = Some(WorkExtent::of(plan, &made, &windows, batch));
+            Timing::from_windows(&windows, batch).ok_or(Error::Missing("at least one window"))?;
+        timing.extent = Some(WorkExtent::from_windows(plan, &made, &windows, batch));
         found.push(MeasuredWindows { windows, timing });
     }
     found

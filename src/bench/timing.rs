@@ -26,7 +26,7 @@ pub(crate) struct WorkExtent {
 impl WorkExtent {
     /// Describes windows with `batch` inferences a call.
     #[must_use]
-    pub(super) fn of(
+    pub(super) fn from_windows(
         planned: &TimingPlan,
         made: &TimingPlan,
         windows: &[MeasuredWindow],
@@ -103,7 +103,7 @@ pub(crate) struct Timing {
 impl Timing {
     /// Summarises windows with `batch` inferences a call; none if there are none.
     #[must_use]
-    pub(crate) fn of(windows: &[MeasuredWindow], batch: usize) -> Option<Self> {
+    pub(crate) fn from_windows(windows: &[MeasuredWindow], batch: usize) -> Option<Self> {
         let window_mean_us: Vec<f64> = windows.iter().map(|w| w.times.mean_us).collect();
         let times = windows[median_index(&window_mean_us)?].times;
         let most = window_mean_us.iter().copied().fold(0.0, f64::max);

@@ -138,7 +138,8 @@ pub(crate) fn measure<const N: usize>(
             watch.begin();
             window(plan, until, batch as u64, works[at], &mut times)?;
             let energy_j = watch.end();
-            let times = Times::of(&mut times).ok_or(Error::Missing("a call in each window"))?;
+            let times =
+                Times::from_samples(&mut times).ok_or(Error::Missing("a call in each window"))?;
             all[at].push(MeasuredWindow { times, energy_j });
         }
     }

@@ -89,7 +89,7 @@ impl BodyArgs {
         header: &mut ResultHeader,
     ) -> Result<BodyOptions> {
         if let Some(path) = &self.bodies {
-            header.inputs.push(InputFile::of(path)?);
+            header.inputs.push(InputFile::read(path)?);
             let mut names: Vec<&str> = recordings.iter().map(|it| it.subject.as_str()).collect();
             names.sort_unstable();
             names.dedup();
@@ -109,7 +109,7 @@ impl BodyArgs {
         let mut given: BTreeMap<String, Body> = BTreeMap::new();
         if let Some(path) = &self.body {
             for path in [Some(path), self.skeleton.as_ref()].into_iter().flatten() {
-                header.inputs.push(InputFile::of(path)?);
+                header.inputs.push(InputFile::read(path)?);
             }
             let body = fit(path, &self.mesh(path)?)?;
             for recording in recordings {

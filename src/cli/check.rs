@@ -134,7 +134,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Ending> {
     let mut problems = problems_of(&tried)?;
     let both: Vec<&Checkup> = tried
         .iter()
-        .filter_map(|one| one.checkup.as_ref())
+        .filter_map(|run| run.checkup.as_ref())
         .collect();
     let runtimes_apart = match both[..] {
         [one, other] => one.apart(other),
@@ -179,7 +179,7 @@ fn try_on_both(
     for engine in [RuntimeChoice::EMBEDDED, RuntimeChoice::ONNX_RUNTIME] {
         let found = engine.load(args.ort_lib.as_deref()).and_then(|runtime| {
             let entrant = Entrant::drawn(model, &runtime, settings)?;
-            let checkup = Checkup::of(entrant.recognizer.as_ref(), inputs)?;
+            let checkup = Checkup::run(entrant.recognizer.as_ref(), inputs)?;
             Ok((entrant, checkup))
         });
         let mut one = Tried {
@@ -215,7 +215,7 @@ fn doubts(model: &Model, checkups: &[&Checkup], apart: Option<f64>) -> Vec<Strin
         problems.push("the runtimes give embeddings of different lengths".into());
     }
     let has_classes = !model.contract().classes.is_empty();
-    if checkups.first().is_some_and(|one| one.is_softmax()) && !has_classes {
+    if checkups.first().is_some_and(|checkup| checkup.is_softmax()) && !has_classes {
         problems.push(
             "its embeddings sum to 1, as after a softmax: export the layer before it, or name classes in its \
              .toml"
@@ -237,8 +237,8 @@ fn doubts(model: &Model, checkups: &[&Checkup], apart: Option<f64>) -> Vec<Strin
 /// # Errors
 /// If it runs on no runtime.
 fn problems_of(tried: &[Tried]) -> Result<Vec<String>> {
-    if tried.iter().all(|one| one.checkup.is_none()) {
-        let errors = tried.iter().filter_map(|one| one.error.clone());
+    if tried.iter().all(|run| run.checkup.is_none()) {
+        let errors = tried.iter().filter_map(|run| run.error.clone());
         return Err(Error::Failed(errors.collect::<Vec<_>>().join("\n")));
     }
     let of = |one: &Tried| {
@@ -248,10 +248,10 @@ fn problems_of(tried: &[Tried]) -> Result<Vec<String>> {
             .collect::<Vec<_>>()
     };
     let mut problems: Vec<String> = tried.iter().flat_map(of).collect();
-    let refused = tried.iter().filter(|one| !one.lacks_library);
-    problems.extend(refused.filter_map(|one| {
-        let error = one.error.as_ref()?;
-        Some(format!("{}: {error}", one.runtime))
+    let refused = tried.iter().filter(|run| !run.lacks_library);
+    problems.extend(refused.filter_map(|refusal| {
+        let error = refusal.error.as_ref()?;
+        Some(format!("{}: {error}", refusal.runtime))
     }));
     Ok(problems)
 }

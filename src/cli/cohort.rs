@@ -191,7 +191,7 @@ pub(super) fn run(args: &CohortArgs) -> Result<()> {
         .with("speeds_kmh", args.speeds_kmh.clone());
     let mut header = args.encoding.stated(header, &encoded);
     header.warnings.extend(encoded.missed_errors()?);
-    let summary = Summary::of(header, &args.out, &encoded.bytes)?;
+    let summary = Summary::from_bytes(header, &args.out, &encoded.bytes)?;
     #[cfg(feature = "import")]
     let summary = if args.audit {
         summary.with_audit(&encoded.bytes)

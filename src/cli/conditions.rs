@@ -71,12 +71,14 @@ impl ConditionArgs {
         let list = match self.conditions.as_deref().or(usual) {
             Some(name) if self.confound.is_empty() => {
                 if name.ends_with(".toml") {
-                    header.inputs.push(InputFile::of(name)?);
+                    header.inputs.push(InputFile::read(name)?);
                 }
                 Conditions::named(name)?.list
             }
             _ if self.confound.is_empty() => Vec::new(),
-            _ => vec![Condition::of(Doses::new(self.confound.iter().copied()))],
+            _ => vec![Condition::from_doses(Doses::new(
+                self.confound.iter().copied(),
+            ))],
         };
         if !list.is_empty() {
             *header = header.clone().with("conditions", serde_json::json!(list));

@@ -121,7 +121,7 @@ impl ContestArgs {
             .as_ref()
             .filter(|name| name.ends_with(".toml"))
         {
-            header.inputs.push(InputFile::of(name)?);
+            header.inputs.push(InputFile::read(name)?);
         }
         match data {
             Some(folder) if folder.is_dir() => {
@@ -279,7 +279,7 @@ impl ContestArgs {
             let partition = Partition::read(path)?;
             let (parted, warnings) = recordings.tested(&partition, path)?;
             recordings = parted;
-            header.inputs.push(InputFile::of(path)?);
+            header.inputs.push(InputFile::read(path)?);
             header.warnings.extend(warnings);
         }
         Ok(SequenceSource::Tree(Box::new(if self.as_stored {
@@ -318,7 +318,10 @@ impl ContestArgs {
             SequenceSource::Tree(recordings) if self.keep_going.is_given() => recordings,
             SequenceSource::Tree(recordings) => {
                 let progress = Progress::new(common, "folders", recordings.len());
-                let sizes: Vec<_> = entrants.iter().map(|one| one.settings.size).collect();
+                let sizes: Vec<_> = entrants
+                    .iter()
+                    .map(|entrant| entrant.settings.size)
+                    .collect();
                 recordings.check_sizes(&sizes, &|| progress.step())?;
                 return Ok(SequenceSource::Tree(recordings));
             }
@@ -391,7 +394,7 @@ impl ContestArgs {
         let mut stored = None;
         if let SequenceSource::Dataset(geis) = &source {
             header.inputs.extend(Dataset::inputs(path)?);
-            let found = StoredTemplates::of(geis.dataset(), path)?;
+            let found = StoredTemplates::from_dataset(geis.dataset(), path)?;
             if found.framing.is_none() {
                 header.warnings.push(format!(
                     "{} does not state how its figures are framed: the framing may not be the one that the models expect",

@@ -27,7 +27,8 @@ pub(super) fn encoded_people(
         });
         match made {
             Err(Error::Refused(refused))
-                if keep_going.is_given() || refused.iter().all(|one| one.walk.is_some()) =>
+                if keep_going.is_given()
+                    || refused.iter().all(|refusal| refusal.walk.is_some()) =>
             {
                 let all = recordings.iter().map(Recording::walks).sum();
                 let errors = without(recordings, &refused);

@@ -101,7 +101,7 @@ impl ExportArgs {
                 UnfinishedRun::Other(_) | UnfinishedRun::Absent => {}
             }
         }
-        let existing = Existing::of(overwrite);
+        let existing = Existing::from_overwrite(overwrite);
         DatasetWriter::begin(out, run, existing, self.resume).map(Some)
     }
 

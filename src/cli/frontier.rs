@@ -119,7 +119,7 @@ pub(super) fn run(args: &FrontierArgs) -> Result<()> {
 fn read(path: &Path) -> Result<(PackSource, Vec<usize>)> {
     let source = PackSource::read(path)?;
     let pack = Pack::parse(&source.bytes)?;
-    let walks = Selection::default().of(&pack)?;
+    let walks = Selection::default().selected_walks(&pack)?;
     jobs(&pack, &walks, 0..1)?;
     Ok((source, walks))
 }

@@ -114,7 +114,7 @@ pub(super) fn run(args: &GateArgs) -> Result<Ending> {
     let runs = read(&mut std::iter::once(result).chain(&args.run))?;
     let baselines = read(&mut baseline.iter().chain(&args.baseline_run))?;
     let mut header = ResultHeader::new("gate", args.common.seed);
-    header.inputs.push(InputFile::of(limits_at)?);
+    header.inputs.push(InputFile::read(limits_at)?);
     let firsts = [runs.first(), baselines.first()].into_iter().flatten();
     let others = runs.iter().skip(1).chain(baselines.iter().skip(1));
     for file in firsts.chain(others) {

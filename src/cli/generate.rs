@@ -185,7 +185,7 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
         header = header.with("fps", fps);
     }
     header.inputs = match Path::new(&args.design).extension() {
-        Some(_) => vec![InputFile::of(&args.design)?],
+        Some(_) => vec![InputFile::read(&args.design)?],
         None => Vec::new(),
     };
     let mut shares = Vec::new();

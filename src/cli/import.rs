@@ -234,7 +234,7 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
     header.warnings = keep_going.leave_out(refused, all, "files", "imported")?;
     header.warnings.extend(unmeasured);
     for recording in &recordings {
-        header.inputs.push(InputFile::of(&recording.path)?);
+        header.inputs.push(InputFile::read(&recording.path)?);
     }
     let points = args.encoding.hull_points.map(usize::from);
     let body = args.body.options(
@@ -271,7 +271,7 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
     let all = clip_warnings(&results.clips);
     let all: Vec<String> = all.iter().map(ToString::to_string).collect();
     results.header.warnings.extend(all);
-    args.common.say(Summary::of(
+    args.common.say(Summary::from_bytes(
         ResultHeader::new("import", args.common.seed),
         &args.out,
         bytes,
@@ -399,7 +399,9 @@ fn clip_results(
         let most = |errors: &mut dyn Iterator<Item = f32>| f64::from(errors.fold(0.0, f32::max));
         let cut = recording.cut.as_ref();
         let closures = cut.map(|cut| cut.cycles.iter().map(|cut| cut.cycle.closure_mm));
-        let subject = people.iter().find(|one| one.name == recording.subject);
+        let subject = people
+            .iter()
+            .find(|person| person.name == recording.subject);
         let skates: Vec<FootSlide> = subject.map_or_else(Vec::new, |subject| {
             let walks = subject.walks.iter();
             let own = walks.filter(|walk| walk.name == recording.name);
@@ -443,7 +445,7 @@ fn clip_results(
 
 /// Collects the warnings about the files, by their paths.
 fn clip_warnings(clips: &[ClipResult]) -> Vec<SharedWarning<'_>> {
-    SharedWarning::of(
+    SharedWarning::collect(
         clips
             .iter()
             .map(|clip| (clip.file.as_str(), clip.warnings.as_slice())),
@@ -480,7 +482,7 @@ fn table(results: &ImportResults) -> String {
             table.note(format!("    warning: {}", own.warning));
         }
     }
-    for shared in warnings.iter().filter(|one| one.is_shared()) {
+    for shared in warnings.iter().filter(|warning| warning.is_shared()) {
         table.note(format!("warning: {shared}"));
     }
     for warning in &results.header.warnings {

@@ -37,7 +37,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
     let source = PackSource::read(&args.pack)?;
     let mut header = ResultHeader::new("inspect", args.common.seed);
     header.inputs = source.inputs;
-    let summary = Summary::of(header, &args.pack, &source.bytes)?;
+    let summary = Summary::from_bytes(header, &args.pack, &source.bytes)?;
     #[cfg(feature = "import")]
     let summary = if args.audit {
         summary.with_audit(&source.bytes)

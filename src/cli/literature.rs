@@ -138,7 +138,7 @@ pub(super) fn run(args: &LiteratureArgs) -> Result<()> {
     let (known, garments) = PublishedRecognizer::all(&trained, seen_from, subspaces, seed, &step)?;
     drop(progress);
     let (entrants, publications): (Vec<Entrant>, Vec<&'static str>) = { known.into_iter() }
-        .map(|one| (one.entrant, one.publication))
+        .map(|publication| (publication.entrant, publication.publication))
         .unzip();
     let (judged, people): (Vec<JudgedRecognizer>, usize) = match recorded {
         Some((recordings, _)) => {
@@ -157,7 +157,9 @@ pub(super) fn run(args: &LiteratureArgs) -> Result<()> {
     };
     let rows = entrants.iter().zip(publications).zip(judged);
     let recognizers: Vec<LiteratureRow> = rows
-        .map(|((entrant, publication), judged)| LiteratureRow::of(entrant, publication, judged))
+        .map(|((entrant, publication), judged)| {
+            LiteratureRow::from_entrant(entrant, publication, judged)
+        })
         .collect();
     args.common
         .say(literature_table(&recognizers, people, |row| {

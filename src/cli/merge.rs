@@ -55,13 +55,13 @@ impl MergeArgs {
 /// Runs the subcommand.
 pub(super) fn run(args: &MergeArgs) -> Result<()> {
     check_unfinished(&args.out, args.resume)?;
-    let existing = Existing::of(args.common.overwrite);
+    let existing = Existing::from_overwrite(args.common.overwrite);
     let rows = merge(&args.shards, &args.out, args.format, existing, args.resume)?;
     let mut header = ResultHeader::new("merge", args.common.seed);
     for shard in &args.shards {
         header
             .inputs
-            .push(InputFile::of(shard.join("manifest.json"))?);
+            .push(InputFile::read(shard.join("manifest.json"))?);
     }
     args.common.say(format_args!(
         "wrote {}: {rows} rows of {} shards",

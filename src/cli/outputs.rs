@@ -141,7 +141,7 @@ impl Output {
             }
             let found = fs::metadata(&path).ok();
             if let OutputKind::Dataset(format) = kind {
-                check_replaceable(&path, format, Existing::of(overwrite))?;
+                check_replaceable(&path, format, Existing::from_overwrite(overwrite))?;
             } else if kind == OutputKind::Resumed {
                 continue;
             } else if kind == OutputKind::Sequence {

@@ -84,7 +84,7 @@ impl ParityArgs {
 
     /// Returns the limits for these sides.
     fn limits(&self, reference: &ParitySide, other: &ParitySide) -> Limits {
-        let usual = Limits::of(reference, other);
+        let usual = Limits::default_for(reference, other);
         let or = |given: Option<f64>, usual: f64| given.unwrap_or(usual);
         Limits {
             relative_difference: or(self.max_relative_difference, usual.relative_difference),
@@ -296,7 +296,7 @@ fn compared(
         }
         progress.step()
     };
-    let answered = SideAnswers::of(contest, entrants, args.common.seed, &mut seen)?;
+    let answered = SideAnswers::run(contest, entrants, args.common.seed, &mut seen)?;
     drop(progress);
     let mut sides = Vec::new();
     for (at, one) in planned.iter().enumerate() {
@@ -319,7 +319,9 @@ fn compared(
     let comparisons: Vec<_> = others
         .map(|at| answered.compare(&sides, at, args.limits(&sides[0], &sides[at])))
         .collect();
-    let is_same = comparisons.iter().all(|one| one.verdict == Verdict::Same);
+    let is_same = comparisons
+        .iter()
+        .all(|comparison| comparison.verdict == Verdict::Same);
     Ok(ParityResults {
         verdict: if is_same {
             Verdict::Same

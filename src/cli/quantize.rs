@@ -77,7 +77,7 @@ pub(super) fn run(args: &QuantizeArgs) -> Result<()> {
     let runtime = args.runtime.runtime()?;
     let model = shipped::open(&args.model)?;
     let contract = model.contract();
-    let form = GeiForm::of(contract)?;
+    let form = GeiForm::from_contract(contract)?;
     let settings = args.draw.settings_for(contract, args.common.seed)?;
     let views = if args.views.is_given() {
         args.views.views("side")?.list
@@ -85,7 +85,7 @@ pub(super) fn run(args: &QuantizeArgs) -> Result<()> {
         training_views(contract)?
     };
     let recognizer = runtime.load(&model)?;
-    let scores = AffineScores::of(recognizer.as_ref(), args.common.seed)?;
+    let scores = AffineScores::measure(recognizer.as_ref(), args.common.seed)?;
     let bytes = form.write(&scores.map, &contract.classes)?;
     let quantized = LinearRecognizer::parse(&bytes)
         .map_err(|error| Error::input(&args.out, error.to_string()))?;
@@ -105,7 +105,7 @@ pub(super) fn run(args: &QuantizeArgs) -> Result<()> {
     let pack = Pack::parse(&source.bytes)?;
     let walks = source_args.choose(&pack)?;
     let (source, shown) = probes(&pack, &walks, &views, settings, args.cycles)?;
-    let agreement = Agreement::of(recognizer.as_ref(), &quantized, &source, &shown)?;
+    let agreement = Agreement::measure(recognizer.as_ref(), &quantized, &source, &shown)?;
 
     let results = QuantizeResults {
         header,

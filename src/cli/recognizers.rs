@@ -75,10 +75,10 @@ pub(super) fn load(
     let named = |named: &str, input: InputFile| (named.to_owned(), PathBuf::from(input.path));
     let of_models = models
         .iter()
-        .map(|one| named(&one.contract().name, one.input()));
+        .map(|model| named(&model.contract().name, model.input()));
     let of_firmware = firmware
         .iter()
-        .map(|one| named(one.name(), one.input().clone()));
+        .map(|recognizer| named(recognizer.name(), recognizer.input().clone()));
     let names = told_apart(of_models.chain(of_firmware).collect())?;
     for (model, name) in models.into_iter().zip(&names) {
         let model = model.named(name);
@@ -86,7 +86,7 @@ pub(super) fn load(
         header.warnings.extend(model.warnings());
         let entrant = entrant(&model, runtime, inputs)?;
         entrants.push(Entrant {
-            recognizer: CachedRecognizer::of(entrant.recognizer, &model, cache)?,
+            recognizer: CachedRecognizer::wrap(entrant.recognizer, &model, cache)?,
             ..entrant
         });
     }
@@ -246,7 +246,7 @@ pub(super) fn models(paths: &[PathBuf]) -> Result<Vec<Model>> {
     let models = models.collect::<Result<Vec<_>>>()?;
     let named = models
         .iter()
-        .map(|one| (one.contract().name.clone(), one.path().to_owned()));
+        .map(|model| (model.contract().name.clone(), model.path().to_owned()));
     let names = told_apart(named.collect())?;
     let named = models.into_iter().zip(names);
     Ok(named.map(|(model, name)| model.named(name)).collect())

@@ -75,7 +75,9 @@ impl RuntimeChoice {
             None if word == "rten" => return Ok(Self::EMBEDDED),
             None if word == "ort" => return Ok(Self::ONNX_RUNTIME),
             Some(("ort", name)) => {
-                let known = Provider::ALL.into_iter().find(|one| one.name() == name);
+                let known = Provider::ALL
+                    .into_iter()
+                    .find(|provider| provider.name() == name);
                 if let Some(provider) = known {
                     return Ok(Self {
                         provider,
@@ -116,7 +118,9 @@ impl fmt::Display for RuntimeChoice {
 
 /// Rejects a library that no runtime uses.
 pub(super) fn refuse_idle_library(ort_lib: Option<&Path>, engines: &[RuntimeChoice]) -> Result<()> {
-    let is_used = engines.iter().any(|one| one.runtime == RuntimeArg::Ort);
+    let is_used = engines
+        .iter()
+        .any(|engine| engine.runtime == RuntimeArg::Ort);
     if ort_lib.is_none() || is_used {
         return Ok(());
     }

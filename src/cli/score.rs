@@ -278,7 +278,7 @@ fn latency(recognizer: &dyn Recognizer, pictures: &[SeenPicture]) -> Result<Opti
     recognizer.beside(&mut || {
         failed = timed(recognizer, &inputs, &mut times);
     });
-    failed.map(|()| Latency::of(&times))
+    failed.map(|()| Latency::from_samples(&times))
 }
 
 /// Appends the times of inferences of one input in microseconds, after a warm-up. If there is an

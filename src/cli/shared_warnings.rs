@@ -16,11 +16,11 @@ pub(super) struct SharedWarning<'a> {
 
 impl<'a> SharedWarning<'a> {
     /// Collects the warnings of these files, in order of their first appearance.
-    pub(super) fn of(files: impl Iterator<Item = (&'a str, &'a [String])>) -> Vec<Self> {
+    pub(super) fn collect(files: impl Iterator<Item = (&'a str, &'a [String])>) -> Vec<Self> {
         let mut found: Vec<Self> = Vec::new();
         for (file, warnings) in files {
             for warning in warnings {
-                let known = found.iter_mut().find(|one| one.warning == warning);
+                let known = found.iter_mut().find(|shared| shared.warning == warning);
                 match known {
                     Some(known) if known.files.last() == Some(&file) => {}
                     Some(known) => known.files.push(file),
@@ -70,7 +70,7 @@ mod tests {
             ("e", vec!["no rate".to_owned()]),
         ];
         let files = lists.iter().map(|(file, list)| (*file, list.as_slice()));
-        let said: Vec<String> = SharedWarning::of(files)
+        let said: Vec<String> = SharedWarning::collect(files)
             .iter()
             .map(ToString::to_string)
             .collect();

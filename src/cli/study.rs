@@ -170,7 +170,7 @@ impl StudyArgs {
             .with("subjects", plan.people.join(","));
         header.inputs.extend(plan.inputs.iter().cloned());
         for source in &plan.sources {
-            header.inputs.push(InputFile::of(&source.path)?);
+            header.inputs.push(InputFile::read(&source.path)?);
         }
         Ok((header, findings))
     }

@@ -146,7 +146,7 @@ struct SweepRequest {
 
 impl SweepRequest {
     /// Reads all files that the flags name, and rejects walks that cannot be swept.
-    fn of(args: &SweepArgs) -> Result<Self> {
+    fn from_args(args: &SweepArgs) -> Result<Self> {
         let mut header = ResultHeader::new("sweep", args.common.seed);
         let conditions = args.conditions.load(None, &mut header)?;
         let views = args.views.views("paper")?;
@@ -203,7 +203,7 @@ pub(super) fn items(args: &SweepArgs) -> Result<Items> {
         source,
         walks,
         ..
-    } = SweepRequest::of(args)?;
+    } = SweepRequest::from_args(args)?;
     let items = PackItems {
         bytes: source.bytes.into(),
         walks,
@@ -233,7 +233,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
         wanted,
         source,
         walks,
-    } = SweepRequest::of(args)?;
+    } = SweepRequest::from_args(args)?;
     let augmentation = args.augment.augmentation()?;
     let variants = augmentation.variants();
     let pack = Pack::parse(&source.bytes)?;
@@ -404,7 +404,7 @@ impl SweepArgs {
             let numbers: usize = wanted
                 .templates
                 .iter()
-                .map(|one| match one {
+                .map(|template| match template {
                     Template::Silhouettes => frames * settings.size.pixels(),
                     other => other.shape(settings.size).numbers(),
                 })

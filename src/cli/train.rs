@@ -324,7 +324,7 @@ fn linear<F: Real>(
     samples: &Samples,
 ) -> Result<Vec<TrainedModel>> {
     let (labels, classes) = (&samples.labels, samples.names.len());
-    let analysed = Analysed::<F>::of(
+    let analysed = Analysed::<F>::analyse(
         samples.template,
         samples.size,
         samples.numbers.view(),

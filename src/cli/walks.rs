@@ -81,6 +81,6 @@ impl SourceArgs {
     /// If a name is unknown.
     pub(super) fn choose(&self, pack: &Pack<'_>) -> Result<Vec<usize>> {
         let is_built_in = self.pack.is_none() && self.held.is_none();
-        self.selection.selection(is_built_in).of(pack)
+        self.selection.selection(is_built_in).selected_walks(pack)
     }
 }

@@ -24,7 +24,7 @@ pub enum Existing {
 impl Existing {
     /// Returns the rule with or without `--overwrite`.
     #[must_use]
-    pub const fn of(overwrite: bool) -> Self {
+    pub const fn from_overwrite(overwrite: bool) -> Self {
         if overwrite {
             Self::Replace
         } else {

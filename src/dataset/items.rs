@@ -96,8 +96,8 @@ impl Items {
     /// If there is no such split, or there are several and none is named.
     pub fn of_design(design: Design, split: Option<&str>, most: Option<usize>) -> Result<Self> {
         let known = |name: &Option<String>| name.as_deref() == split;
-        let Some(found) = design.splits.iter().find(|one| known(&one.name)) else {
-            let names = design.splits.iter().filter_map(|one| one.name.clone());
+        let Some(found) = design.splits.iter().find(|split| known(&split.name)) else {
+            let names = design.splits.iter().filter_map(|split| split.name.clone());
             return Err(ChoiceError::NoSplit {
                 name: split.map(str::to_owned),
                 known: names.collect(),
@@ -290,7 +290,7 @@ impl Items {
             0 | 1 => 1,
             _ => rayon::current_num_threads(),
         };
-        let shares = shares::of(items, self.views(), threads);
+        let shares = shares::divide(items, self.views(), threads);
         let paint = |drawer: &mut Drawer, share: &Vec<usize>| {
             let mut drawn = Vec::with_capacity(share.len());
             for cycle in share.chunk_by(|&a, &b| items[a] / self.views() == items[b] / self.views())

@@ -95,12 +95,12 @@ impl Dataset {
     pub fn inputs(folder: &Path) -> Result<Vec<InputFile>> {
         let manifest = folder.join(MANIFEST);
         if manifest.exists() {
-            return Ok(vec![InputFile::of(manifest)?]);
+            return Ok(vec![InputFile::read(manifest)?]);
         }
         let files = [file_of(Template::Gei), INDEX.to_owned()];
         files
             .iter()
-            .map(|name| InputFile::of(folder.join(name)))
+            .map(|name| InputFile::read(folder.join(name)))
             .collect()
     }
 

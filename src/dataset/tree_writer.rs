@@ -152,7 +152,7 @@ impl GrowingSequences {
         check_folder_name(&row.subject)?;
         check_folder_name(take)?;
         let names = [row.subject.clone(), take.to_owned(), name_of_view(row)];
-        let known = self.pending.iter().position(|one| one.names == names);
+        let known = self.pending.iter().position(|take| take.names == names);
         match known {
             Some(at) => self.pending[at].pixels.extend_from_slice(pixels),
             None => self.pending.push(Pending {
@@ -169,7 +169,7 @@ impl GrowingSequences {
         let (root, format, size) = (&self.root, self.format, self.size);
         let rows: Vec<Result<Option<SequenceRow>>> = pending
             .par_iter()
-            .map(|one| one.write(root, format, size))
+            .map(|take| take.write(root, format, size))
             .collect();
         for row in rows {
             if let Some(row) = row? {

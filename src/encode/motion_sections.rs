@@ -179,7 +179,10 @@ pub(super) fn settled(motions: &[EncodableMotion<'_>], max_error_mm: f64) -> Cod
         .map(|clip| shared.quantise(targets[clip], clip, max_error_mm))
         .collect::<Result<_>>()
         .expect("cycles");
-    let numbers: Vec<_> = quantised.iter().map(|one| &one.numbers).collect();
+    let numbers: Vec<_> = quantised
+        .iter()
+        .map(|quantised_walk| &quantised_walk.numbers)
+        .collect();
     let stored = shared.templates.list.iter();
     let stored: Vec<_> = stored.map(|template| template.numbers.clone()).collect();
     Code {
@@ -271,7 +274,10 @@ impl SharedTables {
         targets: &[&EncodingTarget<'_>],
         quantised: &[Quantised],
     ) -> Result<WrittenLoops> {
-        let numbers: Vec<_> = quantised.iter().map(|one| &one.numbers).collect();
+        let numbers: Vec<_> = quantised
+            .iter()
+            .map(|quantised_walk| &quantised_walk.numbers)
+            .collect();
         let stored = self.templates.list.iter();
         let stored: Vec<_> = stored.map(|template| template.numbers.clone()).collect();
         let code = Code {

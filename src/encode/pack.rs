@@ -264,7 +264,7 @@ impl PackBuilder {
     pub(super) fn len_bytes(&self, code: &CodeSections) -> usize {
         let records = self.names.len() + self.subjects.len() + self.walks.len();
         let table =
-            |entries: &[Vec<u8>]| 4 + entries.iter().map(|one| 4 + one.len()).sum::<usize>();
+            |entries: &[Vec<u8>]| 4 + entries.iter().map(|entry| 4 + entry.len()).sum::<usize>();
         let header = HEADER_BYTES + SECTION_ORDER.len() * SECTION_ENTRY_BYTES;
         let code = code.codebook.len() + code.templates.len();
         header + records + table(&self.avatars) + code + table(&self.clips)

@@ -215,7 +215,7 @@ mod tests {
     use edgegait_core::avatar::Avatar;
     use edgegait_core::pack::Pack;
 
-    fn of(first: usize, people: usize) -> CohortOptions {
+    fn options(first: usize, people: usize) -> CohortOptions {
         CohortOptions {
             first,
             people,
@@ -233,11 +233,11 @@ mod tests {
     #[test]
     fn a_person_has_the_same_bytes_in_any_pack_and_in_any_clothes() {
         for dressed in [None, Some(Dressing::ForGood), Some(Dressing::PerTake)] {
-            let of = |first, people| CohortOptions {
+            let worn = |first, people| CohortOptions {
                 dressed,
-                ..of(first, people)
+                ..options(first, people)
             };
-            assert_same_bytes(&of(5, 6), &of(7, 3));
+            assert_same_bytes(&worn(5, 6), &worn(7, 3));
         }
     }
 
@@ -274,7 +274,7 @@ mod tests {
 
     #[test]
     fn the_stored_code_is_within_a_tenth_of_one_that_is_fitted_to_the_pack() {
-        let options = of(100, 60);
+        let options = options(100, 60);
         let people = subjects(&options).expect("people");
         let fitted = encode_subjects(&people, MAX_ERROR_MM, &|| Ok(())).expect("a pack");
         let stored = pack(&options, MAX_ERROR_MM, Effort::Searched).expect("a pack");
@@ -296,7 +296,7 @@ mod tests {
     fn any_error_is_kept() {
         let efforts = [Effort::Searched, Effort::Quick];
         for (max_error_mm, effort) in [0.5, 1.0, 20.0].map(|mm| efforts.map(|e| (mm, e))).concat() {
-            let bytes = pack(&of(3, 1), max_error_mm, effort).expect("a pack");
+            let bytes = pack(&options(3, 1), max_error_mm, effort).expect("a pack");
             let pack = Pack::parse(&bytes).expect("a pack");
             for clip in (0..pack.clip_count()).filter_map(|clip| pack.clip(clip)) {
                 assert!(f64::from(clip.max_error_mm()) <= max_error_mm + 1e-3);
@@ -306,7 +306,7 @@ mod tests {
 
     #[test]
     fn steps_that_are_too_coarse_are_made_finer_without_a_search() {
-        let person = subject(&of(4, 1), 4).expect("a person");
+        let person = subject(&options(4, 1), 4).expect("a person");
         let body = encode_avatar(&person.body, 2.0).expect("a body");
         let skeleton = Avatar::parse(&body.bytes).expect("a body").skeleton();
         let Track::Loop(cycle) = &person.walks[0].motion else {
@@ -327,7 +327,7 @@ mod tests {
     #[test]
     fn more_people_than_fit_are_refused_before_they_are_made() {
         let made = std::sync::atomic::AtomicUsize::new(0);
-        let options = of(0, 1);
+        let options = options(0, 1);
         let make = |number| {
             made.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
             subject(&options, number)

@@ -234,7 +234,7 @@ pub enum SettingError {
 
 impl SettingError {
     /// Returns the error about a setting with this value.
-    pub(crate) fn of(self, setting: &'static str, value: impl ToString) -> super::Error {
+    pub(crate) fn refuses(self, setting: &'static str, value: impl ToString) -> super::Error {
         ChoiceError::Setting {
             setting,
             value: value.to_string(),

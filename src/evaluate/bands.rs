@@ -27,7 +27,7 @@ pub(crate) struct Bands {
 impl Bands {
     /// Sums the results of viewpoints by band.
     #[must_use]
-    pub(crate) fn of(viewpoints: &[ViewpointResult]) -> Self {
+    pub(crate) fn sum(viewpoints: &[ViewpointResult]) -> Self {
         let mut bands = Self::default();
         for viewpoint in viewpoints {
             let elevation = band(viewpoint.elevation_deg, &ELEVATION_ENDS);
@@ -94,7 +94,7 @@ mod tests {
                 grid.push((f64::from(azimuth) * 5.0, f64::from(elevation) * 5.0, 0, 1));
             }
         }
-        let bands = Bands::of(&result_of(&grid).by_viewpoint);
+        let bands = Bands::sum(&result_of(&grid).by_viewpoint);
         assert_eq!(bands.outside, 0);
         assert_eq!(bands.all().probes, 703);
         // 0-40 is 9 azimuths, 45-85 is 9, 90 is 1; 0 is 1 elevation, then 5, 5, 5, 3.
@@ -117,7 +117,7 @@ mod tests {
             (88.0, 2.0, 1, 1),
             (90.0, 90.0, 1, 1),
         ]);
-        let bands = Bands::of(&result.by_viewpoint);
+        let bands = Bands::sum(&result.by_viewpoint);
         // 42 is nearest to 40, 43 to 45, 88 to 90, and 2 to 0.
         let level = bands.cells[0].map(|tally| tally.probes);
         assert_eq!(level, [1, 1, 1, 0, 0]);
@@ -133,7 +133,7 @@ mod tests {
             (90.0, 90.0, 2, 4),
             (270.0, 0.0, 0, 9),
         ]);
-        let bands = Bands::of(&result.by_viewpoint);
+        let bands = Bands::sum(&result.by_viewpoint);
         assert_eq!(bands.outside, 1);
         let (name, tally) = bands.worst_elevation().unwrap();
         assert_eq!((name, tally.hits, tally.probes), ("5-25", 1, 2));

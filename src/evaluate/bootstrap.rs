@@ -177,7 +177,7 @@ mod tests {
         }
     }
 
-    fn of(genuine: &[f64], impostor: &[f64]) -> Pairs {
+    fn count_pairs(genuine: &[f64], impostor: &[f64]) -> Pairs {
         Pairs {
             genuine: genuine.to_vec(),
             impostor: impostor.to_vec(),
@@ -216,7 +216,7 @@ mod tests {
     fn one_person_says_nothing_about_others() {
         assert_eq!(rank1_95(&[tally(1, 2), tally(0, 0)], 1), None);
         assert_eq!(rank1_95(&[], 1), None);
-        let one = [of(&[0.1], &[0.2])];
+        let one = [count_pairs(&[0.1], &[0.2])];
         assert_eq!(verification_95(&one, 1, Verification::auc), None);
     }
 
@@ -271,7 +271,10 @@ mod tests {
                     genuine.extend(&drawn.genuine);
                     impostor.extend(&drawn.impostor);
                 }
-                Verification::of(&genuine, &impostor).eer().unwrap().rate
+                Verification::from_distances(&genuine, &impostor)
+                    .eer()
+                    .unwrap()
+                    .rate
             })
             .collect();
         rates.sort_by(f64::total_cmp);
@@ -288,7 +291,7 @@ mod tests {
             subjects.iter().flat_map(|s| of(s).clone()).collect()
         };
         let (genuine, impostor) = (all(|pairs| &pairs.genuine), all(|pairs| &pairs.impostor));
-        let exact = Verification::of(&genuine, &impostor);
+        let exact = Verification::from_distances(&genuine, &impostor);
         let steps = count(&genuine, &thresholds)
             .into_iter()
             .zip(count(&impostor, &thresholds));
@@ -312,7 +315,7 @@ mod tests {
 
     #[test]
     fn a_statistic_that_a_draw_does_not_have_has_no_interval() {
-        let subjects = [of(&[], &[0.5]), of(&[0.1], &[0.4])];
+        let subjects = [count_pairs(&[], &[0.5]), count_pairs(&[0.1], &[0.4])];
         assert_eq!(verification_95(&subjects, 1, Verification::auc), None);
     }
 }

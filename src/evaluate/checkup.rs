@@ -34,7 +34,7 @@ impl Checkup {
     ///
     /// # Errors
     /// If the recognizer fails.
-    pub(crate) fn of(recognizer: &dyn Recognizer, inputs: &[Vec<f32>]) -> Result<Self> {
+    pub(crate) fn run(recognizer: &dyn Recognizer, inputs: &[Vec<f32>]) -> Result<Self> {
         let (mut ms, mut embeddings, mut non_finite) = (f64::INFINITY, Vec::new(), 0);
         let (mut dims, mut parts, mut classes) = (0, 1, 0);
         for input in inputs {
@@ -73,7 +73,7 @@ impl Checkup {
             let together = together.embedding.chunks(dims.max(1));
             let pairs: Vec<_> = embeddings.iter().map(Vec::as_slice).zip(together).collect();
             let apart =
-                AnswerDifference::of(&pairs).map_or(0.0, |(found, _)| found.greatest_relative);
+                AnswerDifference::measure(&pairs).map_or(0.0, |(found, _)| found.greatest_relative);
             if apart > Limits::FLOAT.relative_difference && is_steady {
                 problems.push(format!(
                     "its answer to an input depends on the other inputs of the batch (relative difference {apart:.1e}): was it \
@@ -102,7 +102,7 @@ impl Checkup {
         let mine = self.embeddings.iter().map(Vec::as_slice);
         let its = other.embeddings.iter().map(Vec::as_slice);
         let pairs: Vec<_> = mine.zip(its).collect();
-        let (found, _) = AnswerDifference::of(&pairs)?;
+        let (found, _) = AnswerDifference::measure(&pairs)?;
         found
             .greatest_relative
             .is_finite()
@@ -143,7 +143,7 @@ mod tests {
 
     fn checkup(answer: fn(&[f32]) -> Vec<f32>) -> Checkup {
         let recognizer = MadeUp::embedding(Contract::default(), answer);
-        Checkup::of(&recognizer, &inputs()).expect("it answers")
+        Checkup::run(&recognizer, &inputs()).expect("it answers")
     }
 
     #[test]

@@ -42,7 +42,7 @@ impl Agreement {
     ///
     /// # Errors
     /// If a sequence cannot be shown, or the original fails.
-    pub(crate) fn of(
+    pub(crate) fn measure(
         recognizer: &dyn Recognizer,
         quantized: &LinearRecognizer<'_>,
         source: &SequenceSource<'_>,

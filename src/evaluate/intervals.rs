@@ -24,7 +24,7 @@ pub struct Rank1Intervals {
 impl Rank1Intervals {
     /// Returns the intervals from counts by person; `seed` is the seed for resampling people.
     #[must_use]
-    pub fn of(people: &[Tally], seed: u64) -> Self {
+    pub fn from_tallies(people: &[Tally], seed: u64) -> Self {
         let wilson = people.iter().copied().sum::<Tally>().interval();
         let drawn = rank1_95(people, seed);
         Self {

@@ -34,7 +34,8 @@ impl AddAssign<&Self> for PairedHits {
 /// The best is chosen on these same probes, so its lead is slightly overestimated. `seed` is the
 /// seed for resampling people.
 pub(super) fn each_from_each(results: &[RecognizerResult], seed: u64) -> Vec<PairedResult> {
-    let mut ranked: Vec<&RecognizerResult> = results.iter().filter(|one| one.probes > 0).collect();
+    let mut ranked: Vec<&RecognizerResult> =
+        results.iter().filter(|result| result.probes > 0).collect();
     // A stable sort: ties keep their order.
     ranked.sort_by(|a, b| b.rank1.total_cmp(&a.rank1));
     let of = |(at, one): (usize, &&RecognizerResult)| {

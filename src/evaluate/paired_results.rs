@@ -41,7 +41,7 @@ impl PersonResult {
             });
             let mut all: Vec<Confusion> = all.collect();
             // Ties are in alphabetical order.
-            all.sort_by_key(|one| Reverse(one.probes));
+            all.sort_by_key(|entry| Reverse(entry.probes));
             all.truncate(MOST_CONFUSIONS);
             all
         };
@@ -124,8 +124,8 @@ impl PairedResult {
     #[must_use]
     pub fn viewpoints_beyond_and_behind(&self) -> (usize, usize) {
         let all = || self.by_viewpoint.iter();
-        let beyond = all().filter(|one| one.low.is_some_and(|low| low > 0.0));
-        let behind = all().filter(|one| one.high.is_some_and(|high| high < 0.0));
+        let beyond = all().filter(|entry| entry.low.is_some_and(|low| low > 0.0));
+        let behind = all().filter(|entry| entry.high.is_some_and(|high| high < 0.0));
         (beyond.count(), behind.count())
     }
 }

@@ -249,19 +249,23 @@ impl Protocol {
         if let Some(name) = twice(self.probes.iter().map(|set| set.name.as_str()).collect()) {
             return Some(format!("probes: {name:?} appears twice"));
         }
-        if let Some(name) = twice(self.made.iter().map(|one| one.take.as_str()).collect()) {
+        if let Some(name) = twice(self.made.iter().map(|take| take.take.as_str()).collect()) {
             return Some(format!("made: {name:?} appears twice"));
         }
-        let named = self.made.iter().any(|one| one.condition.is_some());
+        let named = self.made.iter().any(|take| take.condition.is_some());
         if named != self.conditions.is_some() {
             return Some(
                 "expected \"conditions\" if a take of \"made\" names a condition, and only then"
                     .into(),
             );
         }
-        let out_of_range = self.made.iter().find(|one| {
-            let least = if self.is_probed(one) { FIRST_UNSEEN } else { 0 };
-            !(least..=MAX_VARIATION).contains(&one.variation)
+        let out_of_range = self.made.iter().find(|take| {
+            let least = if self.is_probed(take) {
+                FIRST_UNSEEN
+            } else {
+                0
+            };
+            !(least..=MAX_VARIATION).contains(&take.variation)
         });
         if let Some(MadeTake {
             take, variation, ..
@@ -279,7 +283,7 @@ impl Protocol {
     /// # Errors
     /// If no take is in the gallery, or none is a probe.
     pub fn roles(&self, takes: &[SequenceTake]) -> Result<TakeRoles> {
-        let all = |choice: &TakeChoice| choice.of(takes);
+        let all = |choice: &TakeChoice| choice.selected(takes);
         let gallery = match &self.gallery {
             Some(choice) => all(choice),
             None => vec![false; takes.len()],
@@ -429,7 +433,11 @@ impl Protocol {
             ..set.clone()
         };
         let sets = self.probes.iter();
-        let sets = sets.flat_map(|one| conditions.iter().map(move |condition| set(one, condition)));
+        let sets = sets.flat_map(|probe_set| {
+            conditions
+                .iter()
+                .map(move |condition| set(probe_set, condition))
+        });
         Self {
             probes: sets.collect(),
             ..self
@@ -449,7 +457,7 @@ impl ProbeSet {
 
 impl TakeChoice {
     /// Returns for each take whether it is selected.
-    fn of(&self, takes: &[SequenceTake]) -> Vec<bool> {
+    fn selected(&self, takes: &[SequenceTake]) -> Vec<bool> {
         let named = |take: &SequenceTake| {
             let any = |list: &[String], name: &str| {
                 list.is_empty() || list.iter().any(|pattern| matches(pattern, name))

@@ -14,7 +14,7 @@ pub enum ProbeOutcome {
 }
 
 impl ProbeOutcome {
-    const fn of(is_right: bool) -> Self {
+    const fn from_hit(is_right: bool) -> Self {
         if is_right { Self::Hit } else { Self::Miss }
     }
 }
@@ -105,7 +105,7 @@ pub(crate) fn closed_set(scores: &[f32], truth: usize) -> ProbeOutcome {
             best = Some((class, score));
         }
     }
-    ProbeOutcome::of(best.is_some_and(|(class, _)| class == truth))
+    ProbeOutcome::from_hit(best.is_some_and(|(class, _)| class == truth))
 }
 
 #[cfg(test)]

@@ -307,7 +307,7 @@ impl Latency {
     /// Returns the percentiles of samples in microseconds by nearest rank, ceil(p n), so that each
     /// is one of the samples. None without samples.
     #[must_use]
-    pub fn of(samples_us: &[f64]) -> Option<Self> {
+    pub fn from_samples(samples_us: &[f64]) -> Option<Self> {
         let mut sorted = samples_us.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
         let percentile = |percent: usize| -> Option<f64> {
@@ -375,7 +375,7 @@ impl RecognizerResult {
             probes: all.probes,
             people: 0,
             rank1: all.rank1().unwrap_or_default(),
-            intervals: Rank1Intervals::of(&[all], 0),
+            intervals: Rank1Intervals::from_tallies(&[all], 0),
             non_finite: all.non_finite,
             gallery_non_finite: 0,
             trained_at: contestant.trained_at,
@@ -392,8 +392,8 @@ impl RecognizerResult {
     /// Returns the result with the interval over people, from the counts of each person.
     #[must_use]
     pub fn with_subjects(mut self, subjects: &[Tally], seed: u64) -> Self {
-        self.people = subjects.iter().filter(|one| one.probes > 0).count() as u64;
-        self.intervals = Rank1Intervals::of(subjects, seed);
+        self.people = subjects.iter().filter(|subject| subject.probes > 0).count() as u64;
+        self.intervals = Rank1Intervals::from_tallies(subjects, seed);
         self
     }
 

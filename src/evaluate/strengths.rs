@@ -80,7 +80,7 @@ impl StrengthStudy {
             confounders: confounders.to_vec(),
             conditions: vec![Condition {
                 name: NORMAL.into(),
-                ..Condition::of(Doses::default())
+                ..Condition::from_doses(Doses::default())
             }],
             points: Vec::new(),
         };
@@ -92,7 +92,9 @@ impl StrengthStudy {
                     kind: confounder.kind,
                     strength,
                 };
-                study.conditions.push(Condition::of(Doses::new([dose])));
+                study
+                    .conditions
+                    .push(Condition::from_doses(Doses::new([dose])));
                 study.points.push((number, strength));
             }
         }

@@ -270,7 +270,11 @@ fn result_of(name: &str, trial: &Trial<'_>, sums: ProbeSums, seed: u64) -> Probe
     let mut all = Ranking::default();
     sums.by_person.iter().for_each(|ranking| all += ranking);
     let tally = all.tally(1);
-    let of_people: Vec<Tally> = sums.by_person.iter().map(|one| one.tally(1)).collect();
+    let of_people: Vec<Tally> = sums
+        .by_person
+        .iter()
+        .map(|interval| interval.tally(1))
+        .collect();
     let probed: Vec<Ranking> = sums
         .by_person
         .iter()
@@ -287,12 +291,12 @@ fn result_of(name: &str, trial: &Trial<'_>, sums: ProbeSums, seed: u64) -> Probe
         without_mate: all.without_mate(),
         non_finite: all.non_finite(),
         rank1: tally.rank1().unwrap_or_default(),
-        intervals: Rank1Intervals::of(&of_people, seed),
+        intervals: Rank1Intervals::from_tallies(&of_people, seed),
         rank5: all.rank_k(5).unwrap_or_default(),
         cmc: all.cmc().unwrap_or_default(),
         map: all.map(),
-        map_low: map.map(|one| one.low),
-        map_high: map.map(|one| one.high),
+        map_low: map.map(|interval| interval.low),
+        map_high: map.map(|interval| interval.high),
         minp: all.minp(),
         by_person: PersonResult::list(&trial.sequences.subjects, &of_people, &sums.confused),
         verification: verification(&sums.pairs, seed),
@@ -306,7 +310,8 @@ fn verification(pairs: &[Pairs], seed: u64) -> Option<VerificationResult> {
     }
     let all =
         |of: fn(&Pairs) -> &Vec<f64>| -> Vec<f64> { pairs.iter().flat_map(of).copied().collect() };
-    let curve = Verification::of(&all(|pairs| &pairs.genuine), &all(|pairs| &pairs.impostor));
+    let curve =
+        Verification::from_distances(&all(|pairs| &pairs.genuine), &all(|pairs| &pairs.impostor));
     let (non_finite_genuine, non_finite_impostors) = curve.non_finite();
     let eer = curve.eer();
     let over_people = verification_95(pairs, seed, |curve| curve.eer().map(|eer| eer.rate));
@@ -317,8 +322,8 @@ fn verification(pairs: &[Pairs], seed: u64) -> Option<VerificationResult> {
         non_finite_impostors,
         eer: eer.map(|eer| eer.rate),
         eer_threshold: eer.map(|eer| eer.threshold),
-        eer_low: over_people.map(|one| one.low),
-        eer_high: over_people.map(|one| one.high),
+        eer_low: over_people.map(|interval| interval.low),
+        eer_high: over_people.map(|interval| interval.high),
         auc: curve.auc(),
         tar_at_far: curve.tars(),
         roc: curve.roc(),

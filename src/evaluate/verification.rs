@@ -81,7 +81,7 @@ impl Verification {
     ///
     /// Takes 16 bytes per distance while sorting, and 24 bytes per distinct distance afterwards.
     #[must_use]
-    pub(crate) fn of(genuine: &[f64], impostor: &[f64]) -> Self {
+    pub(crate) fn from_distances(genuine: &[f64], impostor: &[f64]) -> Self {
         let (genuine, non_finite_genuine) = finite(genuine);
         let (impostor, non_finite_impostor) = finite(impostor);
         let mut pairs: Vec<(f64, bool)> = genuine
@@ -308,7 +308,7 @@ mod tests {
                 pairs.push(distance);
             }
         }
-        Verification::of(&genuine, &impostor)
+        Verification::from_distances(&genuine, &impostor)
     }
 
     #[test]
@@ -339,7 +339,7 @@ mod tests {
     #[test]
     fn thirty_false_accepts_are_enough_for_no_note() {
         let impostor: Vec<f64> = (0..3000).map(f64::from).collect();
-        let tars = Verification::of(&[-1.0, 29.0, 30.0], &impostor).tars();
+        let tars = Verification::from_distances(&[-1.0, 29.0, 30.0], &impostor).tars();
         // FAR 0.01 is 30 of 3000, so the threshold is the 30th distance, 29.
         assert_eq!(
             (tars[1].tar, tars[1].threshold, &tars[1].note),
@@ -358,7 +358,7 @@ mod tests {
 
     #[test]
     fn all_equal_distances_have_an_eer_of_one_half() {
-        let equal = Verification::of(&[2.0; 3], &[2.0; 50]);
+        let equal = Verification::from_distances(&[2.0; 3], &[2.0; 50]);
         assert_eq!(
             equal.eer(),
             Some(Eer {
@@ -379,18 +379,23 @@ mod tests {
     #[test]
     fn pairs_of_one_kind_have_no_curve() {
         for (genuine, impostor) in [(&[0.5][..], &[][..]), (&[], &[0.5]), (&[], &[])] {
-            let one = Verification::of(genuine, impostor);
+            let one = Verification::from_distances(genuine, impostor);
             assert_eq!((one.eer(), one.auc(), one.roc()), (None, None, vec![]));
             assert!(one.tars().iter().all(|tar| tar.tar.is_none()));
         }
-        assert!(Verification::of(&[], &[0.5]).tars().is_empty());
-        let note = Verification::of(&[0.5], &[]).tars()[0].note.clone();
+        assert!(Verification::from_distances(&[], &[0.5]).tars().is_empty());
+        let note = Verification::from_distances(&[0.5], &[]).tars()[0]
+            .note
+            .clone();
         assert_eq!(note.unwrap(), "needs at least 10 impostor pairs, found 0");
     }
 
     #[test]
     fn distances_that_are_not_finite_are_counted_and_in_no_rate() {
-        let bad = Verification::of(&[0.0, f64::NAN], &[f64::INFINITY, 1.0, f64::NEG_INFINITY]);
+        let bad = Verification::from_distances(
+            &[0.0, f64::NAN],
+            &[f64::INFINITY, 1.0, f64::NEG_INFINITY],
+        );
         assert_eq!(bad.non_finite(), (1, 2));
         assert_eq!((bad.genuine(), bad.impostors()), (1, 1));
         assert_eq!((bad.auc(), bad.eer().unwrap().rate), (Some(1.0), 0.0));
@@ -398,7 +403,10 @@ mod tests {
 
     #[test]
     fn zero_and_minus_zero_are_one_distance() {
-        assert_eq!(Verification::of(&[0.0], &[-0.0]).auc(), Some(0.5));
+        assert_eq!(
+            Verification::from_distances(&[0.0], &[-0.0]).auc(),
+            Some(0.5)
+        );
     }
 
     /// The oracle scans every threshold and counts, and compares all pairs for the AUC.
@@ -413,7 +421,7 @@ mod tests {
                     .collect()
             };
             let (genuine, impostor) = (draw(0), draw(1));
-            let curve = Verification::of(&genuine, &impostor);
+            let curve = Verification::from_distances(&genuine, &impostor);
 
             let (mut wins, mut pairs) = (0.0, 0.0);
             for g in &genuine {
@@ -466,7 +474,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(67);
         let genuine: Vec<f64> = (0..4000).map(|_| random.random_range(0.0..2.0)).collect();
         let impostor: Vec<f64> = (0..90_000).map(|_| random.random_range(1.0..4.0)).collect();
-        let curve = Verification::of(&genuine, &impostor);
+        let curve = Verification::from_distances(&genuine, &impostor);
         let roc = curve.roc();
         assert!((150..=MAX_ROC_POINTS).contains(&roc.len()), "{}", roc.len());
         assert_eq!(roc[0], RocPoint { far: 0.0, tar: 0.0 });

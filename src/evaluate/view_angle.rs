@@ -96,7 +96,7 @@ pub(crate) fn by_angle(
             to_deg: ends(bin),
             probes: all.probes,
             rank1: all.rank1().unwrap_or_default(),
-            intervals: Rank1Intervals::of(people, seed),
+            intervals: Rank1Intervals::from_tallies(people, seed),
         }
     });
     results.filter(|result| result.probes > 0).collect()

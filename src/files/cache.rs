@@ -130,7 +130,7 @@ pub(crate) struct CacheKey(String);
 
 impl CacheKey {
     /// Hashes these parts, with their boundaries, and the version of this program.
-    pub(crate) fn of(parts: &[&[u8]]) -> Self {
+    pub(crate) fn hash(parts: &[&[u8]]) -> Self {
         let mut digest = Sha256::new();
         for part in [env!("CARGO_PKG_VERSION").as_bytes()].iter().chain(parts) {
             digest.update((part.len() as u64).to_le_bytes());
@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn what_is_kept_is_found_by_all_that_it_follows_from() {
         let (folder, cache) = cache();
-        let key = CacheKey::of(&[b"mesh", b"384"]);
+        let key = CacheKey::hash(&[b"mesh", b"384"]);
         assert_eq!(cache.read("hulls", &key), None);
         assert!(!folder.path().join("cache").exists());
         cache.keep("hulls", &key, b"points").unwrap();
@@ -166,7 +166,7 @@ mod tests {
             &[b"mesh3", b"84"],
             &[b"mesh384"],
         ] {
-            assert_eq!(cache.read("hulls", &CacheKey::of(other)), None);
+            assert_eq!(cache.read("hulls", &CacheKey::hash(other)), None);
         }
     }
 
@@ -174,7 +174,7 @@ mod tests {
     fn nothing_is_kept_where_none_was_asked_for() {
         let cache = Cache::named(Some(Path::new("none")));
         assert_eq!(cache, Cache::default());
-        let key = CacheKey::of(&[b"a"]);
+        let key = CacheKey::hash(&[b"a"]);
         cache.keep("hulls", &key, b"points").unwrap();
         assert_eq!(cache.read("hulls", &key), None);
         assert!(!Path::new("none").exists());
@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn what_was_used_longest_ago_goes_first() {
         let (_folder, cache) = cache();
-        let keys = [b"a", b"b", b"c"].map(|name| CacheKey::of(&[name]));
+        let keys = [b"a", b"b", b"c"].map(|name| CacheKey::hash(&[name]));
         for (age, key) in [3, 2, 1].into_iter().zip(&keys) {
             cache.keep("hulls", key, &[0; 100]).unwrap();
             let path = cache.path("hulls", key).unwrap();

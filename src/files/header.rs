@@ -99,7 +99,7 @@ impl InputFile {
     /// # Errors
     ///
     /// If the file cannot be read.
-    pub fn of(path: impl AsRef<Path>) -> Result<Self> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         Ok(Self {
             path: path.display().to_string(),

@@ -66,7 +66,7 @@ impl AffineScores {
     /// # Errors
     /// If it takes viewpoints, has no scores or more than [`MAX_CLASSES`], if scores are not finite
     /// or not an affine function of the pixels, or if it fails.
-    pub fn of(recognizer: &dyn Recognizer, seed: u64) -> Result<Self> {
+    pub fn measure(recognizer: &dyn Recognizer, seed: u64) -> Result<Self> {
         let contract = recognizer.contract();
         if let Some(input) = &contract.view_input {
             return Err(InferenceError::TakesViews {
@@ -197,7 +197,7 @@ mod tests {
 
     fn refusal(function: fn(&[f32]) -> Vec<f32>) -> String {
         let recognizer = MadeUp::new(Contract::default(), function);
-        let error = AffineScores::of(&recognizer, 1).expect_err("not affine");
+        let error = AffineScores::measure(&recognizer, 1).expect_err("not affine");
         error.to_string()
     }
 
@@ -207,7 +207,7 @@ mod tests {
         let function = |x: &[f32]| vec![2.0 * x[0] - 4.0 * x[1499] + 8.0, 0.5 * x[31], -1.0];
         let recognizer = MadeUp::new(Contract::default(), function);
         let AffineScores { map, deviation } =
-            AffineScores::of(&recognizer, 1).expect("it is affine");
+            AffineScores::measure(&recognizer, 1).expect("it is affine");
         assert_eq!(map.bias.to_vec(), [8.0, 0.0, -1.0]);
         let mut weights = Array2::<f32>::zeros((3, 1500));
         (weights[[0, 0]], weights[[0, 1499]], weights[[1, 31]]) = (2.0, -4.0, 0.5);
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn the_two_products_of_a_trained_model_are_found_as_one() {
         let recognizer = Runtime::rten().load(&small_model()).expect("our own model");
-        let found = AffineScores::of(recognizer.as_ref(), 1).expect("it is affine");
+        let found = AffineScores::measure(recognizer.as_ref(), 1).expect("it is affine");
         let trained = small_recognizer();
         let (embedding, scores) = (&trained.embedding, trained.score_map());
         let first = embedding.weights.mapv(f64::from);

@@ -50,7 +50,7 @@ impl Baseline {
             name: PIXELS.into(),
             rows: size.rows(),
             columns: size.columns(),
-            layout: InputLayout::of(template),
+            layout: InputLayout::for_template(template),
             framing,
             template,
             ..Contract::default()
@@ -260,7 +260,7 @@ mod tests {
     fn sequences_are_compared_by_their_mean() {
         let contract = Contract {
             template: Template::Silhouettes,
-            layout: InputLayout::of(Template::Silhouettes),
+            layout: InputLayout::for_template(Template::Silhouettes),
             ..Contract::default()
         };
         let two = [template(&[(0, 1.0), (5, 1.0)]), template(&[(0, 1.0)])].concat();

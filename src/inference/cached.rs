@@ -63,7 +63,7 @@ impl CachedRecognizer {
     ///
     /// # Errors
     /// If the system cannot read the file of answers.
-    pub fn of(
+    pub fn wrap(
         recognizer: Box<dyn Recognizer>,
         model: &Model,
         cache: &Cache,
@@ -71,7 +71,7 @@ impl CachedRecognizer {
         // A model that cannot be counted may be slow.
         let macs = model.macs().unwrap_or(LEAST_MACS);
         let stated = format!("{:?} {:?}", recognizer.contract(), recognizer.runtime());
-        let key = CacheKey::of(&[model.bytes(), stated.as_bytes()]);
+        let key = CacheKey::hash(&[model.bytes(), stated.as_bytes()]);
         let path = cache.path(KIND, &key).filter(|_| macs >= LEAST_MACS);
         Ok(match path {
             None => recognizer,
@@ -113,7 +113,7 @@ impl Recognizer for CachedRecognizer {
             let asked: Vec<f32> = lacking.iter().flat_map(|&at| inputs[at]).copied().collect();
             let found = self.recognizer.run(&asked, lacking.len())?;
             for (row, &at) in lacking.iter().enumerate() {
-                let answer = CachedAnswer::of(&found, row);
+                let answer = CachedAnswer::from_row(&found, row);
                 file.add(&hashes[at], &answer);
                 answers[at] = Some(answer);
             }
@@ -144,7 +144,7 @@ impl Recognizer for CachedRecognizer {
 
 impl CachedAnswer {
     /// Returns the answer to one input of a batch.
-    fn of(outputs: &Outputs, row: usize) -> Self {
+    fn from_row(outputs: &Outputs, row: usize) -> Self {
         let part = |numbers: &[f32], width: usize| {
             let numbers = numbers.get(row * width..(row + 1) * width);
             numbers.unwrap_or_default().to_vec()
@@ -324,11 +324,11 @@ mod tests {
             Ok(Outputs {
                 embedding: each
                     .clone()
-                    .flat_map(|one| [one.iter().sum(), one[0]])
+                    .flat_map(|image| [image.iter().sum(), image[0]])
                     .collect(),
                 embedding_dims: 2,
                 embedding_parts: 1,
-                scores: Some(each.map(|one| one[1]).collect()),
+                scores: Some(each.map(|image| image[1]).collect()),
                 classes: 1,
                 non_finite: 0,
             })

@@ -55,7 +55,7 @@ impl Firmware {
             input_range: super::InputRange::Byte,
             rows: linear.size().rows(),
             columns: linear.size().columns(),
-            layout: InputLayout::of(Template::Gei),
+            layout: InputLayout::for_template(Template::Gei),
             framing: match linear.framing() {
                 camera::Framing::Box => FramingMode::Box,
                 _ => FramingMode::Height,

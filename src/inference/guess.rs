@@ -23,7 +23,7 @@ pub(super) fn contract(graph: &Graph) -> Option<Contract> {
         [input, view] | [view, input] if is_of_views(view) => (input, Some(view)),
         _ => return None,
     };
-    let input_range = match Element::of(input.element)? {
+    let input_range = match Element::from_data_type(input.element)? {
         Element::U8 => InputRange::Byte,
         Element::F32 | Element::F64 => InputRange::Unit,
     };
@@ -65,7 +65,7 @@ pub(super) fn contract(graph: &Graph) -> Option<Contract> {
 
 /// Returns whether an input can take viewpoints: f32 `[N, 2]`.
 fn is_of_views(port: &Port) -> bool {
-    port.is_pair() && Element::of(port.element) == Some(Element::F32)
+    port.is_pair() && Element::from_data_type(port.element) == Some(Element::F32)
 }
 
 /// Returns the output that has a number for each class that the graph names.
@@ -76,7 +76,10 @@ fn scores(graph: &Graph) -> Option<&Port> {
             Some([_, _]) => None,
             _ => return false,
         };
-        let is_number = matches!(Element::of(port.element), Some(Element::F32 | Element::F64));
+        let is_number = matches!(
+            Element::from_data_type(port.element),
+            Some(Element::F32 | Element::F64)
+        );
         is_number && width.is_none_or(|width| width == graph.labels.len() as u64)
     };
     let mut outputs = graph.outputs.iter().filter(|_| !graph.labels.is_empty());

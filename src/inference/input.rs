@@ -121,7 +121,7 @@ impl InputLayout {
 
     /// Returns the default layout of a template: the first that can hold it.
     #[must_use]
-    pub fn of(template: Template) -> Self {
+    pub fn for_template(template: Template) -> Self {
         let first = Self::ALL.into_iter().find(|layout| layout.holds(template));
         first.unwrap_or_default()
     }

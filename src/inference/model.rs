@@ -175,7 +175,7 @@ impl Model {
     pub fn inputs(&self) -> Result<Vec<InputFile>> {
         let contract = Contract::path_beside(&self.path);
         let is_read = self.is_file && contract.is_file();
-        let contract = is_read.then(|| InputFile::of(contract)).transpose()?;
+        let contract = is_read.then(|| InputFile::read(contract)).transpose()?;
         Ok(std::iter::once(self.input()).chain(contract).collect())
     }
 

@@ -95,7 +95,7 @@ impl Ort {
             known: known.map(|provider| provider.name().to_owned()).collect(),
             library: self.library.clone(),
         };
-        Err(problem.of("provider", provider.name()))
+        Err(problem.refuses("provider", provider.name()))
     }
 }
 
@@ -408,7 +408,7 @@ pub(super) fn profile(
     input: &[f32],
 ) -> Result<Vec<ProfiledOperations>> {
     let times = operator_times(ort, model, provider, threads, input, 1)?;
-    Ok(times.into_iter().map(|one| one.ran).collect())
+    Ok(times.into_iter().map(|timed| timed.ran).collect())
 }
 
 /// Profiles the operations of a model and their times in `runs` inferences, in a session of its

@@ -33,7 +33,7 @@ pub(super) enum Element {
 
 impl Element {
     /// Returns the element type for a `TensorProto.DataType`, if inputs can be made in it.
-    pub(super) const fn of(kind: u64) -> Option<Self> {
+    pub(super) const fn from_data_type(kind: u64) -> Option<Self> {
         match kind {
             FLOAT => Some(Self::F32),
             UINT8 => Some(Self::U8),
@@ -90,7 +90,7 @@ impl Ports {
         let expected = |element: Option<Element>| expected_input(element, contract);
         let (input, view) = inputs(graph, contract)?;
         let axes = contract.layout.axes();
-        let element = Element::of(input.element);
+        let element = Element::from_data_type(input.element);
         let (element, shape) = match (&input.shape, element) {
             (Some(shape), Some(element)) if fits(shape, contract) => (element, shape),
             _ => {
@@ -296,7 +296,7 @@ fn fits(shape: &[Dimension], contract: &Contract) -> bool {
 
 /// Returns the advice for an input that does not fit.
 fn remedy(input: &Port, contract: &Contract) -> String {
-    if Element::of(input.element).is_none() {
+    if Element::from_data_type(input.element).is_none() {
         return "export it with an input of f32; f64 and u8 work too".into();
     }
     let shape = input.shape.as_deref().unwrap_or_default();

@@ -149,7 +149,7 @@ pub(super) fn read_times(text: &str, runs: usize) -> serde_json::Result<Vec<Oper
 
 fn arithmetic(args: &Arguments) -> Arithmetic {
     let first = |types: &[BTreeMap<String, serde_json::Value>]| {
-        let first = types.first().and_then(|one| one.keys().next());
+        let first = types.first().and_then(|profiled| profiled.keys().next());
         first.cloned().unwrap_or_default()
     };
     let (input, output) = (
@@ -232,7 +232,7 @@ mod tests {
         let found = read_times(&format!("[{all}]"), 3).expect("a profile");
         let said: Vec<_> = found
             .iter()
-            .map(|one| (one.ran.count, one.mean_us))
+            .map(|profiled| (profiled.ran.count, profiled.mean_us))
             .collect();
         assert_eq!(said, [(2, 20.0)]);
     }

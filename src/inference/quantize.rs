@@ -33,7 +33,7 @@ impl GeiForm {
     /// # Errors
     /// For templates other than GEIs, sizes that cannot be drawn, and framings that need a known
     /// scale.
-    pub fn of(contract: &Contract) -> Result<Self> {
+    pub fn from_contract(contract: &Contract) -> Result<Self> {
         let refuse = |expected, found: &str| {
             Err(InferenceError::NotForFirmware {
                 model: contract.name.clone(),
@@ -147,7 +147,7 @@ mod tests {
     use ndarray::{Array2, array};
 
     fn form(contract: &Contract) -> GeiForm {
-        GeiForm::of(contract).expect("firmware can draw it")
+        GeiForm::from_contract(contract).expect("firmware can draw it")
     }
 
     #[test]
@@ -216,7 +216,11 @@ mod tests {
 
     #[test]
     fn contracts_that_firmware_cannot_draw_are_refused() {
-        let of = |contract: Contract| GeiForm::of(&contract).expect_err("not drawn").to_string();
+        let of = |contract: Contract| {
+            GeiForm::from_contract(&contract)
+                .expect_err("not drawn")
+                .to_string()
+        };
         let default = Contract::default;
         let mhi = of(Contract {
             template: Template::Mhi,

@@ -61,7 +61,7 @@ impl Runtime {
     pub fn with_provider(mut self, provider: Provider) -> Result<Self> {
         match &mut self.engine {
             Engine::Rten if provider != Provider::Cpu => {
-                return Err(SettingError::EmbeddedProvider.of("provider", provider.name()));
+                return Err(SettingError::EmbeddedProvider.refuses("provider", provider.name()));
             }
             Engine::Rten => {}
             Engine::Ort(ort, chosen) => {

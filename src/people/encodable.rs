@@ -16,16 +16,16 @@ pub(crate) fn without(recordings: &mut Vec<Recording>, refused: &[RefusedWalk]) 
             ..
         } = recording;
         let path = path.as_path();
-        let own = || refused.iter().filter(|one| one.subject == *subject);
-        if let Some(person) = own().find(|one| one.walk.is_none()) {
+        let own = || refused.iter().filter(|refusal| refusal.subject == *subject);
+        if let Some(person) = own().find(|refusal| refusal.walk.is_none()) {
             errors.push(Error::input(path, person.to_string()));
             return false;
         }
         let problem = |number: usize| {
             let is_it =
                 |(walk, cycle): &(String, u16)| walk == name && usize::from(*cycle) == number;
-            let found = own().find(|one| one.walk.as_ref().is_some_and(is_it));
-            found.map(|one| one.problem.as_str())
+            let found = own().find(|refusal| refusal.walk.as_ref().is_some_and(is_it));
+            found.map(|refusal| refusal.problem.as_str())
         };
         let Some(cut) = cut else {
             let problem = problem(0);
@@ -34,12 +34,12 @@ pub(crate) fn without(recordings: &mut Vec<Recording>, refused: &[RefusedWalk]) 
         };
         let all = cut.cycles.len();
         let mut numbers = 0..all;
-        cut.cycles.retain(|one| {
+        cut.cycles.retain(|refusal| {
             let problem = numbers.next().and_then(problem);
             errors.extend(problem.map(|problem| {
                 Error::input(
                     path,
-                    format!("the cycle at {:.2} s: {problem}", one.start_s),
+                    format!("the cycle at {:.2} s: {problem}", refusal.start_s),
                 )
             }));
             problem.is_none()

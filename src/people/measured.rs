@@ -142,7 +142,7 @@ impl MeasuredPeople {
 
     /// Returns the measurements of a subject, if there is a row.
     #[must_use]
-    pub fn of(&self, subject: &str) -> Option<&MeasuredPerson> {
+    pub fn person(&self, subject: &str) -> Option<&MeasuredPerson> {
         self.0.get(subject)
     }
 
@@ -176,7 +176,7 @@ impl MeasuredPeople {
             }
         }
         for subject in subjects {
-            let Some(measured) = self.of(subject) else {
+            let Some(measured) = self.person(subject) else {
                 warnings.push(format!(
                     "subject {subject:?} was not measured: the body is estimated"
                 ));

@@ -66,7 +66,7 @@ impl Cycle {
         target: &[DVec3; JOINTS],
         lifts: [f64; 2],
     ) -> Moved {
-        Moved::of(
+        Moved::transfer(
             &self.root,
             &self.rotations,
             own,
@@ -97,7 +97,7 @@ impl UncutMotion {
         target: &[DVec3; JOINTS],
         lifts: [f64; 2],
     ) -> Moved {
-        Moved::of(
+        Moved::transfer(
             &self.roots,
             &self.rotations,
             own,
@@ -119,7 +119,7 @@ pub(in crate::people) struct Moved {
 }
 
 impl Moved {
-    fn of(
+    fn transfer(
         roots: &[DVec3],
         rotations: &[[DQuat; JOINTS]],
         own: &[DVec3; JOINTS],
@@ -494,7 +494,7 @@ mod tests {
             let Cycle {
                 root, rotations, ..
             } = &straight;
-            Moved::of(
+            Moved::transfer(
                 root,
                 rotations,
                 &legs(1.0),

@@ -238,7 +238,7 @@ impl Recording {
     pub fn speed_mps(&self) -> f64 {
         match &self.cut {
             Some(cut) => cut.speed_mps,
-            None => UncutMotion::of(&self.take).speed_mps(),
+            None => UncutMotion::from_take(&self.take).speed_mps(),
         }
     }
 
@@ -279,7 +279,7 @@ impl Recording {
                 shorts.max_by(|a, b| a.1.total_cmp(&b.1))?
             }
             None => {
-                let span = UncutMotion::of(&self.take);
+                let span = UncutMotion::from_take(&self.take);
                 let short = span.moved(own, target, lifts).too_short;
                 (short.frame as f64 / self.take.sample_rate_hz, short.mm)
             }
@@ -360,7 +360,10 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
     let mut subjects: Vec<Subject> = Vec::new();
     let mut refused: Vec<RefusedWalk> = Vec::new();
     for recording in recordings.iter().copied() {
-        if refused.iter().any(|one| one.subject == recording.subject) {
+        if refused
+            .iter()
+            .any(|refusal| refusal.subject == recording.subject)
+        {
             continue;
         }
         let known = subjects
@@ -404,7 +407,7 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
                 }
             }
             None => {
-                let span = UncutMotion::of(&recording.take);
+                let span = UncutMotion::from_take(&recording.take);
                 let moved = span.onto(own, &subject.body.offsets, lifts);
                 add(0, span.speed_mps(), Track::Uncut(moved));
             }
@@ -420,7 +423,7 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
 /// Returns a subject with a body and no walks yet.
 fn new_subject(recording: &Recording, options: &BodyOptions) -> Result<Subject> {
     let own = recording.take.offsets;
-    let row = options.measured.of(&recording.subject);
+    let row = options.measured.person(&recording.subject);
     let measured = row.unwrap_or(&MeasuredPerson::NOTHING);
     let known_stature_m = measured.stature_m.or(options.stature_m);
     let known_mass_kg = measured.mass_kg.or(options.mass_kg);
@@ -438,7 +441,7 @@ fn new_subject(recording: &Recording, options: &BodyOptions) -> Result<Subject> 
     }
     let stature_m = known_stature_m.unwrap_or_else(|| leg_length_m(&own) / LEG_SHARE);
     let mass_kg = known_mass_kg.unwrap_or_else(|| {
-        let bmi = |sex| PopulationNorms::of(sex).bmi.0;
+        let bmi = |sex| PopulationNorms::for_sex(sex).bmi.0;
         let mean = 0.5 * (bmi(Sex::Female) + bmi(Sex::Male));
         sex.map_or(mean, bmi) * stature_m * stature_m
     });

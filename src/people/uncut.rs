@@ -18,7 +18,7 @@ const SLOWEST_TRAVEL_M_S: f64 = 0.1;
 impl UncutMotion {
     /// Returns the whole take on its walker's own skeleton.
     #[must_use]
-    pub fn of(take: &RetargetedMotion) -> Self {
+    pub fn from_take(take: &RetargetedMotion) -> Self {
         if take.is_placed {
             return Self {
                 sample_rate_hz: take.sample_rate_hz,
@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn a_take_travels_along_z_from_the_origin() {
         // Backwards along -X, 0.2 m a frame: 2 m/s.
-        let span = UncutMotion::of(&take(vec![
+        let span = UncutMotion::from_take(&take(vec![
             DVec3::new(5.0, 0.9, 3.0),
             DVec3::new(4.8, 0.91, 3.0),
             DVec3::new(4.6, 0.9, 3.0),
@@ -117,7 +117,7 @@ mod tests {
     fn a_take_of_stated_axes_stays_where_it_is() {
         let mut placed = take(vec![DVec3::new(5.0, 0.9, 3.0), DVec3::new(4.8, 0.91, 3.0)]);
         placed.is_placed = true;
-        let span = UncutMotion::of(&placed);
+        let span = UncutMotion::from_take(&placed);
         assert_eq!(span.roots, placed.roots);
         assert_eq!(span.rotations, placed.rotations);
     }
@@ -125,7 +125,7 @@ mod tests {
     #[test]
     fn one_who_stands_looks_along_z() {
         for frames in [1, 50] {
-            let span = UncutMotion::of(&take(vec![DVec3::new(-1.0, 0.9, 2.0); frames]));
+            let span = UncutMotion::from_take(&take(vec![DVec3::new(-1.0, 0.9, 2.0); frames]));
             let ahead = span.rotations[0][0] * DVec3::Z;
             assert!(ahead.distance(DVec3::Z) < 1e-12, "{ahead}");
             assert!(span.roots[0].distance(DVec3::new(0.0, 0.9, 0.0)) < 1e-12);

@@ -49,8 +49,9 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
     let ticks: Vec<Tick> = ticks
         .map(|tick| (f64::from(tick) / farthest, tick.to_string()))
         .collect();
-    let bars = if curves.iter().all(|one| {
-        one.by_angle
+    let bars = if curves.iter().all(|curve| {
+        curve
+            .by_angle
             .iter()
             .all(|bin| bin.intervals.over_people().is_some())
     }) {

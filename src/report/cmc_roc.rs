@@ -59,7 +59,11 @@ fn pairs(results: &[RecognizerResult]) -> Vec<ChartPair<'_>> {
         lines,
         name: None,
         words,
-        classes: results.iter().map(|one| one.classes).max().unwrap_or(0),
+        classes: results
+            .iter()
+            .map(|result| result.classes)
+            .max()
+            .unwrap_or(0),
     }]
 }
 

@@ -75,7 +75,7 @@ pub(super) struct HeatmapGrid<'a> {
 impl<'a> HeatmapGrid<'a> {
     /// Returns the grid; none if the viewpoints are not a grid: no viewpoint, more than a third of
     /// the cells empty, or two results in a cell.
-    pub(super) fn of(viewpoints: &'a [ViewpointResult]) -> Option<Self> {
+    pub(super) fn from_viewpoints(viewpoints: &'a [ViewpointResult]) -> Option<Self> {
         let azimuths = distinct(viewpoints.iter().map(|v| v.azimuth_deg));
         let elevations = distinct(viewpoints.iter().map(|v| v.elevation_deg));
         let sides = 1..=MAX_SIDE;
@@ -322,7 +322,7 @@ mod tests {
             (90.0, 90.0, 2, 4),
         ]);
         result.trained_at = vec![(90.0, 0.0)];
-        let svg = HeatmapGrid::of(&result.by_viewpoint)
+        let svg = HeatmapGrid::from_viewpoints(&result.by_viewpoint)
             .unwrap()
             .svg(&result)
             .into_string();
@@ -336,7 +336,7 @@ mod tests {
     #[test]
     fn viewpoints_that_are_no_grid_are_not_drawn_as_one() {
         let grid = |viewpoints: &[(f64, f64, u64, u64)]| {
-            HeatmapGrid::of(&result_of(viewpoints).by_viewpoint).is_some()
+            HeatmapGrid::from_viewpoints(&result_of(viewpoints).by_viewpoint).is_some()
         };
         assert!(!grid(&[]));
         assert!(grid(&[(90.0, 0.0, 1, 1)]), "one cell");
@@ -362,7 +362,7 @@ mod tests {
             each.map(move |&e| (a, e, 1, 3))
         });
         let result = result_of(&all.collect::<Vec<_>>());
-        let grid = HeatmapGrid::of(&result.by_viewpoint).expect("a grid");
+        let grid = HeatmapGrid::from_viewpoints(&result.by_viewpoint).expect("a grid");
         grid.svg(&result).into_string()
     }
 

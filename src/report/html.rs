@@ -263,7 +263,7 @@ mod tests {
 
     fn grid() -> RecognizerResult {
         RecognizerResult {
-            latency: Latency::of(&[5.0]),
+            latency: Latency::from_samples(&[5.0]),
             ..crate::report::summary::tests::grid()
         }
     }

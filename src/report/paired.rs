@@ -39,7 +39,7 @@ fn interval(one: &PairedResult) -> String {
 fn of_the_best(results: &ScoreResults) -> impl Iterator<Item = &PairedResult> {
     let best = results.paired.first().map(|first| &first.recognizer);
     let differences = results.paired.iter();
-    differences.filter(move |one| Some(&one.recognizer) == best)
+    differences.filter(move |difference| Some(&difference.recognizer) == best)
 }
 
 /// Returns at how many viewpoints the best recognizer is better and worse; empty if that is
@@ -56,11 +56,11 @@ fn of_viewpoints(one: &PairedResult) -> String {
 /// columns; empty if there are none.
 #[must_use]
 pub(super) fn text(results: &ScoreResults) -> String {
-    let leading = || of_the_best(results).filter(|one| one.probe_set.is_none());
+    let leading = || of_the_best(results).filter(|difference| difference.probe_set.is_none());
     let Some(first) = leading().next() else {
         return String::new();
     };
-    let has_views = leading().any(|one| one.by_viewpoint.len() > 1);
+    let has_views = leading().any(|difference| difference.by_viewpoint.len() > 1);
     let mut table = Table::new(&[Left(18), Right(8), Right(16), Left(15), Right(0)]);
     let best = shortened(&first.recognizer, 18);
     let heading = if has_views { "viewpoints +, -" } else { "" };

@@ -73,7 +73,7 @@ fn spread(recognizer: &RecognizerResult) -> String {
 fn taken_for(all: &[Confusion]) -> String {
     let each = all
         .iter()
-        .map(|one| format!("{} ({})", one.person, one.probes));
+        .map(|confusion| format!("{} ({})", confusion.person, confusion.probes));
     each.collect::<Vec<_>>().join(", ")
 }
 

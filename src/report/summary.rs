@@ -124,7 +124,7 @@ fn rate_and_interval(tally: Tally) -> Markup {
 /// Returns the elevation band with a recognizer's lowest rank-1, by name, if there are several
 /// bands.
 fn worst_elevation(result: &RecognizerResult) -> Option<(String, Tally)> {
-    let bands = Bands::of(&result.by_viewpoint);
+    let bands = Bands::sum(&result.by_viewpoint);
     let seen = (0..ELEVATIONS.len()).filter(|&band| bands.elevation(band).probes > 0);
     let worst = bands.worst_elevation().filter(|_| seen.count() > 1);
     worst.map(|(band, tally)| (band.replace('-', "–"), tally))

@@ -69,7 +69,7 @@ fn interval(recognizer: &RecognizerResult) -> String {
 }
 
 fn places(out: &mut String, recognizer: &RecognizerResult) {
-    let bands = Bands::of(&recognizer.by_viewpoint);
+    let bands = Bands::sum(&recognizer.by_viewpoint);
     let name = shortened(&recognizer.name, 34);
     let seen = (0..ELEVATIONS.len()).filter(|&band| bands.elevation(band).probes > 0);
     // A single row needs no table.
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn the_table_is_aligned() {
         let mut first = result_of(&[(90.0, 0.0, 19, 20), (0.0, 0.0, 1, 2), (90.0, 90.0, 0, 1)]);
-        first.latency = Latency::of(&[5.314]);
+        first.latency = Latency::from_samples(&[5.314]);
         first.trained_at = vec![(90.0, 0.0)];
         let mut second = result_of(&[(300.0, 0.0, 1, 1)]);
         second.name = "a-recognizer-of-a-very-long-name".into();
@@ -185,7 +185,7 @@ a-recognizer-of-a-very-long-name
         wide.name = "n".repeat(300);
         wide.runtime.version = "v".repeat(300);
         wide.non_finite = 5;
-        wide.latency = Latency::of(&[999_999.0]);
+        wide.latency = Latency::from_samples(&[999_999.0]);
         for line in table(&results_of(vec![wide])).lines() {
             assert!(line.chars().count() <= 80, "{line}");
         }

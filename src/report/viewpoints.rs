@@ -14,8 +14,8 @@ const LISTED: usize = 25;
 /// Returns a recognizer's section: its sets of probes, a picture of its viewpoints, and a list of
 /// them or, if there are many, the bands.
 pub(super) fn recognizer(result: &RecognizerResult) -> Markup {
-    let bands = Bands::of(&result.by_viewpoint);
-    let grid = HeatmapGrid::of(&result.by_viewpoint);
+    let bands = Bands::sum(&result.by_viewpoint);
+    let grid = HeatmapGrid::from_viewpoints(&result.by_viewpoint);
     let is_listed = grid.is_none() || result.by_viewpoint.len() <= LISTED;
     let has_bands = bands.all().probes > 0 && result.by_viewpoint.len() > LISTED;
     let has_training = result.at_training().probes > 0;

@@ -246,7 +246,7 @@ pub(super) fn given_background(
     }
     let frames = spaced(&files, sample(size), size)?;
     let picture = median(&frames).ok_or(Error::Missing("a background"))?;
-    let inputs: Result<Vec<InputFile>> = files.iter().map(InputFile::of).collect();
+    let inputs: Result<Vec<InputFile>> = files.iter().map(InputFile::read).collect();
     Ok((picture, inputs?))
 }
 

@@ -38,7 +38,7 @@ impl Stream {
     pub(super) fn open(path: &Path) -> Result<Self> {
         if path == Path::new("-") {
             let reader = BufReader::with_capacity(BUFFER, std::io::stdin());
-            return Self::of(Box::new(reader), Path::new("standard input"), None);
+            return Self::from_reader(Box::new(reader), Path::new("standard input"), None);
         }
         let file = File::open(path).map_err(|error| Error::io(path, error))?;
         let mut reader = BufReader::with_capacity(BUFFER, file);
@@ -47,14 +47,14 @@ impl Stream {
             .extension()
             .is_some_and(|found| found.eq_ignore_ascii_case("y4m"));
         if is_y4m || start.starts_with(b"YUV4MPEG2") {
-            return Self::of(Box::new(reader), path, None);
+            return Self::from_reader(Box::new(reader), path, None);
         }
         drop(reader);
         let (ffmpeg, frames) = Ffmpeg::start(path)?;
-        Self::of(Box::new(frames), path, Some(ffmpeg))
+        Self::from_reader(Box::new(frames), path, Some(ffmpeg))
     }
 
-    fn of(
+    fn from_reader(
         reader: Box<dyn BufRead + Send>,
         path: &Path,
         mut ffmpeg: Option<Ffmpeg>,
@@ -120,7 +120,7 @@ impl Stream {
     /// If the file cannot be read.
     pub(super) fn input(self, path: &Path) -> Result<InputFile> {
         if self.ffmpeg.is_some() {
-            return InputFile::of(path);
+            return InputFile::read(path);
         }
         Ok(InputFile {
             path: path.display().to_string(),

@@ -144,7 +144,7 @@ mod tests {
     #[test]
     fn each_person_keeps_the_share_of_their_own_cycles_rounded_and_at_least_one() {
         let cycles: Vec<SequenceOrigin> = (0..10).map(|at| cycle("w", at)).collect();
-        let of = |person, count: usize| cycles[..count].iter().map(move |one| (person, one));
+        let of = |person, count: usize| cycles[..count].iter().map(move |cycle| (person, cycle));
         let all: Vec<_> = of("ann", 10)
             .chain(of("bob", 3))
             .chain(of("cy", 1))
@@ -175,8 +175,8 @@ mod tests {
     #[test]
     fn the_draw_does_not_depend_on_order_or_on_who_else_is_there() {
         let cycles: Vec<SequenceOrigin> = (0..9).map(|at| cycle("w", at)).collect();
-        let ann: Vec<_> = cycles.iter().map(|one| ("ann", one)).collect();
-        let mut all: Vec<_> = cycles.iter().map(|one| ("bob", one)).collect();
+        let ann: Vec<_> = cycles.iter().map(|cycle| ("ann", cycle)).collect();
+        let mut all: Vec<_> = cycles.iter().map(|cycle| ("bob", cycle)).collect();
         all.extend(ann.iter().rev());
         let alone = kept(share(0.4, 7), &ann);
         let mut among: Vec<_> = kept(share(0.4, 7), &all);
@@ -189,10 +189,10 @@ mod tests {
     #[test]
     fn a_smaller_share_is_a_part_of_a_larger_one_and_another_seed_draws_another() {
         let cycles: Vec<SequenceOrigin> = (0..40).map(|at| cycle("w", at)).collect();
-        let all: Vec<_> = cycles.iter().map(|one| ("ann", one)).collect();
+        let all: Vec<_> = cycles.iter().map(|cycle| ("ann", cycle)).collect();
         let (few, many) = (kept(share(0.3, 1), &all), kept(share(0.6, 1), &all));
         assert_eq!((few.len(), many.len()), (12, 24));
-        assert!(few.iter().all(|one| many.contains(one)));
+        assert!(few.iter().all(|cycle| many.contains(cycle)));
         assert_ne!(kept(share(0.3, 2), &all), few);
     }
 
@@ -204,7 +204,7 @@ mod tests {
             ..cycle("w", 0)
         };
         let all = [varied(0, 1), varied(0, 2), varied(1, 1), varied(1, 2)];
-        let all: Vec<_> = all.iter().map(|one| ("ann", one)).collect();
+        let all: Vec<_> = all.iter().map(|cycle| ("ann", cycle)).collect();
         for seed in 0..20 {
             // One of three cycles, the first of which has two images.
             let kept = kept(share(0.33, seed), &all);
@@ -223,7 +223,7 @@ mod tests {
             ..cycle(walk, 0)
         };
         let torn = [cycle("a", 0), cycle("a", 1), whole("a"), cycle("b", 0)];
-        let all: Vec<_> = torn.iter().map(|one| ("ann", one)).collect();
+        let all: Vec<_> = torn.iter().map(|cycle| ("ann", cycle)).collect();
         let mut walks = BTreeSet::new();
         for seed in 0..20 {
             let kept = kept(share(0.5, seed), &all);

@@ -54,7 +54,7 @@ impl Variances {
     ///
     /// # Errors
     /// As [`Classes::averaged`].
-    fn of(samples: &Samples) -> Result<Vec<Self>> {
+    fn compute(samples: &Samples) -> Result<Vec<Self>> {
         let classes = samples.names.len();
         let Classes { means, .. } =
             Classes::<f64>::averaged(samples.numbers.view(), &samples.labels, classes)?;
@@ -90,7 +90,7 @@ pub(crate) fn fit(samples: &Samples) -> Result<LinearModel> {
     if found <= people {
         return Err(TrainError::OneSampleEach { people, found }.into());
     }
-    let variances = Variances::of(samples)?;
+    let variances = Variances::compute(samples)?;
     let chosen: Vec<usize> = (0..variances.len())
         .filter(|&number| variances[number].is_chosen())
         .collect();

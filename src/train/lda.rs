@@ -33,7 +33,7 @@ impl<F: Real> Classes<F> {
     ///
     /// # Errors
     /// As [`Self::averaged`], and for two classes with the same mean.
-    pub(super) fn of<T: Copy + Into<F>>(
+    pub(super) fn average<T: Copy + Into<F>>(
         samples: ArrayView2<'_, T>,
         labels: &[usize],
         classes: usize,
@@ -129,8 +129,8 @@ impl<F: Real> Lda<F> {
             .into());
         }
         let count = points.nrows();
-        let of = Classes::<F>::of(points, labels, classes)?;
-        let scatter = Scatter::of(points, labels, &of);
+        let of = Classes::<F>::average(points, labels, classes)?;
+        let scatter = Scatter::compute(points, labels, &of);
         discriminants(scatter, count, classes, ridge, classes - 1)
     }
 }
@@ -146,7 +146,7 @@ pub(crate) struct Scatter<F> {
 
 impl<F: Real> Scatter<F> {
     /// Computes the scatter of samples, one a row, in these classes.
-    pub(crate) fn of(points: ArrayView2<'_, F>, labels: &[usize], of: &Classes<F>) -> Self {
+    pub(crate) fn compute(points: ArrayView2<'_, F>, labels: &[usize], of: &Classes<F>) -> Self {
         let (count, dims) = points.dim();
         let mean = points.sum_axis(Axis(0)) / F::nearest(count as f64);
         let mut deviations = points.to_owned();
@@ -281,7 +281,7 @@ mod tests {
         let lda = Lda::<f64>::fit(points.view(), &labels, 2, 1e-9).expect("two classes");
         assert_eq!(lda.directions.dim(), (1, 3));
         let [within, _] = scatters(&points, &labels, 2, 1e-9);
-        let means = Classes::of(points.view(), &labels, 2)
+        let means = Classes::average(points.view(), &labels, 2)
             .expect("two classes")
             .means;
         let fisher = solve(within, &(&means.row(1) - &means.row(0)));

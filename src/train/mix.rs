@@ -227,7 +227,7 @@ mod tests {
         }
     }
 
-    fn of(walks: &[&str], cycles: &[u32], variations: &[u32], seed: u64) -> Training {
+    fn drawn_from(walks: &[&str], cycles: &[u32], variations: &[u32], seed: u64) -> Training {
         Training {
             description: format!("seed {seed}"),
             viewpoints: vec![[90.0, 0.0], [seed as f64, 0.0]],
@@ -286,7 +286,7 @@ mod tests {
     fn a_contract_says_of_all_sources_what_any_was_trained_on() {
         let half = CycleShare::new(0.5, 1).expect("in range");
         let parts = |other: Training| {
-            let drawn = of(&["w2", "w1"], &[1, 4], &[0, 1], 7);
+            let drawn = drawn_from(&["w2", "w1"], &[1, 4], &[0, 1], 7);
             let one = samples(&["ann"], 0.1, drawn);
             let other = Samples {
                 found: 4,
@@ -295,7 +295,7 @@ mod tests {
             vec![part("a", CycleShare::ALL, one), part("b", half, other)]
         };
         let training = |other| joined(parts(other)).expect("one form").training;
-        let both = joined(parts(of(&["w3", "w1"], &[0, 4], &[5, 6], 8))).expect("one form");
+        let both = joined(parts(drawn_from(&["w3", "w1"], &[0, 4], &[5, 6], 8))).expect("one form");
         assert_eq!(both.views, [Some(1), Some(2), Some(2)]);
         let both = both.training;
         assert_eq!(
@@ -310,7 +310,7 @@ mod tests {
         );
         assert_eq!((both.seed, both.seeds), (7, vec![8]));
         // Recordings have no variations, so their seed means nothing; whole ones have all cycles.
-        let whole = training(of(&["nm-01"], &[], &[0], 0));
+        let whole = training(drawn_from(&["nm-01"], &[], &[0], 0));
         assert_eq!((whole.cycles, whole.seed, whole.seeds), (vec![], 7, vec![]));
     }
 
@@ -357,7 +357,7 @@ mod tests {
             subjects: vec!["F01".into(), "M01".into()],
             walks: vec![walk],
         };
-        let walks = selection.of(&pack).expect("there");
+        let walks = selection.selected_walks(&pack).expect("there");
         let views = Views::grid("two", vec![0.0, 90.0], vec![0.0]).expect("angles");
         let drawn = |share| {
             let recipe = Recipe {

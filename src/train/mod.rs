@@ -196,13 +196,13 @@ impl<'a, F: Real> Analysed<'a, F> {
     /// Analyses GEIs of `classes` people, one a row with pixels in 0..1.
     ///
     /// # Errors
-    /// If the samples are not GEIs of a known size, or as [`Self::of`].
+    /// If the samples are not GEIs of a known size, or as [`Self::analyse`].
     pub fn new(samples: ArrayView2<'a, f32>, labels: &'a [usize], classes: usize) -> Result<Self> {
         let size = Size::ALL
             .into_iter()
             .find(|size| size.pixels() == samples.ncols())
             .ok_or_else(|| TrainError::NoGeis(samples.ncols()))?;
-        Self::of(Template::Gei, size, samples, labels, classes)
+        Self::analyse(Template::Gei, size, samples, labels, classes)
     }
 
     /// Analyses templates of `classes` people, of silhouettes of this size, one a row with numbers
@@ -211,7 +211,7 @@ impl<'a, F: Real> Analysed<'a, F> {
     /// # Errors
     /// If the samples are not such templates with finite numbers, there are fewer than two classes,
     /// a class has no sample, or two classes have the same mean.
-    pub fn of(
+    pub fn analyse(
         template: Template,
         size: Size,
         samples: ArrayView2<'a, f32>,
@@ -232,7 +232,7 @@ impl<'a, F: Real> Analysed<'a, F> {
             size,
             samples,
             labels,
-            class_means: Classes::of(samples, labels, classes)?.means,
+            class_means: Classes::average(samples, labels, classes)?.means,
             pca: Pca::fit(samples)?,
         })
     }

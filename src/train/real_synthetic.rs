@@ -41,7 +41,7 @@ impl<F: Real> Analysed<'_, F> {
         let (samples, labels) = self.synthetic(crops);
         let classes = self.class_means.nrows();
         let mut synthetic =
-            Analysed::<F>::of(self.template, self.size, samples.view(), &labels, classes)?
+            Analysed::<F>::analyse(self.template, self.size, samples.view(), &labels, classes)?
                 .fit(options)?;
         let weights = synthetic.embedding.weights.mapv(f64::from);
         let weights = linear_algebra::multiply(weights.view(), self.mean_crop(crops).view());
@@ -246,7 +246,7 @@ mod tests {
             [0, 1, 0, 1, 0, 1, 0, 1],
         );
         let analysed =
-            Analysed::<f64>::of(Template::RowWidth, Size::S50x30, samples.view(), &labels, 2)
+            Analysed::<f64>::analyse(Template::RowWidth, Size::S50x30, samples.view(), &labels, 2)
                 .expect("two people");
         let refused = analysed.fit(TrainOptions {
             method: METHOD,

@@ -283,7 +283,7 @@ impl Samples {
             name,
             rows: self.size.rows(),
             columns: self.size.columns(),
-            layout: InputLayout::of(self.template),
+            layout: InputLayout::for_template(self.template),
             framing: self.framing.unwrap_or_default(),
             template: self.template,
             classes: self.names.clone(),
@@ -398,7 +398,7 @@ fn described(augmentation: Augmentation) -> String {
 /// Returns each of these once, in the order of their first appearance.
 fn each_once(all: impl Iterator<Item = usize>) -> Vec<usize> {
     let mut seen = HashSet::new();
-    all.filter(|one| seen.insert(*one)).collect()
+    all.filter(|number| seen.insert(*number)).collect()
 }
 
 /// Returns each of these once, ascending.

@@ -197,7 +197,10 @@ impl Learnt {
         };
         let classifiers = drawn.into_par_iter().map(learn);
         let classifiers: Vec<SubspaceClassifier> = classifiers.collect::<Result<_>>()?;
-        let discriminants = classifiers.iter().map(|one| one.directions.nrows()).max();
+        let discriminants = classifiers
+            .iter()
+            .map(|classifier| classifier.directions.nrows())
+            .max();
         Ok(Self {
             mean,
             eigenvectors,
@@ -209,7 +212,10 @@ impl Learnt {
     /// Returns the length of an embedding: each classifier has its discriminants along each of its
     /// eigenvectors.
     fn dims(&self) -> usize {
-        let each = self.classifiers.first().map_or(0, |one| one.chosen.len());
+        let each = self
+            .classifiers
+            .first()
+            .map_or(0, |classifier| classifier.chosen.len());
         self.classifiers.len() * self.discriminants * each
     }
 
@@ -218,14 +224,20 @@ impl Learnt {
     fn write(&self, file: &mut OnnxFile, input: &str) {
         let (rows, columns) = self.mean.dim();
         let parts = self.classifiers.len();
-        let each = self.classifiers.first().map_or(0, |one| one.chosen.len());
+        let each = self
+            .classifiers
+            .first()
+            .map_or(0, |classifier| classifier.chosen.len());
         file.numbers("mean", &[rows, columns], &self.mean);
         file.node("Sub", &[input, "mean"], "offsets");
         let eigenvectors = self.eigenvectors.t();
         let found = eigenvectors.ncols();
         file.numbers("eigenvectors", &[columns, found], eigenvectors);
         file.node("MatMul", &["offsets", "eigenvectors"], "along_all");
-        let chosen = self.classifiers.iter().flat_map(|one| &one.chosen);
+        let chosen = self
+            .classifiers
+            .iter()
+            .flat_map(|classifier| &classifier.chosen);
         let chosen: Vec<i64> = chosen.map(|&at| at as i64).collect();
         file.integers("chosen", &chosen);
         let axis = [("axis", NodeAttribute::Integer(2))];
@@ -287,7 +299,7 @@ fn eigenvectors(features: ArrayView3<'_, f32>, mean: &Array2<f32>) -> Result<Arr
 fn scatter(points: ArrayView2<'_, f32>, labels: &[usize], classes: usize) -> Result<Scatter<f64>> {
     let points = points.mapv(f64::from);
     let of = Classes::averaged(points.view(), labels, classes)?;
-    Ok(Scatter::of(points.view(), labels, &of))
+    Ok(Scatter::compute(points.view(), labels, &of))
 }
 
 /// Combines the scatters of the columns of matrices (at least one).

@@ -54,7 +54,7 @@ fn geis(pack: &[u8], condition: Option<&Condition>, settings: Settings) -> Vec<V
 }
 
 fn alone(kind: ConfounderKind, strength: f64) -> Condition {
-    Condition::of(Doses::new([Dose { kind, strength }]))
+    Condition::from_doses(Doses::new([Dose { kind, strength }]))
 }
 
 fn rmse(a: &[Vec<u8>], b: &[Vec<u8>]) -> f64 {
@@ -152,7 +152,7 @@ fn all_confounders_act_together_within_the_budget() {
         kind: confounder.kind,
         strength: 0.6,
     });
-    let condition = Condition::of(Doses::new(all));
+    let condition = Condition::from_doses(Doses::new(all));
     let found = geis(&pack, Some(&condition), settings());
     assert!(rmse(&geis(&pack, None, settings()), &found) > 20.0);
     // All worn confounders, without those that remove parts of the figure, in every framing and
@@ -160,7 +160,7 @@ fn all_confounders_act_together_within_the_budget() {
     let body = CATALOGUE
         .iter()
         .filter(|confounder| confounder.stage == Stage::Body);
-    let worn = Condition::of(Doses::new(body.map(|confounder| Dose {
+    let worn = Condition::from_doses(Doses::new(body.map(|confounder| Dose {
         kind: confounder.kind,
         strength: 1.0,
     })));

@@ -108,7 +108,7 @@ fn check_kept_take(data: &Path, bodies: &[&str]) {
         let motion = body(data, name);
         let take = RetargetedMotion::from_motion(&motion, None).unwrap();
         assert!(take.warnings.is_empty(), "{:?}", take.warnings);
-        let span = UncutMotion::of(&take);
+        let span = UncutMotion::from_take(&take);
         let pose = table(data, "pose", name);
         let heads = pose.array("joint_head", f32::from_le_bytes);
         let bones = pose.strings("bones");

@@ -37,7 +37,7 @@ fn check_cadence_and_speed(data: &Path) {
         let reason = REASONS.iter().find(|(part, _)| row["file"].contains(part));
         // The manifest's speed is of the whole clip; the speed of cycles differs in clips that
         // speed up.
-        let along = UncutMotion::of(&take).speed_mps() / number(&row, "speed_mps") - 1.0;
+        let along = UncutMotion::from_take(&take).speed_mps() / number(&row, "speed_mps") - 1.0;
         let cut = events::cut(&take);
         let (cadence, speed) = match &cut {
             Ok(cut) => (

@@ -46,7 +46,7 @@ struct Walkers {
 
 impl Walkers {
     fn of(people: Vec<Subject>, variations: &[u32]) -> Self {
-        let roll = Condition::of(Doses::new(dose("roll=3deg").ok()));
+        let roll = Condition::from_doses(Doses::new(dose("roll=3deg").ok()));
         Self {
             level: samples(&people, variations, None),
             rolled: samples(&people, variations, Some(&roll)),

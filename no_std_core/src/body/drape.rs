@@ -43,7 +43,7 @@ impl DrapedSurface {
 
     /// Finds the surface of these points.
     pub fn enclose(&mut self, hull: &[Vec3]) {
-        let found = Facets::of(hull);
+        let found = Facets::from_points(hull);
         *self = Self::NOTHING;
         self.facets_len = found.facets.len().div_ceil(LANES);
         set_facets(&found, hull, &mut self.facets);

@@ -29,7 +29,7 @@ pub(crate) struct JointPlace {
 }
 
 impl JointPlace {
-    pub fn of(joint: usize, pose: &ModelPose) -> Self {
+    pub fn at(joint: usize, pose: &ModelPose) -> Self {
         let joint = joint.min(JOINTS - 1);
         Self {
             turn: pose.orientations[joint],
@@ -142,7 +142,7 @@ impl<'a> Figure<'a> {
             start = hull.points_end;
             match hull.carrier {
                 HullCarrier::Joint(joint) => {
-                    let place = JointPlace::of(joint, pose);
+                    let place = JointPlace::at(joint, pose);
                     self.points
                         .carry(points, &body.points, place.turn, place.offset);
                     self.places.set(number, &place);
@@ -221,7 +221,7 @@ impl Figure<'_> {
         };
         for (index, joint) in points.zip(joints) {
             if let Some(point) = body.points.get(index) {
-                let place = JointPlace::of(joint.index(), pose);
+                let place = JointPlace::at(joint.index(), pose);
                 self.points.set(index, place.carry(point));
             }
         }

@@ -25,7 +25,7 @@ pub(crate) struct FacetPlane {
 impl FacetPlane {
     /// Returns the plane of the facet with these corners among `points`; `scaled` are the same
     /// points, scaled.
-    pub fn of(corners: [u8; 3], points: &[Vec3], scaled: &[Vec3]) -> Self {
+    pub fn through(corners: [u8; 3], points: &[Vec3], scaled: &[Vec3]) -> Self {
         let (corners, is_clockwise) = sorted(corners);
         let all = |points: &[Vec3]| {
             corners.map(|corner| points.get(usize::from(corner)).copied().unwrap_or_default())
@@ -92,7 +92,7 @@ pub(super) fn set_facets(surface: &Facets, points: &[Vec3], facets: &mut [Facets
         if let Some(facets) = facets.get_mut(number / LANES) {
             facets.set(
                 number % LANES,
-                &FacetPlane::of(facet.corners, points, &scaled),
+                &FacetPlane::through(facet.corners, points, &scaled),
             );
         }
     }

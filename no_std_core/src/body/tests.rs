@@ -111,7 +111,7 @@ fn an_edge_lies_between_two_facets() {
     let body = body(&[(Joint::Pelvis, &PYRAMID)]);
     let figure = Figure::at_rest(&body);
     let hull = figure.hull_parts().next().expect("a hull");
-    let surface = Facets::of(&PYRAMID.map(Vec3::from));
+    let surface = Facets::from_points(&PYRAMID.map(Vec3::from));
     assert_eq!(edges(&hull), 9);
     for edge in 0..9 {
         let known = &hull.edges[0];

@@ -29,7 +29,7 @@ impl<'a> Clip<'a> {
     /// # Errors
     /// If the bytes are not exactly one clip of this version.
     pub fn parse(bytes: &'a [u8], codebook: &Codebook<'a>) -> Result<Self, FormatError> {
-        Self::check(bytes, codebook, &CodeTable::of(codebook))
+        Self::check(bytes, codebook, &CodeTable::from_codebook(codebook))
     }
 
     /// Checks a clip with codes that were read from the codebook once for many clips.

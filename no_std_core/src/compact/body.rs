@@ -22,7 +22,7 @@ use glam::Vec3;
 
 /// A body of at most `POINTS` points and `FACETS` facets: 6 bytes a point, 2 a facet, and 404 more.
 /// A built-in body has 485 points and at most 894 facets, 2 n - 4 for each of 19 hulls (Euler);
-/// [`Room::of`] counts those of any avatar. [`super::CompactRows`] needs facets. tiny-skia does
+/// [`Room::for_avatar`] counts those of any avatar. [`super::CompactRows`] needs facets. tiny-skia does
 /// not: with room for none, none are computed.
 #[derive(Clone, Debug)]
 pub struct CompactBody<const POINTS: usize, const FACETS: usize> {
@@ -70,7 +70,7 @@ struct CompactHull {
 struct CompactCarrier(u8);
 
 impl CompactCarrier {
-    fn of(hull: &Hull<'_>) -> Result<Self, OverBudget> {
+    fn from_hull(hull: &Hull<'_>) -> Result<Self, OverBudget> {
         let drape = hull.drape().map_or(0, |drape| drape + 1);
         let bits = hull.joint().index() | drape << JOINT_BITS;
         u8::try_from(bits).map(Self).map_err(|_| OverBudget)
@@ -99,7 +99,7 @@ pub struct Room {
 impl Room {
     /// Returns the room that an avatar needs.
     #[must_use]
-    pub fn of(avatar: &Avatar<'_>) -> Self {
+    pub fn for_avatar(avatar: &Avatar<'_>) -> Self {
         avatar.hulls().fold(Self::default(), |room, hull| Self {
             hulls: room.hulls + 1,
             points: room.points + hull.len(),
@@ -204,7 +204,7 @@ impl<const POINTS: usize, const FACETS: usize> CompactBody<POINTS, FACETS> {
         self.scale.step = hull.step().y;
         let end = |len| u16::try_from(len).map_err(|_| OverBudget);
         let hull = CompactHull {
-            carrier: CompactCarrier::of(hull)?,
+            carrier: CompactCarrier::from_hull(hull)?,
             points_end: end(self.points.len())?,
             facets_end: end(self.facets.len())?,
             is_image: hull.step().x < 0.0,
@@ -264,7 +264,7 @@ impl<'a> CompactFigure<'a> {
         PointPlaces {
             posed: self,
             parts,
-            place: JointPlace::of(0, self.pose),
+            place: JointPlace::at(0, self.pose),
             step: Vec3::ZERO,
             points: [].iter(),
         }
@@ -290,7 +290,7 @@ impl<'a> CompactFigure<'a> {
         let facets = range(facets_start, hull.facets_end);
         let steps = Vec3::splat(self.scale.step);
         Some(PosedHull {
-            place: JointPlace::of(hull.carrier.joint(), self.pose),
+            place: JointPlace::at(hull.carrier.joint(), self.pose),
             is_draped: hull.carrier.drape() > 0,
             step: if hull.is_image {
                 mirrored(steps)
@@ -373,7 +373,7 @@ impl FacetCorners {
     /// The bit that is set if they turn clockwise for a viewer outside.
     const CLOCKWISE: u16 = 1 << (3 * Self::BITS);
 
-    fn of(numbers: [u8; 3]) -> Self {
+    fn from_numbers(numbers: [u8; 3]) -> Self {
         let (sorted, is_clockwise) = sorted(numbers);
         let [a, b, c] = sorted.map(u16::from);
         let turn = if is_clockwise { Self::CLOCKWISE } else { 0 };
@@ -412,7 +412,9 @@ fn each_facet<E>(
     hull: &Hull<'_>,
     mut take: impl FnMut(FacetCorners) -> Result<(), E>,
 ) -> Result<(), E> {
-    each_triangle(&hull.read_all(), |corners| take(FacetCorners::of(corners)))
+    each_triangle(&hull.read_all(), |corners| {
+        take(FacetCorners::from_numbers(corners))
+    })
 }
 
 /// Returns the number of facets of a hull, or of sides of a flat one.

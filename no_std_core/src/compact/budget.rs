@@ -52,9 +52,9 @@ impl Budget {
 
     /// Returns the budget of a pack. Finds the facets of each avatar: about 4 us a hull on a host.
     #[must_use]
-    pub fn of(pack: &Pack<'_>) -> Self {
+    pub fn from_pack(pack: &Pack<'_>) -> Self {
         let avatars = (0..pack.avatar_count()).filter_map(|number| pack.avatar(number));
-        let rooms = avatars.map(|avatar| Room::of(&avatar));
+        let rooms = avatars.map(|avatar| Room::for_avatar(&avatar));
         let clips = (0..pack.clip_count()).filter_map(|number| pack.clip(number));
         let loops = clips.filter_map(|clip| clip.as_loop());
         let lengths = loops.map(|cycle| size_of::<f32>() * cycle.expanded_len());

@@ -28,7 +28,7 @@
 //!     let mut body = CompactBody::<512, 1024>::EMPTY;
 //!     body.load(&avatar).ok()?;
 //!     let camera = Camera::orthographic(Viewpoint::from_degrees(90.0, 0.0).ok()?);
-//!     let mut renderer = Renderer::of(CompactRows::new(Size::S50x30));
+//!     let mut renderer = Renderer::with_window(CompactRows::new(Size::S50x30));
 //!     let mut gei = GeiInPlace::new(Size::S50x30, pixels).ok()?;
 //!     for frame in 0..32u8 {
 //!         let pose = ModelPose::new(&skeleton, &cycle.pose(f32::from(frame) / 32.0));

@@ -234,7 +234,7 @@ impl CycleDetector {
     fn wave(&self, samples: f32) -> Option<Wave> {
         let skipped = self.samples.len().saturating_sub(whole(samples).into());
         let samples = self.samples.oldest_ordered().skip(skipped).copied();
-        Wave::of(samples, self.rate_hz)
+        Wave::fit(samples, self.rate_hz)
     }
 
     /// Returns where the next step is widest, in samples from the first, if it is certain.

@@ -29,7 +29,7 @@ impl LowerBody {
 
     /// Measures a silhouette; `None` if no pixel is on.
     #[must_use]
-    pub fn of(silhouette: &Silhouette) -> Option<Self> {
+    pub fn measure(silhouette: &Silhouette) -> Option<Self> {
         let rows = silhouette.rows();
         let is_on = |row: &u64| *row != 0;
         let top = rows.iter().position(is_on)?;

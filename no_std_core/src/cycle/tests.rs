@@ -319,10 +319,10 @@ fn the_legs_of_a_silhouette_are_its_lowest_third_and_fifth() {
         pixels: 18.0,
         width: 9.0,
     };
-    assert_eq!(LowerBody::of(&silhouette), Some(expected));
+    assert_eq!(LowerBody::measure(&silhouette), Some(expected));
     let coverage = silhouette.to_coverage();
     assert_eq!(LowerBody::of_pixels(coverage.pixels(), 30), Some(expected));
-    assert_eq!(LowerBody::of(&Silhouette::empty(Size::S64x64)), None);
+    assert_eq!(LowerBody::measure(&Silhouette::empty(Size::S64x64)), None);
     assert_eq!(LowerBody::of_pixels(&[127; 100], 10), None);
     assert_eq!(LowerBody::of_pixels(&[255; 100], 0), None);
     // One pixel is a figure of one row.

@@ -53,7 +53,7 @@ type WaveParts = [[f32; 2]; 2];
 
 impl Wave {
     /// Fits a wave to these samples at `rate_hz`; `None` if most of them show nobody.
-    pub(super) fn of(samples: impl Iterator<Item = WaveSample>, rate_hz: f32) -> Option<Self> {
+    pub(super) fn fit(samples: impl Iterator<Item = WaveSample>, rate_hz: f32) -> Option<Self> {
         let window = SampleWindow::new(samples)?;
         let spectrum = window.spectrum(rate_hz);
         let width = window.best(&spectrum, rate_hz, 0.0);

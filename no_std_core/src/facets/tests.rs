@@ -33,7 +33,7 @@ fn assert_closed(facets: &Facets) {
 fn a_cube_has_twelve_triangles_and_no_point_inside() {
     let mut points = [Vec3::splat(0.5); 12];
     points[2..10].copy_from_slice(&cube());
-    let facets = Facets::of(&points);
+    let facets = Facets::from_points(&points);
     assert_eq!((facets.facets.len(), facets.edges.len()), (12, 18));
     assert_closed(&facets);
     let corners = facets.facets.iter().flat_map(|facet| facet.corners);
@@ -44,7 +44,7 @@ fn a_cube_has_twelve_triangles_and_no_point_inside() {
 fn a_flat_hull_has_a_border() {
     // Corners 0, 1, 3 and 2 of a slanting square in turn; 4 to 7 lie on them.
     let square = cube().map(|p| Vec3::new(p.x, 0.5 * p.x + 0.5 * p.y, p.y));
-    let facets = Facets::of(&square);
+    let facets = Facets::from_points(&square);
     assert!(facets.facets.is_empty());
     assert_eq!(facets.edges.len(), 4);
     let ends = |[a, b]: [u8; 2]| [a % 4, b % 4];
@@ -57,12 +57,12 @@ fn a_flat_hull_has_a_border() {
 #[test]
 fn lines_points_and_nothing_have_no_surface() {
     let line = [0.0f32, 0.25, 0.5, 1.0].map(|t| Vec3::new(t, 2.0 * t, -t));
-    assert_eq!(Facets::of(&line), Facets::default());
-    assert_eq!(Facets::of(&[Vec3::ONE; 7]), Facets::default());
-    assert_eq!(Facets::of(&[]), Facets::default());
+    assert_eq!(Facets::from_points(&line), Facets::default());
+    assert_eq!(Facets::from_points(&[Vec3::ONE; 7]), Facets::default());
+    assert_eq!(Facets::from_points(&[]), Facets::default());
     let mut broken = cube();
     broken[3].y = f32::NAN;
-    assert_eq!(Facets::of(&broken), Facets::default());
+    assert_eq!(Facets::from_points(&broken), Facets::default());
 }
 
 #[test]
@@ -75,7 +75,7 @@ fn every_point_is_inside_of_every_facet() {
         let radius = if i % 3 == 0 { 0.3 } else { 1.0 };
         points.push(point.normalize() * radius).expect("32 points");
     }
-    let facets = Facets::of(&points);
+    let facets = Facets::from_points(&points);
     assert_closed(&facets);
     for facet in &facets.facets {
         let [a, b, c] = facet.corners.map(|corner| points[usize::from(corner)]);
@@ -228,7 +228,7 @@ fn surfaces_of_ten_thousand_sets_of_whole_points_are_their_convex_hulls() {
             .iter()
             .map(|point| Vec3::from(point.map(|c| c as f32)))
             .collect();
-        let facets = Facets::of(&floats);
+        let facets = Facets::from_points(&floats);
         let dimensions = dimensions(&points);
         spans[dimensions] += 1;
         if dimensions < 3 {

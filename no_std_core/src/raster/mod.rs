@@ -167,14 +167,14 @@ impl Renderer {
     /// Makes a renderer whose bit rows use these registers. Images do not depend on them.
     #[must_use]
     pub fn with_simd(rasterizer: Rasterizer, size: Size, simd: Simd) -> Self {
-        Self::of(AnyWindow::new(rasterizer, size, simd))
+        Self::with_window(AnyWindow::new(rasterizer, size, simd))
     }
 }
 
 impl<W: Pixels> Renderer<W> {
     /// Makes a renderer that draws into this window.
     #[must_use]
-    pub fn of(window: W) -> Self {
+    pub fn with_window(window: W) -> Self {
         let image = window.blank();
         Self { window, image }
     }

@@ -19,7 +19,7 @@ use crate::silhouette::{AnySilhouette, Size};
 /// let size = Size::S50x30;
 /// let mut bytes = [0; MAX_TEMPLATE_BYTES];
 /// for kind in TemplateKind::ALL {
-///     let mut builder = TemplateBuilder::of(kind, size, 2);
+///     let mut builder = TemplateBuilder::for_kind(kind, size, 2);
 ///     builder.add(&AnySilhouette::Binary(Silhouette::from_rows(size, &[0b01])))?;
 ///     builder.add(&AnySilhouette::Binary(Silhouette::from_rows(size, &[0b11])))?;
 ///     let template = &mut bytes[..kind.bytes(size)];
@@ -83,7 +83,7 @@ impl TemplateBuilder {
     /// Makes a builder for all `frames` of one cycle, at least 1 and at most [`Self::MAX_FRAMES`].
     /// Motion is remembered over all of them, and a silhouette fades by 1 a frame.
     #[must_use]
-    pub fn of(kind: TemplateKind, size: Size, frames: u32) -> Self {
+    pub fn for_kind(kind: TemplateKind, size: Size, frames: u32) -> Self {
         let (frames, simd) = (frames.clamp(1, Self::MAX_FRAMES), Simd::widest());
         let memory = match kind {
             TemplateKind::Gei | TemplateKind::Geni => AnyMemory::Sums(FrameSums::new(size, simd)),

@@ -140,7 +140,7 @@ impl CountMeans {
         }
     }
 
-    fn of(&self, count: u32) -> u8 {
+    fn mean(&self, count: u32) -> u8 {
         let known = self.known.get(count as usize).copied();
         known.unwrap_or_else(|| mean_of(count, self.frames))
     }
@@ -175,7 +175,7 @@ fn means<L: Wide>(l: L, tally: &GeiTally, elevation: usize, pixels: &mut [u8; MA
                 l.find(table, &mut means);
             } else {
                 for (low, high) in means.iter_mut().zip(l.numbers(high)) {
-                    *low = tally.means.of(u32::from(*low) + 256 * u32::from(high));
+                    *low = tally.means.mean(u32::from(*low) + 256 * u32::from(high));
                 }
             }
             for (row, means) in (row..).zip(means.as_chunks::<SQUARE>().0) {

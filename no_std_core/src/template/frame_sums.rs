@@ -373,7 +373,7 @@ mod tests {
     #[test]
     fn ninths_are_counted_by_their_worth() {
         let images: [Silhouette; 9] = core::array::from_fn(|image| frame(image as u64));
-        let ninths = AnySilhouette::Ninths(Ninths::of(&images));
+        let ninths = AnySilhouette::Ninths(Ninths::count(&images));
         let mut sums = FrameSums::new(SIZE, Simd::widest());
         let mut parts = FrameSums::new(SIZE, Simd::widest());
         for _ in 0..3 {

@@ -109,7 +109,7 @@ where
         let figure = Figure::new(&whole, &pose);
         let size = Size::ALL[round % 3];
         let mut renderer = Renderer::new(rasterizer, size);
-        let mut compact = Renderer::of(window(size));
+        let mut compact = Renderer::with_window(window(size));
         for camera in cameras(&mut random) {
             for framing in framings(&mut random) {
                 let jitter = Vec2::new(random.between(-0.5, 0.5) as f32, 0.25);
@@ -174,7 +174,7 @@ fn a_gei_in_a_buffer_is_the_gei() {
         let skeleton = avatar.skeleton();
         let (whole, small) = (body::UnpackedBody::new(&avatar), loaded(&avatar));
         let mut renderer = Renderer::new(Rasterizer::Rows, Size::S64x44);
-        let mut compact = Renderer::of(CompactRows::new(Size::S64x44));
+        let mut compact = Renderer::with_window(CompactRows::new(Size::S64x44));
         let mut expected = GeiBuilder::new(Size::S64x44);
         let mut buffer = [7; 3_000];
         let mut gei = GeiInPlace::new(Size::S64x44, &mut buffer).expect("room");
@@ -246,7 +246,7 @@ fn room_is_the_points_and_the_facets_of_all_hulls() {
         (vec![cube, wedge, square, line], [4, 18, 20]),
     ] {
         let bytes = plain_avatar::avatar(1_000, &hulls);
-        let room = Room::of(&Avatar::parse(&bytes).expect("an avatar"));
+        let room = Room::for_avatar(&Avatar::parse(&bytes).expect("an avatar"));
         let [hulls, points, facets] = expected;
         let expected = Room {
             hulls,
@@ -261,9 +261,9 @@ fn room_is_the_points_and_the_facets_of_all_hulls() {
 fn a_budget_is_enough_for_every_walk_of_a_pack() {
     let bytes = small_pack::small_pack();
     let pack = Pack::parse(&bytes).expect("a pack");
-    let budget = Budget::of(&pack);
+    let budget = Budget::from_pack(&pack);
     assert_eq!(budget.pack_bytes, bytes.len());
-    let rooms = [0, 1].map(|number| Room::of(&pack.avatar(number).expect("an avatar")));
+    let rooms = [0, 1].map(|number| Room::for_avatar(&pack.avatar(number).expect("an avatar")));
     let most = |of: fn(&Room) -> usize| rooms.iter().map(of).max().expect("two");
     let (hulls, points) = (most(|room| room.hulls), most(|room| room.points));
     let facets = most(|room| room.facets);
@@ -295,7 +295,7 @@ fn a_budget_is_enough_for_every_walk_of_a_pack() {
 fn a_body_that_there_is_no_room_for_is_refused() {
     let bytes = small_pack::avatar(&mut Random(3), 12);
     let avatar = Avatar::parse(&bytes).expect("an avatar");
-    let Room { points, facets, .. } = Room::of(&avatar);
+    let Room { points, facets, .. } = Room::for_avatar(&avatar);
     assert!(
         points > 60 && facets > 60,
         "{points} points, {facets} facets"
@@ -318,14 +318,14 @@ fn without_facets_rows_have_nothing_to_draw_and_tiny_skia_draws_the_same() {
     bare.load(&avatar).expect("points alone");
     let pose = ModelPose::new(&avatar.skeleton(), &Pose::REST);
     let camera = Camera::orthographic(Viewpoint::from_degrees(30.0, 10.0).expect("a viewpoint"));
-    let mut rows = Renderer::of(CompactRows::new(Size::S50x30));
+    let mut rows = Renderer::with_window(CompactRows::new(Size::S50x30));
     let drawn = rows.draw(&bare.posed(&pose), &camera, Framing::Height, Vec2::ZERO);
     assert_eq!(drawn.expect_err("no outline"), DrawError::Vanished);
     #[cfg(feature = "skia")]
     {
         let whole = loaded(&avatar);
         let silhouette = |posed: &CompactFigure<'_>| {
-            let mut skia = Renderer::of(Skia::new(Size::S50x30));
+            let mut skia = Renderer::with_window(Skia::new(Size::S50x30));
             let drawn = skia.draw(posed, &camera, Framing::Height, Vec2::ZERO);
             *drawn.expect("a figure").frame
         };

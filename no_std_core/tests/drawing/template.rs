@@ -195,7 +195,7 @@ fn every_template_is_what_its_definition_gives_of_all_frames_at_once() {
                 .for_each(|frame| *frame = first);
         }
         for kind in TemplateKind::ALL {
-            let mut builder = TemplateBuilder::of(kind, size, count);
+            let mut builder = TemplateBuilder::for_kind(kind, size, count);
             for frame in &frames {
                 builder.add(frame).expect("room");
             }

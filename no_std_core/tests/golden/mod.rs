@@ -223,7 +223,7 @@ fn compact_silhouettes<W>(
     let mut body = compact::CompactBody::<512, 1024>::EMPTY;
     body.load(avatar).expect("room");
     for size in Size::ALL {
-        let mut renderer = Renderer::of(window(size));
+        let mut renderer = Renderer::with_window(window(size));
         for (framed, framing) in FRAMINGS {
             let mut hash = Fnv::NEW;
             for phase in [0.0, 0.3] {
@@ -261,7 +261,7 @@ fn templates(
     for kind in TemplateKind::ALL {
         let mut hash = Fnv::NEW;
         for (_, camera) in cameras().skip(6).take(3) {
-            let mut builder = TemplateBuilder::of(kind, Size::S50x30, 8);
+            let mut builder = TemplateBuilder::for_kind(kind, Size::S50x30, 8);
             for frame in 0..8u8 {
                 let pose = cycle.pose(f32::from(frame) / 8.0);
                 figure.update(&ModelPose::new(&skeleton, &pose));

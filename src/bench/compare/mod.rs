@@ -89,10 +89,10 @@ impl Compared {
         if results.header.seed != other.header.seed {
             return refuse(
                 "the seed",
-                [results, other].map(|one| one.header.seed.to_string()),
+                [results, other].map(|results_| results_.header.seed.to_string()),
             );
         }
-        let packs = [results, other].map(|one| pack_of(&one.header));
+        let packs = [results, other].map(|results_| pack_of(&results_.header));
         if packs[0] != packs[1] {
             return refuse("the people", packs);
         }
@@ -106,7 +106,7 @@ impl Compared {
         for (at, met) in all.iter().enumerate() {
             let Some(first) = all[..at]
                 .iter()
-                .find(|one| one.model.name == met.model.name)
+                .find(|results_| results_.model.name == met.model.name)
             else {
                 continue;
             };
@@ -130,7 +130,7 @@ impl Compared {
                 );
             }
             if mine.viewpoints != its.viewpoints {
-                let both = [mine, its].map(|one| one.viewpoints.to_string());
+                let both = [mine, its].map(|results_| results_.viewpoints.to_string());
                 return refuse("viewpoints of rank-1", both);
             }
         }
@@ -168,7 +168,7 @@ impl Compared {
         let mut text = render(&columns, format);
         let ratios = self.ratios();
         if !ratios.is_empty() {
-            let columns = ratios.iter().map(|one| (one.heading.clone(), one));
+            let columns = ratios.iter().map(|ratio| (ratio.heading.clone(), ratio));
             text += "\n";
             text += &side_by_side(columns, &RATIO_ROWS, format);
         }
@@ -180,7 +180,7 @@ impl Compared {
         let all: Vec<Met<'_>> = self.met().collect();
         let of = |(at, met): (usize, &Met<'_>)| {
             let mut before = all[..at].iter();
-            let first = before.find(|one| one.is_like(met))?;
+            let first = before.find(|results_| results_.is_like(met))?;
             Some(Ratios {
                 heading: format!("{} {}", met.name, met.board),
                 against: first.board.to_owned(),

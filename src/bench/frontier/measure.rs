@@ -140,7 +140,7 @@ impl Packs {
         Ok(Self { finest, encoded })
     }
 
-    fn of(&self, configuration: &Configuration) -> Result<&[u8]> {
+    fn pack(&self, configuration: &Configuration) -> Result<&[u8]> {
         let mut encoded = self.encoded.iter();
         let found = encoded.find(|(encoding, _)| *encoding == configuration.encoding);
         found
@@ -241,7 +241,7 @@ impl FrontierStudy<'_> {
         let times = self.times(&packs, &configurations, progress)?;
         let mut points = Vec::new();
         for (index, configuration) in configurations.iter().enumerate() {
-            let bytes = packs.of(configuration)?;
+            let bytes = packs.pack(configuration)?;
             let stored = stored(bytes)?;
             let asked_mm = configuration.encoding.map(|asked| asked.track_error_mm);
             let drawing = configuration.drawing;
@@ -316,7 +316,7 @@ impl FrontierStudy<'_> {
         let reference = Reference::new(&finest, &sample, settings, &|| Ok(()))?;
         progress()?;
         let measured = configurations.iter().map(|configuration| {
-            let pack = Pack::parse(packs.of(configuration)?)?;
+            let pack = Pack::parse(packs.pack(configuration)?)?;
             let settings = configuration.drawing.applied_to(settings);
             let found = reference.deviation(&pack, &sample, settings)?;
             progress()?;
@@ -349,7 +349,7 @@ impl FrontierStudy<'_> {
         let expected = recognition.of_exact(&finest, &sample, &geis)?;
         progress()?;
         let measured = configurations.iter().map(|configuration| {
-            let pack = Pack::parse(packs.of(configuration)?)?;
+            let pack = Pack::parse(packs.pack(configuration)?)?;
             let settings = configuration.drawing.applied_to(settings);
             let found = recognition.of_drawn(&pack, &sample, settings)?;
             progress()?;
@@ -368,7 +368,7 @@ impl FrontierStudy<'_> {
     ) -> Result<Vec<f64>> {
         let cases = configurations.iter().map(|configuration| {
             Ok(Timed {
-                pack: Pack::parse(packs.of(configuration)?)?,
+                pack: Pack::parse(packs.pack(configuration)?)?,
                 settings: configuration.drawing.applied_to(Settings::default()),
             })
         });

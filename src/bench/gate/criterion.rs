@@ -50,7 +50,7 @@ pub(super) fn benchmarks(folder: &Path) -> Result<Value> {
         let problem = "expected criterion's results (NAME/new/estimates.json), found none";
         return Err(Error::input(folder, problem));
     }
-    found.sort_unstable_by_key(|one| one["name"].to_string());
+    found.sort_unstable_by_key(|benchmark| benchmark["name"].to_string());
     Ok(json!({ "benchmarks": found }))
 }
 

@@ -49,7 +49,7 @@ pub(crate) enum BetterDirection {
 
 impl FigureKind {
     /// Returns the kind for a key, which ends in its unit.
-    pub(crate) fn of(key: &str) -> Self {
+    pub(crate) fn from_key(key: &str) -> Self {
         let ends = |ends: &[&str]| ends.iter().any(|end| key.ends_with(end));
         let is = |names: &[&str]| names.contains(&key);
         if ends(&["per_second"]) || is(&["throughput", "times_real_time"]) {
@@ -106,7 +106,7 @@ impl Estimate {
     /// a time, or else `<key>_low` and `<key>_high`. With several runs, the value is
     /// their median. With fewer than five, which is too few for the interval of a median, the
     /// interval contains the intervals of all runs.
-    pub(crate) fn of(places: &[ResultFigure<'_>], measure: FigureKind) -> Self {
+    pub(crate) fn from_runs(places: &[ResultFigure<'_>], measure: FigureKind) -> Self {
         let each: Vec<Self> = places
             .iter()
             .map(|place| Self::of_one(place, measure))
@@ -118,10 +118,13 @@ impl Estimate {
             _ if measure.is_timed() && each.len() >= ENOUGH_RUNS => median,
             _ => Self {
                 value: median.value,
-                low: each.iter().map(|one| one.low).fold(f64::INFINITY, f64::min),
+                low: each
+                    .iter()
+                    .map(|estimate| estimate.low)
+                    .fold(f64::INFINITY, f64::min),
                 high: each
                     .iter()
-                    .map(|one| one.high)
+                    .map(|estimate| estimate.high)
                     .fold(f64::NEG_INFINITY, f64::max),
             },
         }
@@ -265,26 +268,32 @@ mod tests {
         let places = FigurePath::parse(path)
             .and_then(|path| path.places(results))
             .expect("a figure");
-        Estimate::of(&places, FigureKind::of(&places[0].key))
+        Estimate::from_runs(&places, FigureKind::from_key(&places[0].key))
     }
 
     #[test]
     fn keys_tell_what_a_figure_is() {
-        assert_eq!(FigureKind::of("p50_us"), FigureKind::Time);
-        assert_eq!(FigureKind::of("single_mj"), FigureKind::Time);
-        assert_eq!(FigureKind::of("silhouettes_per_second"), FigureKind::Rate);
-        assert_eq!(FigureKind::of("throughput"), FigureKind::Rate);
+        assert_eq!(FigureKind::from_key("p50_us"), FigureKind::Time);
+        assert_eq!(FigureKind::from_key("single_mj"), FigureKind::Time);
         assert_eq!(
-            FigureKind::of("rank1").better(),
+            FigureKind::from_key("silhouettes_per_second"),
+            FigureKind::Rate
+        );
+        assert_eq!(FigureKind::from_key("throughput"), FigureKind::Rate);
+        assert_eq!(
+            FigureKind::from_key("rank1").better(),
             Some(BetterDirection::More)
         );
-        assert_eq!(FigureKind::of("eer").better(), Some(BetterDirection::Less));
         assert_eq!(
-            FigureKind::of("peak_rss_bytes").better(),
+            FigureKind::from_key("eer").better(),
             Some(BetterDirection::Less)
         );
-        assert_eq!(FigureKind::of("probes").better(), None);
-        assert!(!FigureKind::of("bytes").is_timed());
+        assert_eq!(
+            FigureKind::from_key("peak_rss_bytes").better(),
+            Some(BetterDirection::Less)
+        );
+        assert_eq!(FigureKind::from_key("probes").better(), None);
+        assert!(!FigureKind::from_key("bytes").is_timed());
     }
 
     #[test]
@@ -335,7 +344,7 @@ mod tests {
         assert_eq!((disturbed.low, disturbed.high), (f64::NEG_INFINITY, 3.0));
         let rate = time.disturbed(FigureKind::Rate);
         assert_eq!((rate.low, rate.high), (1.0, f64::INFINITY));
-        assert_eq!(time.disturbed(FigureKind::of("bytes")), time);
+        assert_eq!(time.disturbed(FigureKind::from_key("bytes")), time);
         let json = serde_json::to_value(disturbed).expect("JSON");
         assert_eq!(json, json!({ "value": 2.0, "low": null, "high": 3.0 }));
     }

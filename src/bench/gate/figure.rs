@@ -223,7 +223,7 @@ impl PathStep {
                     "{path}: expected a choice of one of {} elements, such as [{}], found none: there are {}",
                     list.len(),
                     list.first()
-                        .map(|one| identity(one, list))
+                        .map(|element_| identity(element_, list))
                         .unwrap_or_default(),
                     others()
                 )),
@@ -238,7 +238,7 @@ impl PathStep {
                 )),
             },
             ElementChoice::By(keys) => {
-                let is_meant = |element: &&Value| keys.iter().all(|one| is_like(element, one));
+                let is_meant = |element: &&Value| keys.iter().all(|key| is_like(element, key));
                 let meant: Vec<&Value> = list.iter().filter(is_meant).collect();
                 match meant.as_slice() {
                     [one] => Ok(vec![named(one)]),
@@ -287,7 +287,7 @@ fn identity(element: &Value, list: &[Value]) -> String {
         return number();
     }
     let alike = |keys: &[(Option<String>, String)]| {
-        let is_like = |other: &&Value| keys.iter().all(|one| is_like(other, one));
+        let is_like = |other: &&Value| keys.iter().all(|key| is_like(other, key));
         list.iter().filter(is_like).count()
     };
     let mut keys: Vec<(Option<String>, String)> = Vec::new();

@@ -44,7 +44,7 @@ impl BaselineChange {
     /// Compares two values that were measured independently: each may be anywhere in its interval.
     pub(crate) fn apart(new: Estimate, old: Estimate) -> Self {
         // A ratio of values below 0 is meaningless.
-        let is_told = [new, old].iter().all(|one| one.value >= 0.0);
+        let is_told = [new, old].iter().all(|estimate| estimate.value >= 0.0);
         let ratio = |new: f64, old: f64| match is_told {
             false => f64::NAN,
             true if new == old => 1.0,
@@ -188,7 +188,7 @@ mod tests {
             [rate(9.0), rate(9.5), rate(11.1)],
             [Holds, CannotTell, Missed]
         );
-        let hits = FigureKind::of("rank1");
+        let hits = FigureKind::from_key("rank1");
         let hit = |judge| absolute(about(0.5, 0.1), Bound::AtLeast(0.45), hits, judge);
         assert_eq!(hit(None), Holds);
         assert_eq!(hit(Some(Judge::Interval)), CannotTell);
@@ -223,7 +223,7 @@ mod tests {
 
     #[test]
     fn not_worse_is_missed_beyond_the_interval_alone() {
-        let rank1 = FigureKind::of("rank1");
+        let rank1 = FigureKind::from_key("rank1");
         let of = |value: f64, by: f64, measure, judge, is_paired| {
             let difference = about(value, by);
             let between = BaselineChange {
@@ -261,13 +261,13 @@ mod tests {
             (Bound::DifferenceAtLeast(2.0), Holds),
             (Bound::DifferenceAtLeast(2.5), Missed),
         ] {
-            let found = relative(between, bound, FigureKind::of("bytes"), None);
+            let found = relative(between, bound, FigureKind::from_key("bytes"), None);
             assert_eq!(found, outcome, "{bound}");
         }
         // A ratio of values below 0 is meaningless.
         for both in [(0.5, -0.01), (-0.5, 0.01), (-2.0, -1.0)] {
             let below = BaselineChange::apart(Estimate::exact(both.0), Estimate::exact(both.1));
-            let spread = FigureKind::of("spread");
+            let spread = FigureKind::from_key("spread");
             let found = relative(below, Bound::RatioAtMost(1.2), spread, None);
             assert_eq!(found, CannotTell);
         }

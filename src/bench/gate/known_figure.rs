@@ -41,7 +41,7 @@ impl KnownFigure {
         limit: &GateLimit,
         runs: &[ResultFile],
     ) -> Result<Self, String> {
-        let mut known = Self::of(place, &limit.figure, runs)?;
+        let mut known = Self::from_runs(place, &limit.figure, runs)?;
         let Some(per) = limit.per_text() else {
             return Ok(known);
         };
@@ -55,7 +55,7 @@ impl KnownFigure {
             };
             let is_one = limit.per.len() == 1 && part.times == 1;
             require_comparable([place, divisor], is_one)?;
-            let divisor = Self::of(divisor, &part.figure, runs)?;
+            let divisor = Self::from_runs(divisor, &part.figure, runs)?;
             sum = sum.plus(divisor.estimate, part.times);
             judged = judged.plus(divisor.judged, part.times);
             known.unsure = known.unsure.or(divisor.unsure);
@@ -76,12 +76,12 @@ impl KnownFigure {
 
     /// Returns the estimate from all runs; each must have the value. Disturbed runs count only if
     /// there are no quiet ones. `figure` is the path as written.
-    fn of(
+    fn from_runs(
         place: &ResultFigure<'_>,
         figure: &FigurePath,
         runs: &[ResultFile],
     ) -> Result<Self, String> {
-        let measure = FigureKind::of(&place.key);
+        let measure = FigureKind::from_key(&place.key);
         let path = FigurePath::parse(&place.path)?;
         let mut places = Vec::new();
         for run in runs {
@@ -122,7 +122,7 @@ impl KnownFigure {
         let people = places
             .first()
             .and_then(|place| place.object()?.get("by_person"));
-        let estimate = Estimate::of(&places, measure);
+        let estimate = Estimate::from_runs(&places, measure);
         Ok(Self {
             estimate,
             judged: match is_disturbed {
@@ -190,9 +190,9 @@ impl KnownFigure {
 /// Checks that a value may be divided by another. `is_one` states that it is the only divisor and
 /// counts once: then both are of iterations, or of elements.
 fn require_comparable(both: [&ResultFigure<'_>; 2], is_one: bool) -> Result<(), String> {
-    let [kind, its_kind] = both.map(|one| discriminant(&FigureKind::of(&one.key)));
-    let [counts, its_counts] = both.map(|one| one.beside("elements").is_some());
-    let [is_of_element, its] = both.map(|one| one.key == "per_element_ns");
+    let [kind, its_kind] = both.map(|side| discriminant(&FigureKind::from_key(&side.key)));
+    let [counts, its_counts] = both.map(|side| side.beside("elements").is_some());
+    let [is_of_element, its] = both.map(|side| side.key == "per_element_ns");
     let problem = if kind != its_kind {
         "two times, two of throughput, or two others"
     } else if is_one && (counts != its_counts || is_of_element != its) {
@@ -200,7 +200,7 @@ fn require_comparable(both: [&ResultFigure<'_>; 2], is_one: bool) -> Result<(), 
     } else {
         return Ok(());
     };
-    let [value, divisor] = both.map(|one| &one.path);
+    let [value, divisor] = both.map(|side| &side.path);
     Err(format!("{value} per {divisor}: expected {problem}"))
 }
 

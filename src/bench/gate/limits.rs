@@ -318,7 +318,7 @@ mod tests {
             (&second.bounds[..], second.line),
             (&[Bound::AtLeast(-1e3)][..], 9)
         );
-        let is_relative = |limit: &GateLimit| limit.bounds.iter().any(|one| one.is_relative());
+        let is_relative = |limit: &GateLimit| limit.bounds.iter().any(|bound| bound.is_relative());
         assert!(is_relative(first) && !is_relative(second));
     }
 

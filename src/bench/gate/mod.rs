@@ -77,7 +77,7 @@ pub(crate) fn gate(
         }
     }
     let all = || judged.runs.iter().chain(judged.baselines);
-    let is_one_board = all().all(|one| all().all(|other| one.is_same_board(other)));
+    let is_one_board = all().all(|result| all().all(|other| result.is_same_board(other)));
     let mut header = header;
     let mut lines = Vec::new();
     let mut left_out = 0;
@@ -134,7 +134,7 @@ fn lines_of(
     judged: &JudgedRuns<'_>,
     is_one_board: bool,
 ) -> std::result::Result<Vec<GateLine>, String> {
-    let measure = FigureKind::of(&place.key);
+    let measure = FigureKind::from_key(&place.key);
     let new = KnownFigure::of_limit(place, limit, judged.runs)?;
     let is_relative = limit.bounds.iter().any(|bound| bound.is_relative());
     let old = match judged.baselines {

@@ -76,7 +76,7 @@ impl GateReport {
     pub(super) fn summary(&self) -> String {
         let all = self.limits.len();
         let [missed, unsure] =
-            [GateOutcome::Missed, GateOutcome::CannotTell].map(|one| self.count(one));
+            [GateOutcome::Missed, GateOutcome::CannotTell].map(|outcome| self.count(outcome));
         let limits = if all == 1 { "limit" } else { "limits" };
         match (missed, unsure) {
             _ if all == 0 => "no limit is left to judge".into(),

@@ -89,7 +89,7 @@ impl ResultFile {
     /// If the file cannot be read.
     pub(crate) fn input(&self) -> Result<InputFile> {
         if !self.path.is_dir() {
-            return InputFile::of(&self.path);
+            return InputFile::read(&self.path);
         }
         Ok(InputFile {
             path: self.path.display().to_string(),
@@ -160,8 +160,11 @@ impl ResultFile {
     pub(crate) fn require_run_of(&self, other: &Self) -> Result<()> {
         self.require_like(other)?;
         let sums = |header: &ResultHeader| {
-            let mut sums: Vec<String> =
-                header.inputs.iter().map(|one| one.sha256.clone()).collect();
+            let mut sums: Vec<String> = header
+                .inputs
+                .iter()
+                .map(|input| input.sha256.clone())
+                .collect();
             sums.sort_unstable();
             sums
         };
@@ -186,7 +189,7 @@ impl ResultFile {
         };
         let keys = ["model", "soc", "cpus", "architecture", "affinity"];
         let both = keys.map(|key| (of_board(self, key), of_board(other, key)));
-        let threads = [self, other].map(|one| one.value.get("threads").cloned());
+        let threads = [self, other].map(|file| file.value.get("threads").cloned());
         let [mine, its] = threads;
         both.into_iter()
             .chain([(mine, its)])

@@ -84,7 +84,10 @@ mod tests {
         for &time in &ns {
             histogram.add(time);
         }
-        let (found, exact) = (histogram.times().expect("some"), Times::of(&mut ns));
+        let (found, exact) = (
+            histogram.times().expect("some"),
+            Times::from_samples(&mut ns),
+        );
         let exact = exact.expect("some");
         let near = |a: f64, b: f64, by: f64| assert!((a / b - 1.0).abs() <= by, "{a} {b}");
         near(found.p50_us, exact.p50_us, 0.004);

@@ -89,7 +89,7 @@ pub(crate) fn measure_path(task: &PathTask<'_>) -> Result<PathResult> {
     let load_ms = started.elapsed().as_secs_f64() * 1e3;
 
     let others = LoadWatch::start(task.root);
-    let (plan, fps) = (PathPlan::of(task.duration), task.fps);
+    let (plan, fps) = (PathPlan::for_duration(task.duration), task.fps);
     let clock = Instant::now();
     let mut watched = Watched::new(
         task.root,
@@ -114,9 +114,9 @@ pub(crate) fn measure_path(task: &PathTask<'_>) -> Result<PathResult> {
     let energy = watched
         .meter
         .as_ref()
-        .and_then(|meter| PathEnergy::of(meter.source(), &measured.windows));
+        .and_then(|meter| PathEnergy::from_windows(meter.source(), &measured.windows));
     let states = watched.states;
-    let rates = PathRates::of(&measured, f64::from(task.fps))?;
+    let rates = PathRates::from_measured(&measured, f64::from(task.fps))?;
     let affinity = Board::read(task.root).affinity;
     let mut doubts = warnings(&states, affinity.as_ref());
     doubts.extend(rates.doubts());
@@ -139,13 +139,13 @@ pub(crate) fn measure_path(task: &PathTask<'_>) -> Result<PathResult> {
         video: CheckedVideo::default(),
         load_ms,
         rates,
-        answers: PathAnswers::of(&measured)?,
+        answers: PathAnswers::from_measured(&measured)?,
         stages: measured.stages,
         peak_rss_start_bytes,
         peak_rss_end_bytes,
         energy,
         windows: measured.windows,
-        conditions: MachineConditions::of(&states),
+        conditions: MachineConditions::from_states(&states),
         others_busy: others.and_then(|others| others.share(task.root)),
         warnings: doubts,
     })

@@ -83,7 +83,7 @@ impl PathRates {
     ///
     /// # Errors
     /// If there are no windows.
-    pub(super) fn of(measured: &MeasuredPath, fps: f64) -> Result<Self> {
+    pub(super) fn from_measured(measured: &MeasuredPath, fps: f64) -> Result<Self> {
         let windows = &measured.windows;
         let [Some(first), Some(last)] = [windows.first(), windows.last()] else {
             return Err(Error::Missing("a window"));
@@ -145,7 +145,7 @@ pub(crate) struct PathAnswers {
 }
 
 impl PathAnswers {
-    pub(super) fn of(measured: &MeasuredPath) -> Result<Self> {
+    pub(super) fn from_measured(measured: &MeasuredPath) -> Result<Self> {
         let seconds: f64 = measured.windows.iter().map(|window| window.seconds).sum();
         if measured.answers == 0 {
             return Err(Error::Missing("an answer"));
@@ -172,7 +172,7 @@ pub(crate) struct PathEnergy {
 
 impl PathEnergy {
     /// Computes the energy over all windows; none if a window was not metered.
-    pub(super) fn of(source: &str, windows: &[PathWindow]) -> Option<Self> {
+    pub(super) fn from_windows(source: &str, windows: &[PathWindow]) -> Option<Self> {
         let joules = windows.iter().map(|window| window.energy_j);
         let joules = joules.sum::<Option<f64>>()?;
         let frames: u64 = windows.iter().map(|window| window.frames).sum();

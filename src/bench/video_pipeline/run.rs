@@ -25,7 +25,7 @@ pub(super) struct PathPlan {
 
 impl PathPlan {
     /// Plans at least two windows of equal length, about 10 s each, for this duration.
-    pub(super) fn of(duration: Duration) -> Self {
+    pub(super) fn for_duration(duration: Duration) -> Self {
         let windows = (duration.as_secs_f64() / WINDOW.as_secs_f64()).round();
         let windows = windows.max(2.0) as u32;
         Self {

@@ -57,7 +57,7 @@ pub(super) fn legs(segmenter: &Segmenter, frames: &[RgbImage]) -> Vec<Option<Low
 pub(super) fn echo(template: Template) -> MadeUp {
     let contract = Contract {
         template,
-        layout: InputLayout::of(template),
+        layout: InputLayout::for_template(template),
         ..Contract::default()
     };
     MadeUp::new(contract, <[f32]>::to_vec)

@@ -150,7 +150,9 @@ fn advice(reference: &ParitySide, side: &ParitySide, found: &Comparison) -> &'st
     let greatest = greatest.into_iter().flatten();
     let greatest = greatest.fold(0.0, |most: f64, one| most.max(one.greatest_relative));
     let is_beyond = |one: &Option<AnswerDifference>| {
-        one.is_some_and(|one| one.mean_relative > found.limits.mean_relative_difference)
+        one.is_some_and(|difference| {
+            difference.mean_relative > found.limits.mean_relative_difference
+        })
     };
     if reference.quantized != side.quantized
         && found.scores.is_some()

@@ -62,7 +62,11 @@ impl MixArgs {
     ///
     /// # Errors
     /// If a name is given twice, or belongs to no source or to several.
-    pub(super) fn of(&self, sources: &[PathBuf], seed: u64) -> Result<Vec<SharedSource>> {
+    pub(super) fn shared_sources(
+        &self,
+        sources: &[PathBuf],
+        seed: u64,
+    ) -> Result<Vec<SharedSource>> {
         let names: Vec<String> = sources.iter().map(|path| name_of(path)).collect();
         if self.is_given() && names.is_empty() {
             return Err(Error::Usage(
@@ -94,7 +98,7 @@ impl MixArgs {
             }
         }
         let shared = |(path, name): (&PathBuf, &String)| {
-            let stated = self.mix.iter().find(|one| one.name == *name);
+            let stated = self.mix.iter().find(|part| part.name == *name);
             let is_shared = names.iter().filter(|other| *other == name).count() > 1;
             Ok(SharedSource {
                 name: if is_shared {
@@ -134,12 +138,15 @@ fn name_of(path: &Path) -> String {
 mod tests {
     use super::*;
 
-    fn of(mix: &[&str], sources: &[&str]) -> std::result::Result<Vec<(String, f64)>, String> {
+    fn shares_of(
+        mix: &[&str],
+        sources: &[&str],
+    ) -> std::result::Result<Vec<(String, f64)>, String> {
         let parsed: std::result::Result<_, String> =
             mix.iter().map(|text| named_share(text)).collect();
         let sources: Vec<PathBuf> = sources.iter().map(PathBuf::from).collect();
         let shared = MixArgs { mix: parsed? }
-            .of(&sources, 1)
+            .shared_sources(&sources, 1)
             .map_err(|error| error.to_string())?;
         let plain = |one: SharedSource| (one.name, one.share.part());
         Ok(shared.into_iter().map(plain).collect())
@@ -147,15 +154,15 @@ mod tests {
 
     #[test]
     fn sources_are_called_by_their_files_and_are_used_whole_unless_named() {
-        let shares = of(&["real:0.7"], &["sets/real", "made/synthetic.egp"]);
+        let shares = shares_of(&["real:0.7"], &["sets/real", "made/synthetic.egp"]);
         let expected = [("real".to_owned(), 0.7), ("synthetic".to_owned(), 1.0)];
         assert_eq!(shares.expect("two sources"), expected);
-        assert_eq!(of(&[], &[]), Ok(Vec::new()));
+        assert_eq!(shares_of(&[], &[]), Ok(Vec::new()));
         // A folder's name is whole; this one is there.
         let src = concat!(env!("CARGO_MANIFEST_DIR"), "/src/cli/.");
-        assert_eq!(of(&[], &[src]), Ok(vec![("cli".to_owned(), 1.0)]));
+        assert_eq!(shares_of(&[], &[src]), Ok(vec![("cli".to_owned(), 1.0)]));
         let up = concat!(env!("CARGO_MANIFEST_DIR"), "/src/cli/..");
-        assert_eq!(of(&[], &[up]), Ok(vec![("src".to_owned(), 1.0)]));
+        assert_eq!(shares_of(&[], &[up]), Ok(vec![("src".to_owned(), 1.0)]));
     }
 
     #[test]
@@ -180,11 +187,11 @@ mod tests {
             (&["a"], &["a"], "expected NAME:SHARE, as in real:0.7"),
             (&[":0.5"], &["a"], "expected NAME:SHARE"),
         ] {
-            let error = of(mix, sources).expect_err("refused");
+            let error = shares_of(mix, sources).expect_err("refused");
             assert!(error.contains(problem), "{error}");
         }
         // Two of one name are no problem where neither is named.
-        let shares = of(&["b:0.5"], &["x/a", "b", "y/a.egp"]).expect("one is named");
+        let shares = shares_of(&["b:0.5"], &["x/a", "b", "y/a.egp"]).expect("one is named");
         let names: Vec<&str> = shares.iter().map(|(name, _)| name.as_str()).collect();
         assert_eq!(names, ["x/a", "b", "y/a.egp"]);
     }

@@ -186,7 +186,7 @@ impl TrainArgs {
             !self.views.is_given() || views.any(|view| view.angles_deg() == angles)
         };
         let walks = |source: PackSource| -> Result<(Opened, Vec<usize>)> {
-            let walks = selection.of(&Pack::parse(&source.bytes)?)?;
+            let walks = selection.selected_walks(&Pack::parse(&source.bytes)?)?;
             Ok((Opened::Pack(source), walks))
         };
         let (source, numbers) = match source {
@@ -202,7 +202,7 @@ impl TrainArgs {
                     let (trained, warnings) =
                         recordings.trained(&Partition::read(partition)?, partition)?;
                     recordings = trained;
-                    header.inputs.push(InputFile::of(partition)?);
+                    header.inputs.push(InputFile::read(partition)?);
                     header.warnings.extend(warnings);
                 }
                 let progress = Progress::new(&self.common, "folders", recordings.len());

@@ -56,7 +56,7 @@ impl fmt::Display for SourceResult {
 /// Before long work, for flags and sources that contradict each other; then for data that cannot be
 /// read, drawn or made into templates.
 pub(super) fn gathered(args: &TrainArgs) -> Result<Gathered> {
-    let shared = args.mix.of(&args.sources, args.common.seed)?;
+    let shared = args.mix.shared_sources(&args.sources, args.common.seed)?;
     refuse_twice(&args.sources)?;
     let making = TemplateSettings {
         settings: args.draw.settings(args.common.seed)?,

@@ -48,7 +48,7 @@ impl CycleFinder {
             },
             Ok(_) => NoCycle::TooShort { frames },
         };
-        FoundCycles::of(cycles, reason)
+        FoundCycles::collect(cycles, reason)
     }
 }
 

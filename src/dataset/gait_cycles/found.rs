@@ -16,7 +16,7 @@ pub struct FoundCycles {
 
 impl FoundCycles {
     /// Collects cycles, with the median of their periods; returns `reason` if there are none.
-    pub(super) fn of(cycles: Vec<DetectedCycle>, reason: NoCycle) -> Result<Self, NoCycle> {
+    pub(super) fn collect(cycles: Vec<DetectedCycle>, reason: NoCycle) -> Result<Self, NoCycle> {
         let periods = cycles.iter().map(DetectedCycle::period_frames);
         let period_frames = median(periods.collect()).ok_or(reason)?;
         let regular = cycles.iter().map(|cycle| f64::from(cycle.regular));

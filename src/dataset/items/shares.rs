@@ -18,7 +18,7 @@ fn count(work: usize, threads: usize) -> usize {
 
 /// Divides positions in `items` into shares of about the same duration, ordered by cycle; a cycle
 /// has `views` items. If a cycle is divided, each share gets views from all around.
-pub(super) fn of(items: &[usize], views: usize, threads: usize) -> Vec<Vec<usize>> {
+pub(super) fn divide(items: &[usize], views: usize, threads: usize) -> Vec<Vec<usize>> {
     let cycle_of = |at: usize| items[at] / views;
     let mut order: Vec<usize> = (0..items.len()).collect();
     order.sort_by_key(|&at| items[at]);
@@ -76,7 +76,7 @@ mod tests {
             (Vec::new(), 11, 1),
         ];
         for (items, views, count) in cases {
-            let shares = of(&items, views, 2);
+            let shares = divide(&items, views, 2);
             assert_eq!(shares.len(), count);
             let mut all = shares.concat();
             all.sort_unstable();
@@ -91,7 +91,7 @@ mod tests {
     #[test]
     fn both_halves_of_a_cycle_have_views_from_all_around() {
         let items: Vec<usize> = (0..256).collect();
-        let shares = of(&items, 703, 2);
+        let shares = divide(&items, 703, 2);
         assert_eq!(shares[0][..3], [0, 2, 4]);
         assert_eq!(shares[1][..3], [1, 3, 5]);
     }

@@ -111,7 +111,7 @@ fn items_of_a_design_are_those_of_a_sweep_of_its_people() {
     let all: Vec<usize> = (0..items.len()).collect();
     let expected = swept(&design(), 4..7);
     let found = drawn(&items, &all, 0);
-    assert!(found.iter().map(|one| &one.arrays[0]).eq(&expected));
+    assert!(found.iter().map(|item| &item.arrays[0]).eq(&expected));
     assert_eq!(items.subjects(), ["5-F03", "5-M03", "5-F04"]);
     let labels: Vec<usize> = all.iter().map(|&item| items.label(item)).collect();
     let by_person: Vec<usize> = (0..3).flat_map(|person| [person; 36]).collect();
@@ -140,7 +140,7 @@ fn an_item_is_the_same_alone_and_among_others() {
 
 #[test]
 fn items_of_a_pack_are_in_the_order_of_a_sweep() {
-    let condition = |text| Condition::of(Doses::new(dose(text).ok()));
+    let condition = |text| Condition::from_doses(Doses::new(dose(text).ok()));
     let items = of_pack(vec![condition("hat=1"), condition("backpack=1")], 2..4);
     assert_eq!(items.len(), 2 * 3 * 2 * 6);
     let all: Vec<usize> = (0..items.len()).collect();
@@ -209,7 +209,7 @@ fn late_variations_have_as_many_passes_as_early_ones_and_no_take_in_two() {
         .iter()
         .map(|&pass| {
             let found = variations(&late, pass);
-            found.iter().map(|one| one / CYCLES_OF_A_TAKE).collect()
+            found.iter().map(|item| item / CYCLES_OF_A_TAKE).collect()
         })
         .collect();
     assert!(takes[0].is_disjoint(&takes[1]) && takes[1].is_disjoint(&takes[2]));

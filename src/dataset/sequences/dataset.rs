@@ -22,8 +22,9 @@ impl DatasetTemplates {
             for row in dataset.index() {
                 let of_variation = made
                     .iter()
-                    .find(|one| is_made && one.variation == row.variation);
-                let name = of_variation.map_or(row.walk.as_str(), |one| one.take.as_str());
+                    .find(|take| is_made && take.variation == row.variation);
+                let name =
+                    of_variation.map_or(row.walk.as_str(), |variation| variation.take.as_str());
                 let take = labels.take(&row.subject, name, &row.condition);
                 let view = labels.view(ViewLabel::Angles(row.azimuth_deg, row.elevation_deg));
                 let origin = labels.origin(SequenceOrigin {

@@ -38,7 +38,7 @@ impl Selection {
     ///
     /// # Errors
     /// If a name is unknown, or nothing is selected.
-    pub fn of(&self, pack: &Pack<'_>) -> Result<Vec<usize>> {
+    pub fn selected_walks(&self, pack: &Pack<'_>) -> Result<Vec<usize>> {
         let subjects: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
         let walks: Vec<&str> = pack.walks().map(|walk| walk.name).collect();
         require("subject", &self.subjects, &subjects)?;
@@ -57,8 +57,9 @@ impl Selection {
     /// Returns whether this walk of this person is selected.
     #[must_use]
     pub fn has(&self, subject: &str, walk: &str) -> bool {
-        let wanted =
-            |list: &[String], name: &str| list.is_empty() || list.iter().any(|one| one == name);
+        let wanted = |list: &[String], name: &str| {
+            list.is_empty() || list.iter().any(|listed| listed == name)
+        };
         wanted(&self.subjects, subject) && wanted(&self.walks, walk)
     }
 }
@@ -72,7 +73,7 @@ pub(crate) fn require(what: &'static str, asked: &[String], known: &[&str]) -> R
         if !known.contains(&name.as_str()) {
             let mut some: Vec<String> = Vec::new();
             for &name in known {
-                if some.len() < 12 && some.iter().all(|one| one != name) {
+                if some.len() < 12 && some.iter().all(|listed| listed != name) {
                     some.push(name.to_owned());
                 }
             }

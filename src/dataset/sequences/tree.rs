@@ -50,7 +50,7 @@ struct SequenceRoles {
 
 impl SequenceRoles {
     /// Returns the role of a sequence, or an empty text if it has none.
-    fn of(&self, name: &str) -> &'static str {
+    fn role(&self, name: &str) -> &'static str {
         let is_in =
             |set: &Option<HashSet<String>>| set.as_ref().is_some_and(|set| set.contains(name));
         if is_in(&self.probes) || (self.probes.is_none() && !is_in(&self.gallery)) {
@@ -84,11 +84,11 @@ impl Recordings {
             as_stored: false,
             roles: None,
         };
-        Ok(all.of(|_, _| true))
+        Ok(all.filter(|_, _| true))
     }
 
     /// Keeps the sequences for which `is_kept` is true; it gets the number in the tree.
-    fn of(self, is_kept: impl Fn(usize, &TreeSequence) -> bool) -> Self {
+    fn filter(self, is_kept: impl Fn(usize, &TreeSequence) -> bool) -> Self {
         let Self { tree, roles, .. } = &self;
         let mut labels = Labels::default();
         let mut parts = Vec::new();
@@ -98,7 +98,7 @@ impl Recordings {
             }
             let role = roles
                 .as_ref()
-                .map_or("", |roles| roles.of(&name_of(recording)));
+                .map_or("", |roles| roles.role(&name_of(recording)));
             let take = match (roles, recording.angles_deg) {
                 // Each recording has a role of its own.
                 (Some(_), None) => format!("{}-{}", recording.take, recording.view),
@@ -166,7 +166,7 @@ impl Recordings {
             cycles[number] = starts.map(|start| start..start + frames).collect();
         }
         let kept: HashSet<usize> = numbers.into_iter().collect();
-        Ok(Self { cycles, ..self }.of(|number, _| kept.contains(&number)))
+        Ok(Self { cycles, ..self }.filter(|number, _| kept.contains(&number)))
     }
 
     /// Splits each recording into the gait cycles that the finder finds, one sequence each. Keeps
@@ -205,7 +205,7 @@ impl Recordings {
         }
         let kept: HashSet<usize> = numbers.into_iter().collect();
         let cut = Self { cycles, ..self };
-        Ok((cut.of(|number, _| kept.contains(&number)), without))
+        Ok((cut.filter(|number, _| kept.contains(&number)), without))
     }
 
     /// Keeps the people of a partition's test set, with gallery and probe sequences if it states
@@ -262,7 +262,7 @@ impl Recordings {
         let is_kept = |number, sequence: &TreeSequence| {
             kept.contains(&number) && people.contains(&sequence.subject)
         };
-        Ok((self.of(is_kept), warning))
+        Ok((self.filter(is_kept), warning))
     }
 
     /// Checks by the headers of files, on all cores, that each sequence's pictures have one size,
@@ -337,7 +337,7 @@ impl Recordings {
                 "expected views named by angles, to choose viewpoints, found names of cameras or recordings".into(),
             ));
         }
-        Ok(self.of(|_, sequence| is_kept(sequence)))
+        Ok(self.filter(|_, sequence| is_kept(sequence)))
     }
 
     /// Keeps the sequences that can be shown in all of these forms, and returns the errors of the
@@ -373,7 +373,7 @@ impl Recordings {
                 Err(error) => refused.push(error),
             }
         }
-        Ok((self.of(|number, _| kept.contains(&number)), refused))
+        Ok((self.filter(|number, _| kept.contains(&number)), refused))
     }
 
     /// Uses the pictures unchanged, since they are framed already, as OpenGait does.

@@ -86,9 +86,9 @@ impl<'a> PackWalks<'a> {
         };
         let takes: Vec<_> = made
             .iter()
-            .map(|one| {
-                let under = one.condition.as_ref().map(condition).transpose()?;
-                Ok((one.take.clone(), one.variation, under))
+            .map(|take| {
+                let under = take.condition.as_ref().map(condition).transpose()?;
+                Ok((take.take.clone(), take.variation, under))
             })
             .collect::<Result<_>>()?;
         Self::cycles(pack, walks, &|_| takes.clone())
@@ -327,7 +327,7 @@ impl PackWalks<'_> {
                     let frames = silhouettes(self.pack, shot, settings)?;
                     let bytes = |frames: &Vec<AnySilhouette>| {
                         let coverage = frames.iter().map(AnySilhouette::to_coverage);
-                        coverage.flat_map(|one| one.pixels().to_vec()).collect()
+                        coverage.flat_map(|image| image.pixels().to_vec()).collect()
                     };
                     Ok(frames.iter().map(bytes).collect())
                 })

@@ -25,13 +25,13 @@ pub(super) enum FrameFiles {
 
 impl FrameFiles {
     /// Lists the files in a folder, or those of a modality.
-    pub(super) fn of(folder: &Path, modality: Option<&Modality>) -> Result<Self> {
+    pub(super) fn list(folder: &Path, modality: Option<&Modality>) -> Result<Self> {
         let all = files(folder)?;
         let refuse = |problem: String| Err(Error::input(folder, problem));
         let files = match modality {
             None => all,
             Some(modality) => {
-                let chosen = modality.of(&all);
+                let chosen = modality.select(&all);
                 if chosen.is_empty() {
                     return refuse(format!(
                         "expected files of modality {modality}, found {}",

@@ -21,7 +21,7 @@ pub(super) enum PictureFraming {
 }
 
 impl PictureFraming {
-    pub(super) fn of(framing: FramingMode) -> Result<Self> {
+    pub(super) fn from_mode(framing: FramingMode) -> Result<Self> {
         match framing {
             FramingMode::Height => Ok(Self::Height),
             FramingMode::Box => Ok(Self::Box),
@@ -149,7 +149,7 @@ pub fn framed(
     let mut found = Vec::with_capacity(size.pixels());
     let picture = GreyPicture { pixels, columns };
     if picture
-        .frame(size, PictureFraming::of(framing)?, &mut found)
+        .frame(size, PictureFraming::from_mode(framing)?, &mut found)
         .is_none()
     {
         return Ok(None);
@@ -274,7 +274,7 @@ mod tests {
     #[test]
     fn framings_that_need_a_camera_are_refused() {
         for framing in [FramingMode::Cycle, FramingMode::Camera] {
-            let error = PictureFraming::of(framing)
+            let error = PictureFraming::from_mode(framing)
                 .err()
                 .expect("refused")
                 .to_string();

@@ -33,7 +33,7 @@ impl Modality {
     }
 
     /// Selects the files of the modality from a sorted list.
-    pub(super) fn of(&self, files: &[PathBuf]) -> Vec<PathBuf> {
+    pub(super) fn select(&self, files: &[PathBuf]) -> Vec<PathBuf> {
         let is_meant = |(at, path): &(usize, &PathBuf)| match self {
             Self::Number(number) => at == number,
             Self::Named(part) => {

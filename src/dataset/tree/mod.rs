@@ -112,9 +112,9 @@ impl Tree {
         if layout.named_views || !tree.sequences.iter().any(has_angle) {
             tree.sequences
                 .iter_mut()
-                .for_each(|one| one.angles_deg = None);
+                .for_each(|sequence| sequence.angles_deg = None);
             // Names without angles do not show whether this is a tree.
-            FrameFiles::of(&tree.folder(0), tree.modality.as_ref())?;
+            FrameFiles::list(&tree.folder(0), tree.modality.as_ref())?;
             return Ok(tree);
         }
         tree.check_angles()?;
@@ -213,7 +213,7 @@ impl Tree {
     /// # Errors
     /// If the framing depends on the camera's position.
     pub fn require_framing(framing: FramingMode) -> Result<()> {
-        PictureFraming::of(framing).map(drop)
+        PictureFraming::from_mode(framing).map(drop)
     }
 
     /// Reads and frames some pictures of a sequence, by their numbers from 0; see
@@ -231,7 +231,7 @@ impl Tree {
         size: Size,
         framing: FramingMode,
     ) -> Result<Silhouettes> {
-        let fit = PictureFraming::of(framing)?;
+        let fit = PictureFraming::from_mode(framing)?;
         let mut found = Silhouettes {
             pixels: Vec::new(),
             frames: 0,
@@ -335,7 +335,7 @@ impl Tree {
     /// # Panics
     /// If there is no such sequence.
     pub fn frames(&self, index: usize) -> Result<Option<usize>> {
-        FrameFiles::of(&self.folder(index), self.modality.as_ref())?.count()
+        FrameFiles::list(&self.folder(index), self.modality.as_ref())?.count()
     }
 
     /// Reads a sequence and measures the legs in each of its unframed pictures; `None`
@@ -382,7 +382,7 @@ impl Tree {
     /// If there is no such sequence.
     pub fn check_size(&self, index: usize, stored: &[Size]) -> Result<()> {
         let folder = self.folder(index);
-        let found = FrameFiles::of(&folder, self.modality.as_ref())?.size()?;
+        let found = FrameFiles::list(&folder, self.modality.as_ref())?.size()?;
         let Some((rows, columns)) = found else {
             return Ok(());
         };
@@ -401,7 +401,7 @@ impl Tree {
         frames: Range<usize>,
         show: impl FnMut(&Path, GreyPicture<'_>) -> Result<()>,
     ) -> Result<()> {
-        FrameFiles::of(&self.folder(index), self.modality.as_ref())?.show(frames, show)
+        FrameFiles::list(&self.folder(index), self.modality.as_ref())?.show(frames, show)
     }
 }
 

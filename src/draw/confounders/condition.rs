@@ -42,7 +42,7 @@ pub struct Condition {
 impl Condition {
     /// Creates a condition that is named after its confounders, which act on every person.
     #[must_use]
-    pub fn of(confounders: Doses) -> Self {
+    pub fn from_doses(confounders: Doses) -> Self {
         Self {
             name: confounders.to_string(),
             seed: 0,
@@ -139,7 +139,7 @@ impl Conditions {
     fn each() -> Self {
         let alone = |confounder: &Confounder| Condition {
             name: confounder.name.to_owned(),
-            ..Condition::of(Doses::new([Dose {
+            ..Condition::from_doses(Doses::new([Dose {
                 kind: confounder.kind,
                 strength: 1.0,
             }]))
@@ -148,7 +148,7 @@ impl Conditions {
         all.sort_by_key(|confounder| confounder.class);
         let nothing = Condition {
             name: NORMAL.to_owned(),
-            ..Condition::of(Doses::default())
+            ..Condition::from_doses(Doses::default())
         };
         let each = all.into_iter().map(alone);
         Self {

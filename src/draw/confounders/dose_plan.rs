@@ -134,7 +134,7 @@ mod tests {
     use crate::draw::confounders::Conditions;
     use std::path::Path;
 
-    fn of(subject: u64, variation: u32) -> CycleSeed {
+    fn cycle_seed(subject: u64, variation: u32) -> CycleSeed {
         CycleSeed {
             seed: 1,
             subject,
@@ -153,7 +153,7 @@ mod tests {
         };
         Condition {
             one_of: vec![one(ConfounderKind::Backpack), one(ConfounderKind::Suitcase)],
-            ..Condition::of(Doses::default())
+            ..Condition::from_doses(Doses::default())
         }
     }
 
@@ -161,7 +161,7 @@ mod tests {
     fn a_person_has_the_same_choice_in_all_cycles_and_people_differ() {
         let bag = bag();
         let choice = |subject, cycle| {
-            DosePlan::new(Some(&bag), of(subject, cycle)).strength(ConfounderKind::Backpack)
+            DosePlan::new(Some(&bag), cycle_seed(subject, cycle)).strength(ConfounderKind::Backpack)
         };
         let first: Vec<_> = (0..40).map(|subject| choice(subject, 0)).collect();
         let other: Vec<_> = (0..40).map(|subject| choice(subject, 7)).collect();
@@ -172,7 +172,7 @@ mod tests {
 
     #[test]
     fn draws_depend_on_confounder_cycle_view_frame_and_seed_and_on_nothing_else() {
-        let plan = |cycle| DosePlan::new(Some(&bag()), of(3, cycle));
+        let plan = |cycle| DosePlan::new(Some(&bag()), cycle_seed(3, cycle));
         let first = |mut rng: ChaCha8Rng| rng.random::<u64>();
         let view = (90.0, 0.0);
         let draws = [
@@ -193,7 +193,7 @@ mod tests {
         );
         let mut seeded = bag();
         seeded.seed = 1;
-        let other = DosePlan::new(Some(&seeded), of(3, 0));
+        let other = DosePlan::new(Some(&seeded), cycle_seed(3, 0));
         assert_ne!(first(other.of_cycle(ConfounderKind::Holes)), draws[0]);
     }
 
@@ -204,7 +204,7 @@ mod tests {
         let drawn = |subject, walk, variation| {
             let of = CycleSeed {
                 walk,
-                ..of(subject, variation)
+                ..cycle_seed(subject, variation)
             };
             let plan = DosePlan::new(Some(&conditions.list[0]), of);
             [

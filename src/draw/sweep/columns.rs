@@ -81,5 +81,5 @@ impl Columns {
 }
 
 fn too_many() -> Error {
-    SettingError::ColumnsFrames(GeiTally::MAX_FRAMES).of("raster", Raster::Columns.name())
+    SettingError::ColumnsFrames(GeiTally::MAX_FRAMES).refuses("raster", Raster::Columns.name())
 }

@@ -42,9 +42,9 @@ impl PosedFrames<'_> {
         let shadow = extras.shadow();
         let others: Vec<&Figure<'_>> = shadow.iter().collect();
         let size = self.settings.size;
-        let fine = match Fine::of(&posed.figure, &others, render_view, size) {
+        let fine = match Fine::lay_out(&posed.figure, &others, render_view, size) {
             Err(DrawError::TooNear(_) | DrawError::TooWide(_)) => {
-                Fine::of(&posed.figure, &[], render_view, size)?
+                Fine::lay_out(&posed.figure, &[], render_view, size)?
             }
             fine => fine?,
         };

@@ -122,7 +122,8 @@ impl Brush {
         let (list, numbers) = (views.list(), views.drawn());
         let mut painted = vec![None; list.len()];
         let frames = u32::try_from(posed.len()).unwrap_or(u32::MAX);
-        let is_fit = |builders: &Vec<Builder>| builders.iter().all(|one| one.frames() == frames);
+        let is_fit =
+            |builders: &Vec<Builder>| builders.iter().all(|builder| builder.frames() == frames);
         if !builders.iter().all(is_fit) {
             builders.clear();
         }
@@ -198,7 +199,7 @@ impl Pen {
     ) -> Result<()> {
         if !posed.acts_on_images() {
             return posed.draw_views(frame, views, &mut self.renderer, |number, drawing| {
-                take(number, DrawnFrame::of(drawing))
+                take(number, DrawnFrame::from_drawing(drawing))
             });
         }
         for (number, view) in views.iter().enumerate() {
@@ -215,7 +216,7 @@ impl Pen {
         view: &FramedView<'_>,
     ) -> Result<DrawnFrame<'_>> {
         if !posed.acts_on_images() {
-            return Ok(DrawnFrame::of(posed.draw(
+            return Ok(DrawnFrame::from_drawing(posed.draw(
                 frame,
                 view,
                 &mut self.renderer,
@@ -255,7 +256,7 @@ struct DrawnFrame<'f> {
 }
 
 impl<'f> DrawnFrame<'f> {
-    fn of(drawing: Drawing<'f>) -> Self {
+    fn from_drawing(drawing: Drawing<'f>) -> Self {
         Self {
             frame: Some(drawing.frame),
             clipped: f64::from(drawing.clipped_share),

@@ -43,7 +43,10 @@ impl Wanted {
     /// # Errors
     /// If an output requires single frames, which [`Raster::Columns`] does not draw.
     pub fn check(&self, settings: &Settings) -> Result<()> {
-        let other = self.templates.iter().find(|one| **one != Template::Gei);
+        let other = self
+            .templates
+            .iter()
+            .find(|template| **template != Template::Gei);
         let what = match other {
             Some(other) => other.name(),
             None if self.joints => "joints",
@@ -51,7 +54,7 @@ impl Wanted {
         };
         if settings.rasterizer == Raster::Columns {
             return Err(
-                SettingError::ColumnsSumFrames(what).of("raster", settings.rasterizer.name())
+                SettingError::ColumnsSumFrames(what).refuses("raster", settings.rasterizer.name())
             );
         }
         Ok(())

@@ -111,7 +111,7 @@ pub(super) fn check(plan: &DosePlan, settings: &Settings) -> Result<()> {
     let refuse = |why| {
         let condition = plan.doses().to_string();
         let problem = SettingError::RasterUnderCondition { condition, why };
-        Err(problem.of("raster", settings.rasterizer.name()))
+        Err(problem.refuses("raster", settings.rasterizer.name()))
     };
     match settings.rasterizer {
         Raster::Columns if plan.acts_at(Stage::Camera) => {
@@ -139,7 +139,10 @@ mod tests {
             walk: 3,
             variation: 0,
         };
-        DosePlan::new(Some(&Condition::of(Doses::new(doses.iter().map(dose)))), of)
+        DosePlan::new(
+            Some(&Condition::from_doses(Doses::new(doses.iter().map(dose)))),
+            of,
+        )
     }
 
     #[test]

@@ -98,7 +98,7 @@ impl Settings {
         let is_summed = !matches!(self.template, Template::Gei | Template::Silhouettes);
         if self.rasterizer == Raster::Columns && is_summed {
             let problem = SettingError::ColumnsSumFrames(self.template.name());
-            return Err(problem.of("raster", self.rasterizer.name()));
+            return Err(problem.refuses("raster", self.rasterizer.name()));
         }
         let (setting, value, has) = match (self.rasterizer, self.framing, self.lens) {
             (Raster::Columns, FramingMode::Height | FramingMode::Box, _) => {
@@ -112,7 +112,7 @@ impl Settings {
             value,
             has,
         };
-        Err(problem.of("raster", self.rasterizer.name()))
+        Err(problem.refuses("raster", self.rasterizer.name()))
     }
 }
 

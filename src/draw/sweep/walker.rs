@@ -73,7 +73,7 @@ impl Dressed {
             skeleton: avatar.skeleton(),
             bare: None,
             crossing: None,
-            parts: Outfit::of(&avatar)
+            parts: Outfit::from_avatar(&avatar)
                 .hulls
                 .iter()
                 .map(|hull| hull.part)
@@ -130,7 +130,7 @@ impl Dressed {
 
 /// Returns the hulls of an avatar with its clothes and loads.
 fn outfit(plan: &DosePlan, avatar: &Avatar<'_>, wearer: &Wearer) -> Outfit {
-    let mut outfit = Outfit::of(avatar);
+    let mut outfit = Outfit::from_avatar(avatar);
     for dose in plan.doses().list() {
         let put_on = match dose.kind {
             ConfounderKind::BodyMass => appearance::body_mass,
@@ -195,7 +195,7 @@ impl<'a> Walker<'a> {
         let bare = avatar.skeleton();
         Ok(Self {
             floor_m: floor_m(dressed.bare(), &bare, &poses),
-            gait: GaitFacts::of(dressed.skeleton.clone(), poses, speed_mps, duration_s),
+            gait: GaitFacts::from_poses(dressed.skeleton.clone(), poses, speed_mps, duration_s),
             skeleton: dressed.skeleton.clone(),
             bare,
             dressed,

@@ -118,7 +118,7 @@ impl Builder {
 }
 
 fn images(kind: TemplateKind, size: Size, frames: u32) -> MadeFrom {
-    MadeFrom::Images(Box::new(TemplateBuilder::of(kind, size, frames)))
+    MadeFrom::Images(Box::new(TemplateBuilder::for_kind(kind, size, frames)))
 }
 
 #[cfg(test)]

@@ -38,8 +38,8 @@ struct MemoryTaken {
 
 impl BudgetSummary {
     /// Returns the memory budget of a pack.
-    pub(super) fn of(pack: &Pack<'_>) -> Self {
-        let (budget, size) = (Budget::of(pack), Size::S50x30);
+    pub(super) fn from_pack(pack: &Pack<'_>) -> Self {
+        let (budget, size) = (Budget::from_pack(pack), Size::S50x30);
         Self {
             size: size.name(),
             flash_bytes: budget.pack_bytes,

@@ -227,7 +227,7 @@ impl fmt::Display for Summary {
 
 impl SubjectSummary {
     /// Summarises a person, whose clips have these bytes.
-    fn of(pack: &Pack<'_>, subject: &SubjectEntry<'_>, clips: &[usize]) -> Option<Self> {
+    fn from_entry(pack: &Pack<'_>, subject: &SubjectEntry<'_>, clips: &[usize]) -> Option<Self> {
         let avatar = pack.avatar(subject.avatar)?;
         let (stature_m, stature_from) = match known(subject.stature_mm, 1e-3) {
             Some(stated) => (Some(stated), Some(FROM_PACK)),
@@ -262,7 +262,12 @@ impl SubjectSummary {
 
 impl ClipSummary {
     /// Summarises a walk of this person, in the pack at `path`.
-    fn of(pack: &Pack<'_>, walk: WalkEntry<'_>, path: &Path, subject: String) -> Option<Self> {
+    fn from_entry(
+        pack: &Pack<'_>,
+        walk: WalkEntry<'_>,
+        path: &Path,
+        subject: String,
+    ) -> Option<Self> {
         let clip = pack.clip(walk.clip)?;
         let samples = f64::from(clip.frames().max(1)) * JOINTS as f64;
         Some(Self {
@@ -304,7 +309,7 @@ impl Summary {
     ///
     /// # Errors
     /// If the bytes are not a pack.
-    pub(crate) fn of(header: ResultHeader, path: &Path, bytes: &[u8]) -> Result<Self> {
+    pub(crate) fn from_bytes(header: ResultHeader, path: &Path, bytes: &[u8]) -> Result<Self> {
         let pack = Pack::parse(bytes).map_err(|error| Error::input(path, error.to_string()))?;
         // The bytes of each person's clips.
         let mut own: Vec<Vec<usize>> = vec![Vec::new(); pack.subjects().len()];
@@ -313,19 +318,19 @@ impl Summary {
         }
         let subjects = pack.subjects().zip(&own);
         let subjects: Vec<SubjectSummary> = subjects
-            .filter_map(|(subject, clips)| SubjectSummary::of(&pack, &subject, clips))
+            .filter_map(|(subject, clips)| SubjectSummary::from_entry(&pack, &subject, clips))
             .collect();
         let clips: Vec<ClipSummary> = pack
             .walks()
             .filter_map(|walk| {
                 let subject = subjects.get(walk.subject)?.name.clone();
-                ClipSummary::of(&pack, walk, path, subject)
+                ClipSummary::from_entry(&pack, walk, path, subject)
             })
             .collect();
         Ok(Self {
             header,
             bytes: bytes.len(),
-            budget: BudgetSummary::of(&pack),
+            budget: BudgetSummary::from_pack(&pack),
             sections: SECTIONS.into_iter().zip(pack.section_bytes()).collect(),
             subjects,
             bits_per_joint_frame: rounded(
@@ -355,7 +360,7 @@ impl Summary {
         self.audit = Pack::parse(bytes)
             .ok()
             .as_ref()
-            .map(crate::people::audit::Audit::of);
+            .map(crate::people::audit::Audit::measure);
         self
     }
 

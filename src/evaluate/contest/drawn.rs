@@ -67,7 +67,7 @@ impl<'a> DrawnContest<'a> {
         let mut probes = "recorded cycles".to_owned();
         if protocol.decision == Decision::ClassScore || cycles.are_of_one_take() {
             let made = protocol.made(options.cycles.unwrap_or(1))?;
-            let variations = made.iter().map(|one| one.variation).filter(|it| *it > 0);
+            let variations = made.iter().map(|take| take.variation).filter(|it| *it > 0);
             let (Some(first), Some(last)) = (variations.clone().min(), variations.max()) else {
                 return Err(EvaluateError::NothingMade(protocol.name).into());
             };

@@ -34,7 +34,7 @@ impl StoredTemplates {
     ///
     /// # Errors
     /// If it names an unknown framing.
-    pub fn of(dataset: &Dataset, folder: &Path) -> Result<Self> {
+    pub fn from_dataset(dataset: &Dataset, folder: &Path) -> Result<Self> {
         Ok(Self {
             template: dataset.template(),
             size: dataset.size(),

@@ -177,7 +177,8 @@ impl<'a> Contest<'a> {
                 continue;
             }
             let contract = entrant.recognizer.contract();
-            let seen = SeenInTraining::of(contract, sequences, |sequence| trial.is_probe(sequence));
+            let seen =
+                SeenInTraining::compare(contract, sequences, |sequence| trial.is_probe(sequence));
             let about = |text| ContestWarning::about(entrant.recognizer.name(), text);
             warnings.extend(seen.warnings().map(about));
         }

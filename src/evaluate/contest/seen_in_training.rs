@@ -19,7 +19,7 @@ pub(super) struct SeenInTraining {
 impl SeenInTraining {
     /// Compares the probes among `sequences` with the training set that the contract states, by the
     /// names of people and walks, so that a walk of the same name in another file counts too.
-    pub(super) fn of(
+    pub(super) fn compare(
         contract: &Contract,
         sequences: &Sequences,
         is_probe: impl Fn(usize) -> bool,
@@ -137,7 +137,7 @@ mod tests {
     }
 
     fn seen(contract: &Contract, of: (usize, &str, Option<u32>, u32, u64)) -> (usize, usize) {
-        let seen = SeenInTraining::of(contract, &sequences(&[of]), |_| true);
+        let seen = SeenInTraining::compare(contract, &sequences(&[of]), |_| true);
         assert_eq!(seen.probes, 1);
         (seen.shown, seen.varied)
     }
@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn only_probes_count() {
         let both = sequences(&[(0, "1", Some(0), 0, 1), (0, "1", Some(0), 1000, 1)]);
-        let second = SeenInTraining::of(&contract(), &both, |sequence| sequence == 1);
+        let second = SeenInTraining::compare(&contract(), &both, |sequence| sequence == 1);
         assert_eq!((second.probes, second.shown, second.varied), (1, 0, 1));
         assert_eq!(second.warnings().count(), 1);
     }

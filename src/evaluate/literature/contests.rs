@@ -238,13 +238,14 @@ pub(crate) fn judge(
                 Of::Speeds(speeds) => people(&of_speeds[at], |name| {
                     let walk = walks.iter().find(|walk| walk.name == name);
                     let speed = walk.map_or(0.0, |walk| kmh(walk.speed_mm_per_s));
-                    speeds.iter().any(|one| (one - speed).abs() < 0.05)
+                    speeds.iter().any(|other| (other - speed).abs() < 0.05)
                 }),
                 Of::Views => people(&of_views[at], |_| true),
             };
-            ClassRank1::of(column.name, &found, plan.seed)
+            ClassRank1::from_people(column.name, &found, plan.seed)
         };
-        let of_one = |set: &ProbeSetResult| ClassRank1::of(&set.name, &set.by_person, plan.seed);
+        let of_one =
+            |set: &ProbeSetResult| ClassRank1::from_people(&set.name, &set.by_person, plan.seed);
         let configurations = configurations[at].iter().map(of_one);
         Ok(JudgedRecognizer {
             cells: COLUMNS.iter().map(cell).collect::<Result<_>>()?,
@@ -289,7 +290,9 @@ pub(crate) fn judge_recorded(
         }
         for (judged, result) in judged.iter_mut().zip(outcome.results) {
             let found = people(&result.probe_sets, |_| true);
-            judged.cells.push(ClassRank1::of(class, &found, seed)?);
+            judged
+                .cells
+                .push(ClassRank1::from_people(class, &found, seed)?);
         }
         source = contest.into_source();
     }
@@ -301,7 +304,7 @@ impl ClassRank1 {
     ///
     /// # Errors
     /// If there are no probes.
-    fn of(class: &str, found: &[PersonResult], seed: u64) -> Result<Self> {
+    fn from_people(class: &str, found: &[PersonResult], seed: u64) -> Result<Self> {
         let mut people: Vec<(&str, Tally)> = Vec::new();
         for one in found {
             let tally = Tally {
@@ -321,7 +324,7 @@ impl ClassRank1 {
             probes: all.probes,
             people: people.len(),
             rank1: all.rank1().ok_or(Error::Missing("probes of a class"))?,
-            intervals: Rank1Intervals::of(&tallies, seed),
+            intervals: Rank1Intervals::from_tallies(&tallies, seed),
         })
     }
 }

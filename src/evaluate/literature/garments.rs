@@ -25,7 +25,7 @@ impl Garments {
     /// Computes the statistics of samples in these garments; `chosen` are the rows that were
     /// chosen.
     #[must_use]
-    pub(super) fn of(
+    pub(super) fn compute(
         samples: &Samples,
         names: Vec<String>,
         garments: &[usize],
@@ -39,8 +39,8 @@ impl Garments {
         };
         let all: Vec<Array2<f64>> = (0..names.len()).map(in_garment).collect();
         let means: Vec<Array1<f64>> = all.iter().map(mean).collect();
-        let correlations = means.iter().map(|one| {
-            let of = |other: &Array1<f64>| correlation(one.view(), other.view());
+        let correlations = means.iter().map(|mean| {
+            let of = |other: &Array1<f64>| correlation(mean.view(), other.view());
             means.iter().map(of).collect()
         });
         let views: Vec<_> = means.iter().map(|mean| mean.view()).collect();
@@ -68,7 +68,7 @@ fn variance(rows: &Array2<f64>) -> f64 {
 
 /// Computes Pearson's correlation; 0 if one side does not vary.
 fn correlation(a: ArrayView1<'_, f64>, b: ArrayView1<'_, f64>) -> f64 {
-    let offsets = |of: ArrayView1<'_, f64>| of.mapv(|one| one - of.mean().unwrap_or_default());
+    let offsets = |of: ArrayView1<'_, f64>| of.mapv(|value| value - of.mean().unwrap_or_default());
     let (a, b) = (offsets(a), offsets(b));
     let lengths = (a.dot(&a) * b.dot(&b)).sqrt();
     if lengths > 0.0 {
@@ -109,7 +109,7 @@ mod tests {
             training: Training::default(),
         };
         let names = vec!["plain".to_owned(), "coat".to_owned()];
-        let found = Garments::of(&samples, names, &[0, 0, 1, 1], vec![2]);
+        let found = Garments::compute(&samples, names, &[0, 0, 1, 1], vec![2]);
         // Within: 0.02 and 0.02, of one row each, over 50 rows.
         for within in &found.within {
             assert!((within - 0.02 / 50.0).abs() < 1e-7, "{within}");

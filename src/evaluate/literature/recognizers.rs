@@ -45,7 +45,7 @@ pub(crate) struct LiteratureRow {
 impl LiteratureRow {
     /// Makes the row of this entrant.
     #[must_use]
-    pub(crate) fn of(
+    pub(crate) fn from_entrant(
         entrant: &Entrant,
         publication: &'static str,
         judged: JudgedRecognizer,
@@ -159,7 +159,7 @@ impl PublishedRecognizer {
         settings: Settings,
         progress: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<Vec<Self>> {
-        let analysed = Analysed::<f64>::of(
+        let analysed = Analysed::<f64>::analyse(
             samples.template,
             samples.size,
             samples.numbers.view(),
@@ -222,7 +222,7 @@ impl PublishedRecognizer {
         };
         let (samples, names, worn) = dressed(training, widths)?;
         let fitted = feature_choice::fit(&samples)?;
-        let garments = Garments::of(&samples, names, &worn, feature_choice::chosen(&fitted));
+        let garments = Garments::compute(&samples, names, &worn, feature_choice::chosen(&fitted));
         let name = "row-width-chosen";
         let contract = samples.contract(name.into(), feature_choice::METHOD);
         let bytes = onnx::write(&fitted, name, &[]);
@@ -266,7 +266,10 @@ fn dressed(training: &Pack<'_>, settings: Settings) -> Result<(Samples, Vec<Stri
     let at_known = (0..walks.len()).filter(|&walk| walks[walk].name == BUILT_IN_WALK);
     let cycles = jobs(training, &at_known.collect::<Vec<_>>(), 0..CYCLES)?;
     let conditions = conditions(&["normal", "clothes"])?;
-    let names: Vec<String> = conditions.iter().map(|one| one.name.clone()).collect();
+    let names: Vec<String> = conditions
+        .iter()
+        .map(|condition| condition.name.clone())
+        .collect();
     let (mut numbers, mut labels, mut worn) = (Vec::new(), Vec::new(), Vec::new());
     sweep(
         training,
@@ -281,7 +284,7 @@ fn dressed(training: &Pack<'_>, settings: Settings) -> Result<(Samples, Vec<Stri
             let name = job
                 .condition
                 .map_or("", |condition| condition.name.as_str());
-            let garment = names.iter().position(|one| one == name);
+            let garment = names.iter().position(|other| other == name);
             worn.push(garment.ok_or(Error::Missing("the garment of a walk"))?);
             Ok(())
         },
@@ -313,7 +316,7 @@ fn contract(template: Template, name: &str) -> Contract {
     Contract {
         name: name.to_owned(),
         template,
-        layout: InputLayout::of(template),
+        layout: InputLayout::for_template(template),
         ..Contract::default()
     }
 }

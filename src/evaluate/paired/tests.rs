@@ -15,8 +15,8 @@ fn people(probes: u64, hits: impl Fn(u64) -> u64) -> Vec<PersonResult> {
 }
 
 fn result(name: &str, by_person: Vec<PersonResult>) -> RecognizerResult {
-    let hits = by_person.iter().map(|one| one.hits).sum();
-    let probes = by_person.iter().map(|one| one.probes).sum();
+    let hits = by_person.iter().map(|tested| tested.hits).sum();
+    let probes = by_person.iter().map(|tested| tested.probes).sum();
     RecognizerResult {
         name: name.into(),
         by_person,
@@ -64,12 +64,13 @@ fn whom_people_are_taken_for_comes_by_how_often() {
     let found = PersonResult::list(&names, &[tally(2, 10), tally(3, 3), tally(0, 0)], &confused);
     let said: Vec<_> = found
         .iter()
-        .map(|one| {
+        .map(|tested| {
             (
-                one.person.as_str(),
-                one.taken_for
+                tested.person.as_str(),
+                tested
+                    .taken_for
                     .iter()
-                    .map(|one| (one.person.as_str(), one.probes))
+                    .map(|tested| (tested.person.as_str(), tested.probes))
                     .collect::<Vec<_>>(),
             )
         })
@@ -122,7 +123,7 @@ fn the_best_stands_first_and_of_equals_the_one_listed_first() {
     let results = [of("a", 3), of("b", 5), of("c", 5)];
     let names = each_from_each(&results, 1)
         .into_iter()
-        .map(|one| (one.recognizer, one.other));
+        .map(|tested| (tested.recognizer, tested.other));
     let expected = [("b", "c"), ("b", "a"), ("c", "a")];
     assert!(names.eq(expected.map(|(one, other)| (one.to_owned(), other.to_owned()))));
 }
@@ -229,7 +230,12 @@ fn each_set_of_probes_is_compared_where_there_are_several() {
     let found = between(&with_sets("a", 2), &with_sets("b", 6), 1);
     let said: Vec<_> = found
         .iter()
-        .map(|one| (one.probe_set.as_deref(), (one.difference * 10.0).round()))
+        .map(|tested| {
+            (
+                tested.probe_set.as_deref(),
+                (tested.difference * 10.0).round(),
+            )
+        })
         .collect();
     assert_eq!(said, [(None, 0.0), (Some("NM"), 0.0), (Some("BG"), -4.0)]);
 }

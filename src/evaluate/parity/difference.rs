@@ -43,7 +43,7 @@ pub(crate) type VectorPair<'a> = (&'a [f32], &'a [f32]);
 impl AnswerDifference {
     /// Returns the differences of all pairs, and the relative difference of each pair; none without
     /// numbers.
-    pub(crate) fn of(pairs: &[VectorPair<'_>]) -> Option<(Self, Vec<f64>)> {
+    pub(crate) fn measure(pairs: &[VectorPair<'_>]) -> Option<(Self, Vec<f64>)> {
         let width = pairs.first()?.0.len();
         if width == 0 {
             return None;
@@ -107,7 +107,7 @@ mod tests {
         let reference = [[13.0_f32, 4.0], [7.0, -4.0]];
         let other = [[13.0_f32, 4.0], [7.0, -3.0]];
         let pairs = [0, 1].map(|at| (&reference[at][..], &other[at][..]));
-        let (found, relatives) = AnswerDifference::of(&pairs).expect("numbers");
+        let (found, relatives) = AnswerDifference::measure(&pairs).expect("numbers");
         assert_eq!((found.inputs, found.numbers), (2, 2));
         assert_eq!((found.greatest, found.mean), (1.0, 0.25));
         assert_eq!((found.size, found.spread), (125.0_f64.sqrt(), 5.0));
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn a_reference_that_hardly_varies_is_measured_by_a_thousandth_of_its_size() {
         let (a, b) = ([1000.0_f32], [1000.5_f32]);
-        let (found, _) = AnswerDifference::of(&[(&a, &b), (&a, &a)]).expect("numbers");
+        let (found, _) = AnswerDifference::measure(&[(&a, &b), (&a, &a)]).expect("numbers");
         assert_eq!((found.size, found.spread), (1000.0, 1.0));
         assert_eq!((found.greatest_relative, found.mean_relative), (0.5, 0.25));
     }
@@ -129,12 +129,12 @@ mod tests {
     #[test]
     fn zeros_are_the_same_as_zeros_and_infinitely_far_from_others() {
         let (zero, one) = ([0.0_f32; 3], [1.0_f32; 3]);
-        let (same, _) = AnswerDifference::of(&[(&zero, &zero)]).expect("numbers");
+        let (same, _) = AnswerDifference::measure(&[(&zero, &zero)]).expect("numbers");
         assert_eq!((same.greatest_relative, same.worst_cosine), (0.0, 1.0));
-        let (other, _) = AnswerDifference::of(&[(&zero, &one)]).expect("numbers");
+        let (other, _) = AnswerDifference::measure(&[(&zero, &one)]).expect("numbers");
         assert_eq!(other.greatest_relative, f64::INFINITY);
         assert_eq!(other.worst_cosine, 0.0);
-        assert_eq!(AnswerDifference::of(&[]), None);
-        assert_eq!(AnswerDifference::of(&[(&[], &[])]), None);
+        assert_eq!(AnswerDifference::measure(&[]), None);
+        assert_eq!(AnswerDifference::measure(&[(&[], &[])]), None);
     }
 }

@@ -82,20 +82,23 @@ impl<'a> SideAnswers<'a> {
     /// # Errors
     /// If the answers of the sides differ in shape, or as [`Contest::run`]. A side without a finite
     /// answer is not an error.
-    pub(crate) fn of(
+    pub(crate) fn run(
         contest: &'a Contest<'a>,
         entrants: &[Entrant],
         seed: u64,
         seen: &mut dyn FnMut(ShownPicture<'_>) -> Result<()>,
     ) -> Result<Self> {
         let asked = contest.ask(entrants, seen)?;
-        let names: Vec<&str> = entrants.iter().map(|one| one.recognizer.name()).collect();
+        let names: Vec<&str> = entrants
+            .iter()
+            .map(|entrant| entrant.recognizer.name())
+            .collect();
         for (answers, name) in asked.answers.iter().zip(&names).skip(1) {
             same_form(names[0], &asked.answers[0], name, answers)?;
         }
         let ranked = entrants.iter().zip(&asked.answers);
         let ranked =
-            ranked.map(|(entrant, answers)| SideRanks::of(contest, entrant, answers, seed));
+            ranked.map(|(entrant, answers)| SideRanks::rank(contest, entrant, answers, seed));
         Ok(Self {
             ranked: ranked.collect::<Result<_>>()?,
             contest,
@@ -121,14 +124,14 @@ impl<'a> SideAnswers<'a> {
     pub(crate) fn compare(&self, sides: &[ParitySide], at: usize, limits: Limits) -> Comparison {
         let sequences = self.contest.source().sequences();
         let [reference, other] = [0, at].map(|side| &self.asked.answers[side]);
-        let found = ComparedAnswers::of(reference, other, sequences.list.len());
+        let found = ComparedAnswers::compare(reference, other, sequences.list.len());
         let ranks = self.ranked[0].as_ref().zip(self.ranked[at].as_ref());
         let mut comparison = Comparison {
             side: at,
             verdict: Verdict::Same,
             reasons: Vec::new(),
             limits,
-            ranks: ranks.map(|(reference, other)| RankChanges::of(reference, other)),
+            ranks: ranks.map(|(reference, other)| RankChanges::compare(reference, other)),
             worst: found.worst(sequences),
             by_subject: found.by_subject(sequences),
             by_view: found.by_view(sequences),

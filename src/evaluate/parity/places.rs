@@ -42,7 +42,7 @@ pub(super) struct ComparedAnswers {
 
 impl ComparedAnswers {
     /// Compares the answers to the first `sequences` sequences, where there are any.
-    pub(super) fn of(reference: &Answers, other: &Answers, sequences: usize) -> Self {
+    pub(super) fn compare(reference: &Answers, other: &Answers, sequences: usize) -> Self {
         let embeddings = |at| (reference.embedding(at), other.embedding(at));
         let scores = |at| (reference.scores(at), other.scores(at));
         let numbers = |(a, b): VectorPair<'_>| a.iter().chain(b).all(|number| number.is_finite());
@@ -56,7 +56,7 @@ impl ComparedAnswers {
         let mut relatives: BTreeMap<usize, Option<f64>> =
             shown.into_iter().map(|at| (at, None)).collect();
         let mut difference = |pairs: Vec<VectorPair<'_>>| {
-            let (difference, found) = AnswerDifference::of(&pairs)?;
+            let (difference, found) = AnswerDifference::measure(&pairs)?;
             for (at, relative) in finite.iter().zip(found) {
                 let greatest = relatives.entry(*at).or_default();
                 *greatest = Some(greatest.map_or(relative, |before| before.max(relative)));

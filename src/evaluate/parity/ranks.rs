@@ -44,7 +44,7 @@ impl SideRanks {
     ///
     /// # Errors
     /// As [`Contest::judged`].
-    pub(super) fn of(
+    pub(super) fn rank(
         contest: &Contest<'_>,
         entrant: &Entrant,
         answers: &Answers,
@@ -74,7 +74,7 @@ impl SideRanks {
 }
 
 impl RankChanges {
-    pub(super) fn of(reference: &SideRanks, other: &SideRanks) -> Self {
+    pub(super) fn compare(reference: &SideRanks, other: &SideRanks) -> Self {
         let mut changes = Self {
             probes: 0,
             other_answers: 0,
@@ -144,15 +144,15 @@ mod tests {
             (Some("cid"), Some(2)),
             (None, None),
         ]);
-        let found = RankChanges::of(&reference, &other);
+        let found = RankChanges::compare(&reference, &other);
         assert_eq!(found.probes, 7);
         // Changes to ann, to bob, to cid, and to nobody.
         assert_eq!((found.other_answers, found.other_ranks), (4, 4));
         assert_eq!((found.lost, found.gained), (2, 1));
         assert_eq!(found.changed_hits(), 3.0 / 7.0);
-        let back = RankChanges::of(&other, &reference);
+        let back = RankChanges::compare(&other, &reference);
         assert_eq!((back.probes, back.lost, back.gained), (7, 1, 2));
-        let same = RankChanges::of(&reference, &reference);
+        let same = RankChanges::compare(&reference, &reference);
         assert_eq!((same.other_answers, same.other_ranks), (0, 0));
     }
 }

@@ -76,7 +76,7 @@ impl ParitySide {
             return self;
         };
         let chosen = |is_meant: fn(&ProfiledOperations) -> bool| -> Vec<ProfiledOperations> {
-            ran.iter().filter(|one| is_meant(one)).cloned().collect()
+            ran.iter().filter(|run| is_meant(run)).cloned().collect()
         };
         if self.has_provider() {
             let provider = &self.runtime.provider;
@@ -93,11 +93,11 @@ impl ParitySide {
             });
         }
         if self.quantized {
-            self.in_float = chosen(|one| one.arithmetic == Arithmetic::Float);
-            let int8 = chosen(|one| one.arithmetic == Arithmetic::Int8);
+            self.in_float = chosen(|operator| operator.arithmetic == Arithmetic::Float);
+            let int8 = chosen(|operator| operator.arithmetic == Arithmetic::Int8);
             let all: usize = [&int8, &self.in_float]
                 .iter()
-                .map(|list| list.iter().map(|one| one.count).sum::<usize>())
+                .map(|list| list.iter().map(|operator| operator.count).sum::<usize>())
                 .sum();
             self.notes.push(if self.in_float.is_empty() {
                 format!("ran in 8 bits: {}", listed(&int8))
@@ -115,7 +115,7 @@ impl ParitySide {
 fn listed(ran: &[ProfiledOperations]) -> String {
     let each: Vec<String> = ran
         .iter()
-        .map(|one| format!("{} {}", one.operator, one.count))
+        .map(|run| format!("{} {}", run.operator, run.count))
         .collect();
     if each.is_empty() {
         "nothing".into()

@@ -78,7 +78,7 @@ fn compared(others: [fn(f32, f32) -> Vec<f32>; 2]) -> Result<(Vec<ParitySide>, C
     let source = SequenceSource::open(&dir, &protocol.made, &TreeLayout::default())?;
     let contest = Contest::new(source, protocol)?;
     let entrants = [entrant("a", others[0]), entrant("b", others[1])];
-    let answered = SideAnswers::of(&contest, &entrants, 1, &mut |_| Ok(()))?;
+    let answered = SideAnswers::run(&contest, &entrants, 1, &mut |_| Ok(()))?;
     assert_eq!(answered.sequences(), 4);
     let mut sides = vec![ParitySide::new(&small_model(), RuntimeName::default()); 2];
     for (at, side) in sides.iter_mut().enumerate() {

@@ -48,7 +48,7 @@ impl Limits {
     };
 
     /// Returns the default limits for two sides.
-    pub(crate) const fn of(reference: &ParitySide, other: &ParitySide) -> Self {
+    pub(crate) const fn default_for(reference: &ParitySide, other: &ParitySide) -> Self {
         if reference.quantized || other.quantized {
             Self::INT8
         } else {

@@ -78,7 +78,7 @@ fn cycles_of_made_takes_do_not_overlap() {
         let made = Protocol::named(protocol).expect("built in").made(cycles);
         let made = made.expect("none is beyond the last");
         made.into_iter()
-            .map(|one| (one.take, one.variation))
+            .map(|take| (take.take, take.variation))
             .collect()
     };
     let probe = |variation| ("probe".to_owned(), variation);
@@ -88,7 +88,7 @@ fn cycles_of_made_takes_do_not_overlap() {
     for name in NAMES {
         let made = Protocol::named(name).expect("built in").made(1000);
         let made = made.expect("none is beyond the last");
-        let mut variations: Vec<u32> = made.iter().map(|one| one.variation).collect();
+        let mut variations: Vec<u32> = made.iter().map(|take| take.variation).collect();
         variations.sort_unstable();
         variations.dedup();
         assert_eq!(variations.len(), made.len(), "{name}");

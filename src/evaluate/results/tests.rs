@@ -77,7 +77,7 @@ pub(crate) fn results_of(recognizers: Vec<RecognizerResult>) -> ScoreResults {
 #[test]
 fn the_json_begins_with_the_header_and_has_the_documented_fields() {
     let mut recognizer = result_of(&[(90.0, 0.0, 19, 20)]);
-    recognizer.latency = Latency::of(&[4.0]);
+    recognizer.latency = Latency::from_samples(&[4.0]);
     let json = serde_json::to_string(&results_of(vec![recognizer])).unwrap();
     let version = env!("CARGO_PKG_VERSION");
     assert!(json.starts_with(&format!(
@@ -92,7 +92,7 @@ fn the_json_begins_with_the_header_and_has_the_documented_fields() {
 #[test]
 fn json_comes_back_with_and_without_timings() {
     let mut recognizer = result_of(&[(90.0, 0.0, 19, 20)]).with_subjects(&[Tally::default()], 1);
-    recognizer.latency = Latency::of(&[4.0, 8.0]);
+    recognizer.latency = Latency::from_samples(&[4.0, 8.0]);
     recognizer.trained_at = vec![(90.0, 0.0)];
     // serde_json without `float_roundtrip` reads some floats one unit off.
     recognizer.intervals = Rank1Intervals {
@@ -117,16 +117,19 @@ fn json_comes_back_with_and_without_timings() {
 #[test]
 fn percentiles_are_of_nearest_rank() {
     let samples: Vec<f64> = (1..=200).rev().map(f64::from).collect();
-    let latency = Latency::of(&samples).unwrap();
+    let latency = Latency::from_samples(&samples).unwrap();
     assert_eq!(
         (latency.p50_us, latency.p90_us, latency.p99_us),
         (100.0, Some(180.0), Some(198.0))
     );
-    assert_eq!(Latency::of(&samples[..99]).unwrap().p99_us, None);
+    assert_eq!(Latency::from_samples(&samples[..99]).unwrap().p99_us, None);
     // With 10 samples, the 9th.
-    assert_eq!(Latency::of(&samples[..10]).unwrap().p90_us, Some(199.0));
-    assert_eq!(Latency::of(&samples[..9]).unwrap().p90_us, None);
-    assert_eq!(Latency::of(&[]), None);
+    assert_eq!(
+        Latency::from_samples(&samples[..10]).unwrap().p90_us,
+        Some(199.0)
+    );
+    assert_eq!(Latency::from_samples(&samples[..9]).unwrap().p90_us, None);
+    assert_eq!(Latency::from_samples(&[]), None);
 }
 
 #[test]

@@ -67,7 +67,7 @@ impl ChangeEffect {
     ///
     /// # Errors
     /// If training fails.
-    pub(crate) fn of(
+    pub(crate) fn measure(
         view: &str,
         change: impl Into<String>,
         both: RealAndSynthetic<'_>,
@@ -113,7 +113,7 @@ pub(crate) fn shared(
     for (name, rows) in BANDS.into_iter().chain(all) {
         let corrected = with_mean_of(synthetic, &difference, &rows);
         let change = format!("the mean difference of GEIs taken out: {name}");
-        prices.extend(ChangeEffect::of(
+        prices.extend(ChangeEffect::measure(
             view,
             change,
             RealAndSynthetic {
@@ -127,7 +127,7 @@ pub(crate) fn shared(
     let leaning = leaning(synthetic, &offsets(real, synthetic));
     let jaccard = mean_likeness(real, &leaning);
     let change = "rows above the hips moved to where they are on average";
-    prices.extend(ChangeEffect::of(
+    prices.extend(ChangeEffect::measure(
         view,
         change,
         RealAndSynthetic {
@@ -148,7 +148,10 @@ pub(crate) fn mean_gei(examples: &[Example]) -> Vec<f64> {
     }
     let pixel = |at: usize| {
         let own = people.values().map(|own| {
-            let values: Vec<f64> = own.iter().map(|one| f64::from(one.gei[at])).collect();
+            let values: Vec<f64> = own
+                .iter()
+                .map(|example| f64::from(example.gei[at]))
+                .collect();
             mean(&values)
         });
         mean(&own.collect::<Vec<_>>())

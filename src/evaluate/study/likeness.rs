@@ -181,7 +181,7 @@ pub(crate) struct BoxPlot {
 
 impl BoxPlot {
     /// Returns the box plot of values; none if there are no values.
-    pub(crate) fn of(mut values: Vec<f64>) -> Option<Self> {
+    pub(crate) fn from_values(mut values: Vec<f64>) -> Option<Self> {
         values.sort_unstable_by(f64::total_cmp);
         let least = *values.first()?;
         // Linear between order statistics, as NumPy's default (type 7 of Hyndman and Fan 1996).
@@ -273,14 +273,17 @@ mod tests {
     #[test]
     fn a_box_plot_is_tukeys() {
         // The quartiles of 1, 2, 3, 4, 100 are 2, 3, 4, and 100 lies beyond 4 + 3.
-        let found = BoxPlot::of(vec![100.0, 3.0, 1.0, 2.0, 4.0]).expect("values");
+        let found = BoxPlot::from_values(vec![100.0, 3.0, 1.0, 2.0, 4.0]).expect("values");
         assert_eq!(
             (found.low, found.q1, found.median, found.q3, found.high),
             (1.0, 2.0, 3.0, 4.0, 4.0)
         );
         assert_eq!((found.count, found.mean), (5, 22.0));
-        assert_eq!(BoxPlot::of(vec![0.5]).map(|one| one.high), Some(0.5));
-        assert_eq!(BoxPlot::of(Vec::new()), None);
+        assert_eq!(
+            BoxPlot::from_values(vec![0.5]).map(|plot| plot.high),
+            Some(0.5)
+        );
+        assert_eq!(BoxPlot::from_values(Vec::new()), None);
     }
 
     #[test]

@@ -31,7 +31,7 @@ impl Masks {
 
     /// Returns the masks of a take of pictures with this number of columns, in which pixels of 128
     /// and more are the figure. The random generator is seeded from the take's `name` and `seed`.
-    pub(crate) fn of(
+    pub(crate) fn apply(
         self,
         frames: Vec<Vec<u8>>,
         columns: usize,
@@ -197,7 +197,7 @@ mod tests {
         ] {
             let mut sum = 0.0;
             for name in ["a", "b", "c", "d"] {
-                let found = masks.of(frames.clone(), 180, name, 1);
+                let found = masks.apply(frames.clone(), 180, name, 1);
                 let indices = found.iter().zip(&frames).map(|(a, b)| jaccard(a, b));
                 sum += indices.sum::<f64>() / frames.len() as f64;
             }
@@ -208,10 +208,10 @@ mod tests {
                 masks.name(),
                 sum / 4.0
             );
-            let again = masks.of(frames.clone(), 180, "a", 1);
-            assert_eq!(again, masks.of(frames.clone(), 180, "a", 1));
-            assert_ne!(again, masks.of(frames.clone(), 180, "a", 2));
+            let again = masks.apply(frames.clone(), 180, "a", 1);
+            assert_eq!(again, masks.apply(frames.clone(), 180, "a", 1));
+            assert_ne!(again, masks.apply(frames.clone(), 180, "a", 2));
         }
-        assert_eq!(Masks::Given.of(frames.clone(), 180, "a", 1), frames);
+        assert_eq!(Masks::Given.apply(frames.clone(), 180, "a", 1), frames);
     }
 }

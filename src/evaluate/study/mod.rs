@@ -243,7 +243,7 @@ pub(crate) fn run(
                     framing: framing.name(),
                 };
                 let both = RealAndSynthetic { real, synthetic };
-                let found = Similarity::of(setting, both, &plan.people);
+                let found = Similarity::compare(setting, both, &plan.people);
                 findings.similarity.push(found);
                 for &augmentation in &choices.augmentations {
                     let found = recognized(
@@ -267,14 +267,14 @@ pub(crate) fn run(
             let both = RealAndSynthetic { real, synthetic };
             findings
                 .subspaces
-                .extend(ComparedSubspaces::of(&seen.name, real, synthetic)?);
+                .extend(ComparedSubspaces::compare(&seen.name, real, synthetic)?);
             let priced = prices(seen, both, &twins, &others, choices)?;
             findings.prices.extend(priced);
             if let Some((real, synthetic)) = real_all.last().zip(synthetic_all.last()) {
                 let jaccard = mean_likeness(real, synthetic);
                 let both = RealAndSynthetic { real, synthetic };
                 let price =
-                    ChangeEffect::of(&seen.name, "both framed by box", both, jaccard, seed)?;
+                    ChangeEffect::measure(&seen.name, "both framed by box", both, jaccard, seed)?;
                 findings.prices.extend(price);
             }
         }
@@ -287,7 +287,7 @@ pub(crate) fn run(
 /// depend on masks and runs only with the first.
 fn experiments(masks: usize) -> impl Iterator<Item = Experiment> {
     let all = Experiment::ALL.into_iter();
-    all.filter(move |one| masks == 0 || !one.is_synthetic())
+    all.filter(move |experiment| masks == 0 || !experiment.is_synthetic())
 }
 
 /// Returns these framings with that by box at the end, whose effect is measured against the first.
@@ -390,7 +390,7 @@ pub(crate) fn run_synthetic(
             }
             findings
                 .subspaces
-                .extend(ComparedSubspaces::of(&name, &synthetic, &synthetic)?);
+                .extend(ComparedSubspaces::compare(&name, &synthetic, &synthetic)?);
             findings.counts.push(CycleCounts {
                 view: name.clone(),
                 masks: Masks::Given.name(),
@@ -446,7 +446,7 @@ fn prices(
     let mut prices = Vec::new();
     let mut add = |change: &str, own: Option<f64>, changed: &[Example]| -> Result<()> {
         let jaccard = mean_likeness(real, changed);
-        let price = ChangeEffect::of(
+        let price = ChangeEffect::measure(
             &seen.name,
             change,
             RealAndSynthetic {
@@ -465,7 +465,7 @@ fn prices(
     }
     for (name, written) in CHANGES {
         let dose = dose(written).map_err(Error::Usage)?;
-        let condition = Condition::of(Doses::new([dose]));
+        let condition = Condition::from_doses(Doses::new([dose]));
         let changed = twins.draw(view, distance_m, framing, Some(&condition))?;
         add(name, Some(own(synthetic, &changed)), &changed)?;
     }

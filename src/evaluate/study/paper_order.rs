@@ -49,14 +49,14 @@ pub(crate) fn orders(all: &[Recognition]) -> Vec<PaperOrder> {
             continue;
         }
         let accuracy = |experiment: Experiment| {
-            let found = all.iter().find(|one| {
+            let found = all.iter().find(|curve| {
                 // The experiment without real data was measured once.
-                let is_masks = one.masks == first.masks || experiment.is_synthetic();
-                one.curve.experiment == experiment
+                let is_masks = curve.masks == first.masks || experiment.is_synthetic();
+                curve.curve.experiment == experiment
                     && is_masks
-                    && one.view == first.view
-                    && (one.framing, one.augmented) == (first.framing, first.augmented)
-                    && one.curve.split.is_none_or(|unit| unit == split)
+                    && curve.view == first.view
+                    && (curve.framing, curve.augmented) == (first.framing, first.augmented)
+                    && curve.curve.split.is_none_or(|unit| unit == split)
             });
             Some((experiment, found?.curve.last()?.accuracy))
         };
@@ -159,7 +159,10 @@ mod tests {
             }
         }
         let found_orders = orders(&all);
-        let known: Vec<_> = found_orders.iter().map(|one| one.masks).collect();
+        let known: Vec<_> = found_orders
+            .iter()
+            .map(|found_order| found_order.masks)
+            .collect();
         assert_eq!(known, ["segmented"]);
         assert_eq!(found_orders[0].ranked[0], (SyntheticSynthetic, 0.8));
     }

@@ -97,7 +97,7 @@ impl StudyPlan {
             sources: Vec::new(),
             bodies: None,
             dressed: None,
-            inputs: vec![InputFile::of(&paths.manifest)?],
+            inputs: vec![InputFile::read(&paths.manifest)?],
             warnings: Vec::new(),
         };
         plan.pair(rows, paths)?;
@@ -132,8 +132,10 @@ impl StudyPlan {
     fn pair(&mut self, rows: Vec<Pairing>, paths: &Paths) -> Result<()> {
         let sequences = self.tree.sequences();
         let number = |row: &Pairing| {
-            sequences.iter().position(|one| {
-                one.subject == row.person && one.take == row.take && one.view == row.view
+            sequences.iter().position(|sequence| {
+                sequence.subject == row.person
+                    && sequence.take == row.take
+                    && sequence.view == row.view
             })
         };
         let lacking: Vec<String> = rows
@@ -142,7 +144,10 @@ impl StudyPlan {
             .map(|row| format!("{}/{}/{}", row.person, row.take, row.view))
             .collect();
         if lacking.len() == rows.len() {
-            let names: BTreeSet<String> = sequences.iter().map(|one| one.subject.clone()).collect();
+            let names: BTreeSet<String> = sequences
+                .iter()
+                .map(|sequence| sequence.subject.clone())
+                .collect();
             return Err(Error::input(
                 &paths.manifest,
                 format!(
@@ -167,7 +172,7 @@ impl StudyPlan {
         }
         let unpaired: BTreeSet<&str> = sequences
             .iter()
-            .map(|one| one.subject.as_str())
+            .map(|sequence| sequence.subject.as_str())
             .filter(|name| rows.iter().all(|row| row.person != *name))
             .collect();
         if !unpaired.is_empty() {
@@ -265,7 +270,7 @@ impl StudyPlan {
             None => return Ok(None),
         };
         let (measured, unusable) = MeasuredPeople::read_among_others(path)?;
-        self.inputs.push(InputFile::of(path)?);
+        self.inputs.push(InputFile::read(path)?);
         if let Some(first) = unusable.first() {
             self.warnings.push(format!(
                 "{first}: treated as not measured{}",
@@ -278,7 +283,7 @@ impl StudyPlan {
         let without: Vec<String> = self
             .people
             .iter()
-            .filter(|person| measured.of(person).is_none())
+            .filter(|person| measured.person(person).is_none())
             .cloned()
             .collect();
         if !without.is_empty() {

@@ -113,7 +113,7 @@ fn take(
             }
         }
     };
-    let seen = masks.of(frames.clone(), columns, &name, seed);
+    let seen = masks.apply(frames.clone(), columns, &name, seed);
     let alike: Vec<f64> = seen
         .iter()
         .zip(&frames)

@@ -326,7 +326,8 @@ fn judge(trial: &RecognitionTrial<'_>, augmentation: Augmentation) -> Result<Opt
         }
     }
     let samples = Array2::from_shape_vec((labels.len(), SIZE.pixels()), pixels)?;
-    let analysed = Analysed::<f64>::of(Template::Gei, SIZE, samples.view(), &labels, people.len())?;
+    let analysed =
+        Analysed::<f64>::analyse(Template::Gei, SIZE, samples.view(), &labels, people.len())?;
     let mut by_components = Vec::new();
     for components in COMPONENTS {
         if components >= trial.train.len() {

@@ -118,7 +118,7 @@ impl Similarity {
     }
 
     /// Compares all cycles on all cores; `names` are the names of the people.
-    pub(crate) fn of(
+    pub(crate) fn compare(
         setting: StudySetting<'_>,
         both: RealAndSynthetic<'_>,
         names: &[String],
@@ -129,8 +129,10 @@ impl Similarity {
             framing,
         } = setting;
         let RealAndSynthetic { real, synthetic } = both;
-        let cycles: Vec<Vec<Silhouette>> =
-            real.par_iter().map(|one| one.at_phases(PHASES)).collect();
+        let cycles: Vec<Vec<Silhouette>> = real
+            .par_iter()
+            .map(|example| example.at_phases(PHASES))
+            .collect();
         let mut pairs = [Vec::new(), Vec::new()];
         for (a, one) in real.iter().enumerate() {
             for (b, other) in real.iter().enumerate().skip(a + 1) {
@@ -144,11 +146,11 @@ impl Similarity {
                 person: real[a].person,
                 likeness: likeness(&real[a].frames, &cycles[b]),
             };
-            SimilarityGroup::of(&pairs.par_iter().map(compare).collect::<Vec<_>>(), names)
+            SimilarityGroup::from_pairs(&pairs.par_iter().map(compare).collect::<Vec<_>>(), names)
         });
         let twins: Vec<(&Example, usize)> = real
             .iter()
-            .filter_map(|one| nearest(one, synthetic).map(|twin| (one, twin)))
+            .filter_map(|example| nearest(example, synthetic).map(|twin| (example, twin)))
             .collect();
         let compared: Vec<(CyclePair, Vec<(f64, f64)>)> = twins
             .par_iter()
@@ -176,7 +178,7 @@ impl Similarity {
             framing,
             same_take,
             other_take,
-            synthetic: SimilarityGroup::of(&pairs, names),
+            synthetic: SimilarityGroup::from_pairs(&pairs, names),
             rows,
             overlays,
         }
@@ -224,10 +226,10 @@ fn overlaid(real: &Example, twin: &Example, fit: Alignment) -> Vec<(Silhouette, 
 }
 
 impl SimilarityGroup {
-    fn of(pairs: &[CyclePair], names: &[String]) -> Option<Self> {
+    fn from_pairs(pairs: &[CyclePair], names: &[String]) -> Option<Self> {
         let all = |of: fn(&Likeness) -> &Vec<f64>| {
             let values = pairs.iter().flat_map(|pair| of(&pair.likeness));
-            BoxPlot::of(values.copied().collect())
+            BoxPlot::from_values(values.copied().collect())
         };
         let over = |of: &dyn Fn(Alignment) -> f64| {
             mean(
@@ -243,7 +245,7 @@ impl SimilarityGroup {
             own.extend(&pair.likeness.by_phase);
         }
         let people = people.into_iter().filter_map(|(person, values)| {
-            BoxPlot::of(values).map(|plot| (names[person].clone(), plot))
+            BoxPlot::from_values(values).map(|plot| (names[person].clone(), plot))
         });
         Some(Self {
             pairs: pairs.len(),

@@ -51,11 +51,17 @@ impl ComparedSubspaces {
     ///
     /// # Errors
     /// If an eigenproblem has no solution.
-    pub(crate) fn of(view: &str, real: &[Example], synthetic: &[Example]) -> Result<Option<Self>> {
+    pub(crate) fn compare(
+        view: &str,
+        real: &[Example],
+        synthetic: &[Example],
+    ) -> Result<Option<Self>> {
         if real.len() < 3 || synthetic.len() < 3 {
             return Ok(None);
         }
-        let all = |examples: &[Example]| SubspaceSide::of(&examples.iter().collect::<Vec<_>>());
+        let all = |examples: &[Example]| {
+            SubspaceSide::from_examples(&examples.iter().collect::<Vec<_>>())
+        };
         let (real_side, synthetic_side) = (all(real)?, all(synthetic)?);
         let squares = real_side.mean.iter().zip(&synthetic_side.mean);
         let squares: f64 = squares.map(|(a, b)| (a - b).powi(2)).sum();
@@ -63,7 +69,7 @@ impl ComparedSubspaces {
             let every_other = real.iter().enumerate().filter(|(at, _)| at % 2 == odd);
             let half: Vec<&Example> = every_other.map(|(_, example)| example).collect();
             (half.len() > 2)
-                .then(|| SubspaceSide::of(&half))
+                .then(|| SubspaceSide::from_examples(&half))
                 .transpose()
         };
         let halves_deg = match (half(0)?, half(1)?) {
@@ -85,7 +91,7 @@ impl ComparedSubspaces {
 }
 
 impl SubspaceSide {
-    fn of(examples: &[&Example]) -> Result<Self> {
+    fn from_examples(examples: &[&Example]) -> Result<Self> {
         let samples = Array2::from_shape_fn((examples.len(), SIZE.pixels()), |(row, pixel)| {
             f64::from(examples[row].gei[pixel]) / 255.0
         });
@@ -156,7 +162,7 @@ mod tests {
             };
             (0..6).map(one).collect()
         };
-        let found = ComparedSubspaces::of("090", &of(700), &of(701)).expect("no error");
+        let found = ComparedSubspaces::compare("090", &of(700), &of(701)).expect("no error");
         let found = found.expect("enough");
         assert_eq!(found.real.components[[0, 700]], 1.0);
         assert_eq!((found.angles_deg[0], found.halves_deg[0]), (90.0, 0.0));
@@ -168,13 +174,13 @@ mod tests {
         let (mut even, mut odd) = (of(700).into_iter(), of(702).into_iter());
         let turns = (0..12).map(|at| if at % 2 == 0 { even.next() } else { odd.next() });
         let mixed: Vec<Example> = turns.flatten().collect();
-        let found_halves = ComparedSubspaces::of("090", &mixed, &of(701)).expect("no error");
+        let found_halves = ComparedSubspaces::compare("090", &mixed, &of(701)).expect("no error");
         assert_eq!(found_halves.expect("enough").halves_deg, [90.0]);
         // Two of the 1,500 pixels differ by 125 of 255.
         let expected = (2.0 * 125.0_f64.powi(2) / 1500.0).sqrt();
         assert!((found.means_apart - expected).abs() < 1e-9);
         assert!(
-            ComparedSubspaces::of("090", &of(1)[..2], &of(2))
+            ComparedSubspaces::compare("090", &of(1)[..2], &of(2))
                 .expect("no error")
                 .is_none()
         );

@@ -172,7 +172,10 @@ impl Walkers {
         let parsed = Pack::parse(&pack)?;
         let mut cycles: Vec<TwinCycle> = Vec::new();
         for (number, walk) in parsed.walks().enumerate() {
-            let owner = parsed.subjects().nth(walk.subject).map(|one| one.name);
+            let owner = parsed
+                .subjects()
+                .nth(walk.subject)
+                .map(|subject| subject.name);
             let known = self.recordings.iter().zip(&self.sources);
             let mut known = known.filter(|(recording, _)| {
                 recording.name == walk.name && Some(recording.subject.as_str()) == owner
@@ -186,7 +189,7 @@ impl Walkers {
             let takes = source.takes.iter();
             let nearest = takes.min_by(|a, b| outside(a.1).total_cmp(&outside(b.1)));
             let take = nearest.ok_or(Error::Missing("a take"))?.0;
-            let position = cycles.iter().filter(|one| one.take == take).count();
+            let position = cycles.iter().filter(|cycle| cycle.take == take).count();
             cycles.push(TwinCycle {
                 walk: number,
                 variation: 0,
@@ -230,7 +233,10 @@ impl Twins {
         };
         let pack = pack(&cohort::subjects(&options)?, progress)?;
         let parsed = Pack::parse(&pack)?;
-        let names = parsed.subjects().map(|one| one.name.to_owned()).collect();
+        let names = parsed
+            .subjects()
+            .map(|subject| subject.name.to_owned())
+            .collect();
         let walks = parsed.walks().map(|walk| walk.subject).enumerate();
         let of = |(walk, person): (usize, usize)| {
             (0..takes * cycles).map(move |variation| TwinCycle {

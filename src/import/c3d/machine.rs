@@ -13,7 +13,7 @@ pub(super) enum NumberFormat {
 
 impl NumberFormat {
     /// Returns the format for the fourth byte of the parameter section.
-    pub(super) const fn of(byte: u8) -> Option<Self> {
+    pub(super) const fn from_byte(byte: u8) -> Option<Self> {
         match byte {
             84 => Some(Self::Pc),
             85 => Some(Self::Vax),
@@ -96,6 +96,6 @@ mod tests {
             NumberFormat::Mips.real([0xBF, 0x80, 0, 0]).to_bits(),
             (-1f64).to_bits()
         );
-        assert_eq!(NumberFormat::of(83), None);
+        assert_eq!(NumberFormat::from_byte(83), None);
     }
 }

@@ -115,7 +115,7 @@ fn read_from(path: &Path, mut file: impl Read + Seek, length: u64) -> Result<Mar
     let start = (usize::from(block[0]) - 1) * BLOCK;
     let mut first = [0; 4];
     fill(path, &mut file, &mut first, start, length)?;
-    let Some(machine) = NumberFormat::of(first[3]) else {
+    let Some(machine) = NumberFormat::from_byte(first[3]) else {
         return Err(Error::at(
             path,
             FilePlace::Byte(start + 3),

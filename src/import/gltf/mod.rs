@@ -111,7 +111,7 @@ fn motion(
     buffers: &Buffers,
     clip: WantedAnimation<'_>,
 ) -> std::result::Result<Motion, String> {
-    let graph = NodeGraph::of(document)?;
+    let graph = NodeGraph::from_document(document)?;
     let skins = used_skins(document);
     let order = graph.skeleton(&skins)?;
     let mut warnings = Vec::new();
@@ -249,7 +249,7 @@ struct NodeGraph {
 }
 
 impl NodeGraph {
-    fn of(document: &Document) -> std::result::Result<Self, String> {
+    fn from_document(document: &Document) -> std::result::Result<Self, String> {
         let count = document.nodes().count();
         if count > MAX_NODES {
             return Err(format!("expected at most {MAX_NODES} nodes, found {count}"));

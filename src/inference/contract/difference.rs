@@ -10,25 +10,29 @@ impl Contract {
     pub(crate) fn difference(&self, other: &Self) -> Option<(&'static str, [String; 2])> {
         type Value = fn(&Contract) -> String;
         let settings: [(&'static str, Value); 13] = [
-            ("template", |one| one.template.name().into()),
-            ("size", |one| format!("{}x{}", one.rows, one.columns)),
-            ("layout", |one| one.layout.name().into()),
-            ("framing", |one| one.framing.name().into()),
-            ("input_range", |one| one.input_range.name().into()),
-            ("mean", |one| format!("{:?}", one.mean)),
-            ("std", |one| format!("{:?}", one.std)),
-            ("channels", |one| one.channels.to_string()),
-            ("frames", |one| match one.frames {
+            ("template", |contract| contract.template.name().into()),
+            ("size", |contract| {
+                format!("{}x{}", contract.rows, contract.columns)
+            }),
+            ("layout", |contract| contract.layout.name().into()),
+            ("framing", |contract| contract.framing.name().into()),
+            ("input_range", |contract| contract.input_range.name().into()),
+            ("mean", |contract| format!("{:?}", contract.mean)),
+            ("std", |contract| format!("{:?}", contract.std)),
+            ("channels", |contract| contract.channels.to_string()),
+            ("frames", |contract| match contract.frames {
                 Some(frames) => frames.to_string(),
                 None => "any number".into(),
             }),
-            ("view_input", |one| {
-                one.view_input.clone().unwrap_or_else(|| "none".into())
+            ("view_input", |contract| {
+                contract.view_input.clone().unwrap_or_else(|| "none".into())
             }),
-            ("distance", |one| one.distance.name().into()),
-            ("number of classes", |one| one.classes.len().to_string()),
-            ("training.viewpoints", |one| {
-                format!("{:?}", one.training.viewpoints)
+            ("distance", |contract| contract.distance.name().into()),
+            ("number of classes", |contract| {
+                contract.classes.len().to_string()
+            }),
+            ("training.viewpoints", |contract| {
+                format!("{:?}", contract.training.viewpoints)
             }),
         ];
         for (setting, value) in settings {

@@ -228,7 +228,7 @@ mod tests {
             "distance = \"euclidean\"",
             "# embedding = \"embedding\"",
         ] {
-            assert!(plain.lines().any(|one| one == line), "{plain}");
+            assert!(plain.lines().any(|other| other == line), "{plain}");
         }
         assert!(plain.starts_with("# m.onnx\n"));
     }

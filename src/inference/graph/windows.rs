@@ -28,7 +28,7 @@ impl Graph {
             }
         }
         for node in &self.nodes {
-            windows.extend(SlidingWindow::of(node, &known));
+            windows.extend(SlidingWindow::from_node(node, &known));
             // A shape that cannot be inferred may be stated: only its rank matters.
             if known.step(self, node).is_err() {
                 for output in &node.outputs {
@@ -43,14 +43,14 @@ impl Graph {
         windows.extend(
             self.inner
                 .iter()
-                .filter_map(|node| SlidingWindow::of(node, &nothing)),
+                .filter_map(|node| SlidingWindow::from_node(node, &nothing)),
         );
         windows
     }
 }
 
 impl<'a> SlidingWindow<'a> {
-    fn of(node: &'a Node, known: &KnownTensors<'_>) -> Option<Self> {
+    fn from_node(node: &'a Node, known: &KnownTensors<'_>) -> Option<Self> {
         let is_pool = match node.operator.as_str() {
             "Conv" | "ConvTranspose" => false,
             "MaxPool" | "AveragePool" => true,

@@ -24,7 +24,7 @@ fn our_own_model_agrees_with_the_default_contract() {
 }
 
 /// Returns a refusal's text without the file.
-fn of(bytes: Vec<u8>, contract: Contract) -> String {
+fn refused(bytes: Vec<u8>, contract: Contract) -> String {
     refusal(bytes, contract).replace("m.onnx: ", "")
 }
 
@@ -181,9 +181,12 @@ fn inputs_that_do_not_fit_are_refused_with_both_shapes() {
     ] {
         let expected =
             format!("expected the input as f32 {expected}, found \"gei\" {listed} ({way_out})");
-        assert_eq!(of(bytes_with(element, &found, 1, 2), contract), expected);
+        assert_eq!(
+            refused(bytes_with(element, &found, 1, 2), contract),
+            expected
+        );
     }
-    let text = of(
+    let text = refused(
         bytes_with(1, &[Some(8), one, h, w], 1, 2),
         Contract::default(),
     );
@@ -226,7 +229,7 @@ fn two_inputs_are_refused_and_listed() {
     // GraphProto.input { name "mask" } after a whole model.
     let mut bytes = bytes_with(1, &IMAGE, 1, 2);
     bytes.extend(b"\x3A\x08\x5A\x06\x0A\x04mask");
-    let text = of(bytes, Contract::default());
+    let text = refused(bytes, Contract::default());
     assert_eq!(
         text,
         "expected one input of f32 [N, 1, 50, 30], found \"gei\" f32 [N, 1, 50, 30], \"mask\" unknown of any shape (export a graph that takes images only; if it also takes viewpoints, name their input in its .toml: view_input = \"NAME\")"
@@ -260,9 +263,9 @@ fn every_layout_fits_its_own_shape() {
 
 #[test]
 fn outputs_that_do_not_fit_are_refused_with_both_shapes() {
-    let text = of(bytes_with(1, &IMAGE, 7, 2), Contract::default());
+    let text = refused(bytes_with(1, &IMAGE, 7, 2), Contract::default());
     assert!(text.contains("found \"out\" i64 [N, 4]"), "{text}");
-    let text = of(bytes_with(1, &IMAGE, 1, 4), Contract::default());
+    let text = refused(bytes_with(1, &IMAGE, 1, 4), Contract::default());
     let expected = "expected the embedding as f32 [N, numbers] or [N, numbers, parts], found \"out\" f32 [N, 4, 4, 4]";
     assert!(text.starts_with(expected), "{text}");
     assert!(Model::from_bytes("m.onnx", bytes_with(1, &IMAGE, 1, 3), Contract::default()).is_ok());
@@ -273,11 +276,11 @@ fn outputs_that_do_not_fit_are_refused_with_both_shapes() {
         classes: ["a", "b", "c", "d"].map(String::from).to_vec(),
         ..Contract::default()
     };
-    let text = of(bytes_with(1, &IMAGE, 1, 3), contract.clone());
+    let text = refused(bytes_with(1, &IMAGE, 1, 3), contract.clone());
     let expected = "expected an output \"scores\" for the 4 classes in the contract, found \"out\" f32 [N, 4, 4]";
     assert!(text.starts_with(expected), "{text}");
     contract.outputs.scores = Some("out".into());
-    let text = of(bytes_with(1, &IMAGE, 1, 3), contract);
+    let text = refused(bytes_with(1, &IMAGE, 1, 3), contract);
     let expected = "expected the scores as f32 [N, classes], found \"out\" f32 [N, 4, 4]";
     assert!(text.starts_with(expected), "{text}");
 }

@@ -98,7 +98,7 @@ impl Audit {
     /// Measures the gait cycles of a pack: each person counts once at each speed, with the mean of
     /// the cycles. Uncut motions are not measured.
     #[must_use]
-    pub fn of(pack: &Pack<'_>) -> Self {
+    pub fn measure(pack: &Pack<'_>) -> Self {
         type Group = (Gait, u16, Option<Sex>);
         let walks: Vec<_> = (0..pack.walks().len()).collect();
         let measured: Vec<(Group, usize, Measures)> = walks

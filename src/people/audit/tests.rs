@@ -23,7 +23,7 @@ fn walk() -> Decoded {
     }
 }
 
-fn of(measures: &Measures, measure: Measure) -> f64 {
+fn value(measures: &Measures, measure: Measure) -> f64 {
     let index = Measure::ALL.iter().position(|&other| other == measure);
     measures[index.expect("a measure")]
 }
@@ -82,7 +82,7 @@ fn sines_have_the_ranges_that_they_were_made_with() {
         (Measure::ArmSwing, 32.0),
         (Measure::TrunkLean, 4.0),
     ] {
-        let found = of(&measures, measure);
+        let found = value(&measures, measure);
         // Moments of measurement miss the peaks of a sine by a thousandth at most.
         assert!(
             (found - expected).abs() < 2e-3 * expected,
@@ -97,7 +97,7 @@ fn changes(change: impl FnOnce(&mut Decoded)) -> impl Fn(Measure) -> (f64, f64) 
     let mut changed = walk();
     change(&mut changed);
     let after = changed.measures();
-    move |measure| (of(&before, measure), of(&after, measure))
+    move |measure| (value(&before, measure), value(&after, measure))
 }
 
 fn near(found: f64, expected: f64, within: f64) {
@@ -223,7 +223,7 @@ fn a_person_counts_once_at_a_speed_and_groups_are_by_speed_and_sex() {
     let people = cohort::subjects(&options).expect("people");
     let bytes = crate::encode::encode_subjects(&people, 5.0, &|| Ok(())).expect("a pack");
     let pack = Pack::parse(&bytes).expect("its own bytes");
-    let audit = Audit::of(&pack);
+    let audit = Audit::measure(&pack);
     assert_eq!(audit.lines.len(), 2 * 2 * Measure::ALL.len());
     let line = |gait, sex, measure| {
         let mut found = audit

@@ -14,7 +14,7 @@ use std::ops::RangeInclusive;
 pub(crate) struct RestJoints([DVec3; JOINTS]);
 
 impl RestJoints {
-    pub(crate) fn of(skeleton: &Skeleton) -> Self {
+    pub(crate) fn from_skeleton(skeleton: &Skeleton) -> Self {
         let mut places = [DVec3::ZERO; JOINTS];
         for joint in Joint::ALL {
             if let Some(parent) = joint.parent() {
@@ -132,7 +132,7 @@ pub(crate) fn swell(
 ) {
     let places: Vec<Vec3> = hull.points.iter().map(|(_, point)| *point).collect();
     let mut normals = vec![Vec::new(); places.len()];
-    for facet in &Facets::of(&places).facets {
+    for facet in &Facets::from_points(&places).facets {
         let corners = facet.corners.map(usize::from);
         let [a, b, c] = corners.map(|corner| places[corner].as_dvec3());
         let Some(normal) = (b - a).cross(c - a).try_normalize() else {

@@ -47,7 +47,7 @@ pub(crate) fn coat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
-    let standing = RestJoints::of(&wearer.skeleton);
+    let standing = RestJoints::from_skeleton(&wearer.skeleton);
     for hull in &mut outfit.hulls {
         if hull.joint().is_some_and(|joint| COATED.contains(&joint)) {
             swell(hull, BodyPart::Garment, DVec3::ONE, |_| COAT_M * strength);
@@ -72,7 +72,7 @@ pub(crate) fn skirt(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
-    let standing = RestJoints::of(&wearer.skeleton);
+    let standing = RestJoints::from_skeleton(&wearer.skeleton);
     let (hip, ankle) = (
         standing.height(Joint::LeftThigh),
         standing.height(Joint::LeftFoot),
@@ -218,7 +218,7 @@ pub(crate) fn shoes(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
-    let standing = RestJoints::of(&wearer.skeleton);
+    let standing = RestJoints::from_skeleton(&wearer.skeleton);
     let feet = [Joint::LeftFoot, Joint::RightFoot].map(|foot| {
         let (min, max) = standing
             .slice(outfit, &[foot], f64::MIN..=f64::MAX)

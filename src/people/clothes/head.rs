@@ -25,7 +25,7 @@ struct Round {
 impl Round {
     /// Returns the section at the share `along` of the head's height, 0 at its lowest point and 1
     /// at its highest; `None` if no hull is there.
-    fn of(outfit: &Outfit, standing: &RestJoints, along: f64) -> Option<Self> {
+    fn at_height(outfit: &Outfit, standing: &RestJoints, along: f64) -> Option<Self> {
         let all = standing.slice(outfit, &HEAD, f64::MIN..=f64::MAX);
         let (min, max) = all.bounds();
         let height = min.y + along * (max.y - min.y);
@@ -61,8 +61,8 @@ pub(crate) fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     outfit
         .hulls
         .retain(|hull| hull.part != BodyPart::Hair || hull.joint().is_some());
-    let standing = RestJoints::of(&wearer.skeleton);
-    let round = |along| Round::of(outfit, &standing, along);
+    let standing = RestJoints::from_skeleton(&wearer.skeleton);
+    let round = |along| Round::at_height(outfit, &standing, along);
     let (Some(top), Some(temples), Some(nape)) = (round(0.92), round(0.60), round(0.25)) else {
         return;
     };
@@ -116,8 +116,8 @@ pub(crate) fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 /// crown that ends 5 cm above the head (our choice). Adds two hulls of 16 points, over hair if
 /// there is some.
 pub(crate) fn hat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
-    let standing = RestJoints::of(&wearer.skeleton);
-    let round = |along| Round::of(outfit, &standing, along);
+    let standing = RestJoints::from_skeleton(&wearer.skeleton);
+    let round = |along| Round::at_height(outfit, &standing, along);
     let (Some(brow), Some(top)) = (round(0.68), round(0.90)) else {
         return;
     };

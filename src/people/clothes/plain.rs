@@ -64,7 +64,7 @@ const NAPE: f64 = 0.3;
 /// Puts on short hair of a thickness, metres: moves the points of the head above the brow and
 /// behind the ears.
 pub(crate) fn short_hair(outfit: &mut Outfit, wearer: &Wearer, thick_m: f64) {
-    let standing = RestJoints::of(&wearer.skeleton);
+    let standing = RestJoints::from_skeleton(&wearer.skeleton);
     let head = standing.slice(outfit, &[Joint::Head], f64::MIN..=f64::MAX);
     let ((min, max), middle) = (head.bounds(), head.centre());
     let tall = (max.y - min.y).max(1e-6);

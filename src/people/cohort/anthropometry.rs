@@ -165,7 +165,7 @@ impl PopulationNorms {
     /// Returns the norms of ANSUR II's men or women, whose stature and mass index are uncorrelated
     /// (r = 0.002 and 0.054).
     #[must_use]
-    pub const fn of(sex: Sex) -> Self {
+    pub const fn for_sex(sex: Sex) -> Self {
         match sex {
             Sex::Male => Self {
                 stature: (1.7562, 0.0686),
@@ -182,7 +182,7 @@ impl PopulationNorms {
     /// range of both.
     #[must_use]
     pub fn plausible_stature(sex: Option<Sex>) -> (f64, f64) {
-        either(sex, |sex| Self::of(sex).stature)
+        either(sex, |sex| Self::for_sex(sex).stature)
     }
 }
 
@@ -266,7 +266,7 @@ impl Dimensions {
                     Sex::Male => male,
                     Sex::Female => female,
                 };
-                regression.spread(&PopulationNorms::of(sex))
+                regression.spread(&PopulationNorms::for_sex(sex))
             });
             // No dimension is negative, however widely it spreads.
             (least.max(1e-3), most)

@@ -24,7 +24,7 @@ struct CrossSection {
 }
 
 impl CrossSection {
-    fn of(ring: &[DVec3]) -> Self {
+    fn from_ring(ring: &[DVec3]) -> Self {
         let centre = 0.5 * (ring[0] + ring[4]);
         let half = ((ring[0].x - centre.x).abs(), ring[2].z - centre.z);
         let diagonal = (ring[1].z - centre.z) / half.1;
@@ -80,7 +80,7 @@ pub(super) struct Flanks {
 impl Flanks {
     /// Returns the flanks of a body from [`body`](super::body::body), whose hulls are rings from
     /// one end to the other.
-    pub(super) fn of(body: &Body) -> Self {
+    pub(super) fn from_body(body: &Body) -> Self {
         let mut trunk = Vec::new();
         let mut arms = Vec::new();
         for BodyHull { joint, points } in &body.hulls {
@@ -91,7 +91,7 @@ impl Flanks {
                 | Joint::Thorax
                 | Joint::LeftThigh
                 | Joint::RightThigh => {
-                    trunk.push((*joint, rings().map(CrossSection::of).collect()));
+                    trunk.push((*joint, rings().map(CrossSection::from_ring).collect()));
                 }
                 // Above its middle an upper arm is within the shoulder.
                 Joint::LeftUpperArm | Joint::RightUpperArm => {
@@ -236,7 +236,7 @@ mod tests {
             column(fore, rings(&[0.0, -0.1, -0.3]));
             column(hand, rings(&[0.0, -0.05, -0.1]));
         }
-        Flanks::of(&Body {
+        Flanks::from_body(&Body {
             offsets,
             hulls,
             draped: Vec::new(),
@@ -312,7 +312,7 @@ mod tests {
                 &[0.0; super::super::DIMENSIONS],
             );
             let d = d.expect("a plausible man");
-            let flanks = Flanks::of(&super::super::body::body(
+            let flanks = Flanks::from_body(&super::super::body::body(
                 &d,
                 super::super::body::offsets(&d),
             ));

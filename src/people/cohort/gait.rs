@@ -21,7 +21,7 @@ const HARMONICS: usize = 6;
 /// Returns one gait cycle of `walker` at `speed_kmh`, from left contact to left contact.
 #[must_use]
 pub(super) fn cycle(walker: &GaitStyle<'_>, speed_kmh: f64) -> Cycle {
-    let regulated = Regulated::of(walker, speed_kmh);
+    let regulated = Regulated::at_speed(walker, speed_kmh);
     let norm = AngleNorm::at(walker.dimensions, speed_kmh);
     let steps = PersonSteps::new(walker, &norm, regulated);
     let phases = || (0..FRAMES).map(|frame| frame as f64 / FRAMES as f64);
@@ -39,7 +39,7 @@ pub(super) fn cycle(walker: &GaitStyle<'_>, speed_kmh: f64) -> Cycle {
 
 /// Holds the arms as far out as the trunk and the thighs require.
 fn hold_arms_out(walker: &GaitStyle<'_>, norm: &AngleNorm, rotations: &mut [[DQuat; JOINTS]]) {
-    let flanks = Flanks::of(walker.body);
+    let flanks = Flanks::from_body(walker.body);
     let mut style = walker.style.clone();
     for (side, arm) in [
         (Side::Left, Joint::LeftUpperArm),
@@ -225,7 +225,7 @@ mod tests {
     fn feet_do_not_cross_and_arms_are_not_inside_of_the_trunk() {
         for index in 0..60 {
             let person = Person::of_cohort(4, index).expect("a person");
-            let flanks = Flanks::of(&person.body);
+            let flanks = Flanks::from_body(&person.body);
             for speed in [3.0, 5.0, 7.0, 10.0] {
                 let cycle = person.cycle(speed);
                 let place = |frame: usize, foot: Joint| {

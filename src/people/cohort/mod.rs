@@ -76,7 +76,7 @@ pub const BODY_MASS_INDICES: (f64, f64) = (16.0, 43.0);
 #[must_use]
 pub fn statures(sex: Option<Sex>) -> (f64, f64) {
     let of = |sex| {
-        let (mean, sd) = PopulationNorms::of(sex).stature;
+        let (mean, sd) = PopulationNorms::for_sex(sex).stature;
         (mean - 3.5 * sd, mean + 3.5 * sd)
     };
     match sex {
@@ -147,7 +147,7 @@ impl Person {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(index as u64);
         let (sex, _) = sex_of(index, profile.sex);
-        let population = PopulationNorms::of(sex);
+        let population = PopulationNorms::for_sex(sex);
         let drawn_m = population.stature.0 + population.stature.1 * normal(&mut rng);
         // Mass indices are skewed: log-normal with the published mean and deviation.
         let (mean, sd) = population.bmi;
@@ -183,7 +183,7 @@ impl Person {
     /// Returns the person whom the norms describe.
     #[must_use]
     pub fn average(sex: Sex) -> Self {
-        let population = PopulationNorms::of(sex);
+        let population = PopulationNorms::for_sex(sex);
         let stature_m = population.stature.0;
         let mass_kg = population.bmi.0 * stature_m * stature_m;
         let person = Self::new(

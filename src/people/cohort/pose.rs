@@ -22,7 +22,7 @@ pub(super) fn angle_of(
         Side::Left => phase,
         Side::Right => phase + 0.5,
     };
-    let own = style.of(angle, side);
+    let own = style.angle(angle, side);
     let (mean, swing) = norm.angle(angle, own_phase - own.phase);
     mean + offset_deg(style, norm, angle, side) + own.amplitude * swing
 }
@@ -32,7 +32,7 @@ pub(super) fn angle_of(
 /// The hip follows the pelvis and half of the knee, since the feet of a person who tips the
 /// pelvis forward or bends the knees stay under the body.
 fn offset_deg(style: &Style, norm: &AngleNorm, angle: Angle, side: Side) -> f64 {
-    let own = style.of(angle, side);
+    let own = style.angle(angle, side);
     let sd = norm.spread_deg(angle);
     let offset = own.offset_sd * sd + own.offset_deg;
     match angle {

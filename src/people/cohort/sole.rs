@@ -29,7 +29,7 @@ impl Sole {
     /// A rolling body turns about the point of contact, so its ankle moves by its height per
     /// radian: the distance is the integral of the height.
     #[must_use]
-    pub(super) fn of(hull: &BodyHull) -> Self {
+    pub(super) fn from_hull(hull: &BodyHull) -> Self {
         let (least, most, count) = PITCHES;
         let step = (most - least) / (count - 1) as f64;
         let lowest = |pitch: f64| {
@@ -92,7 +92,7 @@ mod tests {
     /// A foot 25 cm long whose ankle is 8 cm high, 5 cm ahead of the heel.
     fn sole() -> Sole {
         let points = [(0.0, -0.05), (-0.08, -0.05), (-0.08, 0.2), (0.0, 0.1)];
-        Sole::of(&BodyHull {
+        Sole::from_hull(&BodyHull {
             joint: Joint::LeftFoot,
             points: points.map(|(y, z)| DVec3::new(0.0, y, z)).to_vec(),
         })

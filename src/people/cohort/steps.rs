@@ -105,7 +105,7 @@ impl<'a> PersonSteps<'a> {
         let soles = sides.map(|side| {
             let [_, _, foot] = leg_of(side);
             let hull = walker.body.hulls.iter().find(|hull| hull.joint == foot);
-            Sole::of(hull.expect("a synthetic body has feet"))
+            Sole::from_hull(hull.expect("a synthetic body has feet"))
         });
         let legs = sides.map(|side| {
             let [_, shank, foot] = leg_of(side);

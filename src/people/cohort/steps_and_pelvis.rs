@@ -52,7 +52,7 @@ pub(super) struct Regulated {
 impl Regulated {
     /// Returns the regulated quantities of `walker` at `speed_kmh`.
     #[must_use]
-    pub(super) fn of(walker: &GaitStyle<'_>, speed_kmh: f64) -> Self {
+    pub(super) fn at_speed(walker: &GaitStyle<'_>, speed_kmh: f64) -> Self {
         let speed_mps = speed_kmh / 3.6;
         let gait = gait_at(speed_kmh);
         let style = walker.style;
@@ -64,7 +64,7 @@ impl Regulated {
             (0.352 - 0.011 * (speed_kmh - 8.0), 0.014)
         };
         let old = decades_past_60(walker.age_years);
-        let heavy = walker.bmi - PopulationNorms::of(walker.sex).bmi.0;
+        let heavy = walker.bmi - PopulationNorms::for_sex(walker.sex).bmi.0;
         let step_width_m = WIDER_BY_BMI_M * heavy
             + match (gait, walker.sex) {
                 (Gait::Walk, Sex::Male) => 0.095 + 0.025 * style.step_width,

@@ -88,7 +88,7 @@ impl Style {
         let mut style = Self::NONE;
         // Features that the recordings do not cover are drawn independently.
         for (angle, sides) in Angle::ALL.into_iter().zip(&mut style.angles) {
-            let spread = AngleSpread::of(angle);
+            let spread = AngleSpread::for_angle(angle);
             let offset_sd = spread.offset_sd * normal(rng);
             let amplitude = libm::exp(spread.amplitude * normal(rng));
             let phase = spread.delay * normal(rng);
@@ -129,7 +129,7 @@ impl Style {
             Feature::HeadPitch => return self.head_pitch_deg = 7.0 * score,
         };
         for own in &mut self.angles[angle as usize] {
-            set(own, AngleSpread::of(angle), score);
+            set(own, AngleSpread::for_angle(angle), score);
         }
     }
 
@@ -140,7 +140,7 @@ impl Style {
 
     /// Returns the deviation in one angle.
     #[must_use]
-    pub(crate) const fn of(&self, angle: Angle, side: Side) -> &AngleStyle {
+    pub(crate) const fn angle(&self, angle: Angle, side: Side) -> &AngleStyle {
         &self.angles[angle as usize][side as usize]
     }
 }
@@ -168,7 +168,7 @@ struct AngleSpread {
 }
 
 impl AngleSpread {
-    const fn of(angle: Angle) -> Self {
+    const fn for_angle(angle: Angle) -> Self {
         let (offset_sd, amplitude, delay, asymmetry_deg) = match angle {
             Angle::PelvicTilt => (1.0, 0.35, 0.03, 0.0),
             // On average a pelvis is neither askew nor turned, and a thorax hardly.
@@ -245,15 +245,15 @@ mod tests {
             let scores: Vec<f64> = values.iter().map(|v| (v - mean) / sd).collect();
             (sd, scores)
         };
-        let left = |angle| move |s: &Style| *s.of(angle, Side::Left);
+        let left = |angle| move |s: &Style| *s.angle(angle, Side::Left);
         let obliquity = left(Angle::PelvicObliquity);
         let adduction = left(Angle::HipAdduction);
-        let (knee, _) = scores(&|s| s.of(Angle::KneeFlexion, Side::Left).offset_sd);
+        let (knee, _) = scores(&|s| s.angle(Angle::KneeFlexion, Side::Left).offset_sd);
         // Drawing again beyond 2.5 takes 4 % off the standard deviation.
         assert!((knee - 0.403).abs() < 0.02, "{knee}");
         let (sides, _) = scores(&|s| {
-            s.of(Angle::ElbowFlexion, Side::Left).offset_deg
-                - s.of(Angle::ElbowFlexion, Side::Right).offset_deg
+            s.angle(Angle::ElbowFlexion, Side::Left).offset_deg
+                - s.angle(Angle::ElbowFlexion, Side::Right).offset_deg
         });
         assert!((sides - 6.3).abs() < 0.3, "{sides}");
         let (_, first) = scores(&|s| obliquity(s).amplitude.ln());

@@ -139,9 +139,9 @@ fn smooth_round(filter: &LowPass, root: &mut [DVec3], rotations: &mut [[DQuat; J
 pub(in crate::people) fn mean_cycle<'a>(cycles: impl Iterator<Item = &'a Cycle> + Clone) -> Cycle {
     let count = cycles.clone().count().max(1) as f64;
     let mean = |of: fn(&Cycle) -> f64| cycles.clone().map(of).sum::<f64>() / count;
-    let root = |frame: usize| cycles.clone().map(|one| one.root[frame]).sum::<DVec3>() / count;
+    let root = |frame: usize| cycles.clone().map(|cycle| cycle.root[frame]).sum::<DVec3>() / count;
     let rotation = |frame: usize, joint: usize| {
-        let mut all = cycles.clone().map(|one| one.rotations[frame][joint]);
+        let mut all = cycles.clone().map(|cycle| cycle.rotations[frame][joint]);
         let first = all.next().unwrap_or(DQuat::IDENTITY);
         // Each rotation is added with the sign that is nearer to the first.
         all.fold(first, |sum, one| {
@@ -154,9 +154,12 @@ pub(in crate::people) fn mean_cycle<'a>(cycles: impl Iterator<Item = &'a Cycle> 
         .normalize()
     };
     Cycle {
-        period_s: mean(|one| one.period_s),
-        drift_m: mean(|one| one.drift_m),
-        closure_mm: cycles.clone().map(|one| one.closure_mm).fold(0.0, f64::max),
+        period_s: mean(|cycle| cycle.period_s),
+        drift_m: mean(|cycle| cycle.drift_m),
+        closure_mm: cycles
+            .clone()
+            .map(|cycle| cycle.closure_mm)
+            .fold(0.0, f64::max),
         root: (0..CYCLE_FRAMES).map(root).collect(),
         rotations: (0..CYCLE_FRAMES)
             .map(|frame| std::array::from_fn(|joint| rotation(frame, joint)))

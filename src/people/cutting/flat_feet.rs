@@ -190,7 +190,7 @@ mod tests {
         let before = standing.rotations.clone();
         stand_flat(&mut standing);
         assert!(standing.rotations == before);
-        assert_eq!(UncutMotion::of(&standing).roots.len(), 50);
+        assert_eq!(UncutMotion::from_take(&standing).roots.len(), 50);
     }
 
     #[test]

@@ -40,7 +40,7 @@ pub(crate) fn kept_body(
         return Ok((body, true));
     }
     let body = fitted_body(mesh, points, seed, progress)?;
-    if let Some(kept) = KeptBody::of(&body) {
+    if let Some(kept) = KeptBody::from_body(&body) {
         // If this fails, the body is fitted again the next time.
         let _ = cache.keep(KIND, &key, &serde_json::to_vec(&kept)?);
     }
@@ -61,12 +61,12 @@ fn key(mesh: &Motion, points: usize, seed: u64) -> CacheKey {
     } = mesh;
     let shape = format!("{format:?} {joints:?} {frames:?} {unit_m:?} {skin:?}");
     let asked = format!("{REVISION} {points} {seed}");
-    CacheKey::of(&[asked.as_bytes(), shape.as_bytes()])
+    CacheKey::hash(&[asked.as_bytes(), shape.as_bytes()])
 }
 
 impl KeptBody {
     /// Returns the kept form of a body; `None` if it has more than a fit gives.
-    fn of(body: &Body) -> Option<Self> {
+    fn from_body(body: &Body) -> Option<Self> {
         let bits = |at: &DVec3| at.to_array().map(f64::to_bits);
         let fit = body.fit.as_ref()?;
         if !body.draped.is_empty() || body.clothes.is_some() {

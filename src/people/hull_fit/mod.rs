@@ -51,7 +51,7 @@ pub(crate) fn fitted_body(
             POINTS.end()
         )));
     }
-    let figure = RiggedMesh::of(mesh).map_err(Error::Mesh)?;
+    let figure = RiggedMesh::from_motion(mesh).map_err(Error::Mesh)?;
     let examples = figure.examples(POSES, seed)?;
     let mut budgets: Vec<usize> = LEVELS.to_vec();
     budgets.push(points);
@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn hulls_of_a_figure_of_boxes_are_nearly_those_boxes() {
         let boxes = boxes();
-        let figure = RiggedMesh::of(&boxes).expect("a figure");
+        let figure = RiggedMesh::from_motion(&boxes).expect("a figure");
         let examples = figure.examples(40, 1).expect("poses");
         let fit = || descent::fit(&figure.skinned(), &examples, &[128, 96], 40, 1, &|| Ok(()));
         let levels = fit().expect("hulls");

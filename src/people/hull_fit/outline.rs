@@ -115,7 +115,7 @@ impl<'a> ChainWalk<'a> {
 
 impl Chains {
     /// Returns the chains of points that are sorted by y.
-    pub(super) fn of(points: &[Vec2]) -> Self {
+    pub(super) fn from_sorted(points: &[Vec2]) -> Self {
         let (mut left, mut right) = (Chain::new(), Chain::new());
         for &point in points {
             left.push(point, 1.0);

@@ -41,7 +41,7 @@ impl<'a> RiggedMesh<'a> {
     /// # Errors
     /// A sentence, without the file's name, if there is no mesh or a joint that gait needs is
     /// missing.
-    pub(super) fn of(motion: &'a Motion) -> std::result::Result<Self, String> {
+    pub(super) fn from_motion(motion: &'a Motion) -> std::result::Result<Self, String> {
         let skin = motion.skin.as_ref().ok_or("no skinned mesh in the file")?;
         let mut roles = JointRoles::find(&motion.joints)?;
         let unit_m = motion.unit_m.unwrap_or(1.0);

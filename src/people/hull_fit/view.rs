@@ -130,7 +130,7 @@ impl TrainingView {
         for corners in triangles {
             let mut corners = corners.map(|corner| vertices[corner as usize]);
             corners.sort_unstable_by(|a, b| a.y.total_cmp(&b.y));
-            Chains::of(&corners).each_row(rows, columns, |row, from, to| {
+            Chains::from_sorted(&corners).each_row(rows, columns, |row, from, to| {
                 target[row * columns + from..row * columns + to].fill(true);
             });
         }
@@ -180,7 +180,7 @@ impl TrainingView {
         outline::sort(&mut points);
         let (rows, columns) = (self.rows, self.columns);
         let count = &mut self.count;
-        Chains::of(&points).each_row(rows, columns, |row, from, to| {
+        Chains::from_sorted(&points).each_row(rows, columns, |row, from, to| {
             for pixel in &mut count[row * columns + from..row * columns + to] {
                 *pixel = pixel.wrapping_add_signed(by);
             }
@@ -244,7 +244,7 @@ impl TrainingView {
         self.others.extend(&points[..index]);
         self.others.extend(&points[index + 1..]);
         outline::sort(&mut self.others);
-        let base = Chains::of(&self.others);
+        let base = Chains::from_sorted(&self.others);
         let scale = 1.0 / self.area as f64;
         // Most places are inside of what the other points span, and have the same gain.
         let mut inside = None;
@@ -267,7 +267,7 @@ impl TrainingView {
         self.others
             .extend(points.get(index + 1..).unwrap_or_default());
         outline::sort(&mut self.others);
-        f64::from(self.gain(&Chains::of(&self.others))) / self.area as f64
+        f64::from(self.gain(&Chains::from_sorted(&self.others))) / self.area as f64
     }
 
     fn gain(&self, chains: &Chains) -> f32 {

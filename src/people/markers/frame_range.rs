@@ -33,7 +33,7 @@ impl MarkerTracks {
     }
 
     /// Returns the tracks of all markers of a segment on one side.
-    pub(super) fn of(&self, segment: Segment, side: MarkerSide) -> Vec<&[DVec3]> {
+    pub(super) fn tracks(&self, segment: Segment, side: MarkerSide) -> Vec<&[DVec3]> {
         let its =
             |mark: &&(Site, MarkerSide, Vec<DVec3>)| mark.0.segment() == segment && mark.1 == side;
         self.marks

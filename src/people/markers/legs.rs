@@ -101,11 +101,11 @@ fn ankle_near(
     side: MarkerSide,
     say: &mut dyn FnMut(&str, &str),
 ) -> Result<Vec<DVec3>, String> {
-    let clusters = |segment| motion_of(&tracks.of(segment, side));
+    let clusters = |segment| motion_of(&tracks.tracks(segment, side));
     let functional_ankle = || {
         let (shank, foot) = (clusters(Segment::Shank)?, clusters(Segment::Foot)?);
         let (heel, toe) = (tracks.get(Site::Heel, side)?, toe(tracks, side)?);
-        let above = tracks.of(Segment::Shank, side);
+        let above = tracks.tracks(Segment::Shank, side);
         let near: Vec<DVec3> = (0..heel.len())
             .map(|frame| {
                 let sole = heel[frame].lerp(toe[frame], ANKLE_AHEAD);
@@ -151,7 +151,7 @@ fn leg(
 ) -> Result<MarkerLeg, String> {
     let (knee_m, ankle_m) = depths(tracks);
     let mut say = |what: &str, how: &str| warnings.push(format!("{what}: {how}"));
-    let clusters = |segment| motion_of(&tracks.of(segment, side));
+    let clusters = |segment| motion_of(&tracks.tracks(segment, side));
     let ankle_marker = tracks.get(Site::Ankle, side);
     let ankle_near = ankle_near(tracks, side, &mut say)?;
     let square = |down: &[DVec3]| -> Vec<DVec3> {

@@ -30,7 +30,7 @@ impl Neutral {
         sample_rate_hz: f64,
         stature_m: f64,
     ) -> Result<Self, String> {
-        let bmi = |sex| PopulationNorms::of(sex).bmi.0;
+        let bmi = |sex| PopulationNorms::for_sex(sex).bmi.0;
         let mass_kg = 0.5 * (bmi(Sex::Female) + bmi(Sex::Male)) * stature_m * stature_m;
         let dimensions = Dimensions::expected(stature_m, mass_kg, None, &[0.0; DIMENSIONS])
             .map_err(|error| error.to_string())?;

@@ -20,7 +20,7 @@ fn millimetres_and_metres_in_any_order_of_columns_are_the_same_people() {
     let people =
         read("subject,sex,mass_kg,stature_m,hip_breadth_mm\n07,male,80.5,1.8,340\n08,,,, \n")
             .expect("two people");
-    let anna = people.of("07").expect("a row");
+    let anna = people.person("07").expect("a row");
     assert_eq!(anna.stature_m, Some(1.8));
     assert_eq!(anna.mass_kg, Some(80.5));
     assert_eq!(anna.sex, Some(Sex::Male));
@@ -28,8 +28,8 @@ fn millimetres_and_metres_in_any_order_of_columns_are_the_same_people() {
     let mut dimensions = [None; DIMENSIONS];
     dimensions[2] = Some(0.34);
     assert_eq!(anna.dimensions_m, dimensions);
-    assert_eq!(people.of("08"), Some(&MeasuredPerson::NOTHING));
-    assert_eq!(people.of("09"), None);
+    assert_eq!(people.person("08"), Some(&MeasuredPerson::NOTHING));
+    assert_eq!(people.person("09"), None);
 
     let other = "\u{feff}hip_breadth_m, stature_mm ,subject,sex,mass_kg\r\n0.34,1800,07,male,80.5\r\n,,08,,\r\n";
     assert_eq!(read(other).expect("the same"), people);
@@ -99,7 +99,7 @@ fn fields_that_cannot_be_are_as_good_as_empty_where_the_rest_is_wanted() {
     );
     assert!(said[2].contains("people.csv:4: mass_kg: "), "{said:?}");
     let of = |name| {
-        let row = people.of(name).expect("a row");
+        let row = people.person(name).expect("a row");
         (row.stature_m, row.mass_kg, row.sex)
     };
     assert_eq!(of("a"), (Some(1.7), Some(65.0), None));
@@ -108,7 +108,7 @@ fn fields_that_cannot_be_are_as_good_as_empty_where_the_rest_is_wanted() {
     // Foot length is empty for a, and 240 mm for b.
     let known = |name| {
         people
-            .of(name)
+            .person(name)
             .map(|row| row.dimensions_m.iter().flatten().count())
     };
     assert_eq!((known("a"), known("b")), (Some(0), Some(1)));

@@ -113,7 +113,7 @@ fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
 /// Returns the dimensions of a person as tall as the mesh, of the mean mass index, of either sex.
 fn expected_dimensions(mesh: &Mesh) -> Result<Dimensions> {
     let stature_m = bounds(&mesh.vertices).1.y;
-    let bmi = |sex| PopulationNorms::of(sex).bmi.0;
+    let bmi = |sex| PopulationNorms::for_sex(sex).bmi.0;
     let mean = 0.5 * (bmi(Sex::Female) + bmi(Sex::Male));
     Dimensions::expected(
         stature_m,

@@ -130,7 +130,7 @@ fn one_box(x: f64, plot: &BoxPlot, colour: &str, title: &str, y_of: &dyn Fn(f64)
 pub(super) fn accuracies(title: String, found: &[&Recognition]) -> Option<Chart> {
     let most = found
         .iter()
-        .flat_map(|one| one.curve.points.iter().map(|point| point.components))
+        .flat_map(|group| group.curve.points.iter().map(|point| point.components))
         .max()?;
     let axes = Axes {
         left: 48.0,
@@ -186,7 +186,11 @@ pub(super) fn overlaid(similarity: &Similarity) -> &[Overlay] {
 /// If it cannot be encoded.
 pub(super) fn overlays(similarity: &Similarity) -> Result<Option<Vec<u8>>> {
     let shown = overlaid(similarity);
-    let columns = shown.iter().map(|one| one.frames.len()).max().unwrap_or(0);
+    let columns = shown
+        .iter()
+        .map(|group| group.frames.len())
+        .max()
+        .unwrap_or(0);
     if columns == 0 {
         return Ok(None);
     }

@@ -51,7 +51,7 @@ impl StudyFigure {
 /// # Errors
 /// If a picture cannot be encoded, or a file cannot be written.
 pub(crate) fn write_study(folder: &Path, header: &ResultHeader, findings: &Findings) -> Result<()> {
-    let figures = page::Figures::of(findings)?;
+    let figures = page::Figures::from_findings(findings)?;
     for figure in figures.all() {
         write_bytes(folder.join("figures").join(&figure.name), &figure.bytes)?;
     }

@@ -23,7 +23,7 @@ pub(super) struct Figures {
 }
 
 impl Figures {
-    pub(super) fn of(findings: &Findings) -> Result<Self> {
+    pub(super) fn from_findings(findings: &Findings) -> Result<Self> {
         let mut figures = Self {
             likeness: Vec::new(),
             overlays: Vec::new(),
@@ -43,7 +43,7 @@ impl Figures {
                 figures.likeness.push(figure);
             }
             if let Some(bytes) = overlays(one)? {
-                let people = overlaid(one).iter().map(|one| one.person.as_str());
+                let people = overlaid(one).iter().map(|group| group.person.as_str());
                 let people: Vec<&str> = people.collect();
                 let caption = format!(
                     "View {view}, masks {masks}, framing {framing}: {}, eight phases of a cycle each. Green pixels belong to both figures, red ones only to the real figure, yellow ones only to the twin",
@@ -270,7 +270,7 @@ fn without(findings: &Findings) -> Markup {
     let without: Vec<&String> = findings
         .counts
         .iter()
-        .flat_map(|one| &one.without)
+        .flat_map(|count| &count.without)
         .collect();
     html! { @if !without.is_empty() {
         h2 { "Takes without a gait cycle" }

@@ -120,7 +120,7 @@ fn the_seed_draws_and_each_classifier_has_its_own_part() {
     let chosen = |of: &Learnt| -> Vec<Vec<usize>> {
         of.classifiers
             .iter()
-            .map(|one| one.chosen.clone())
+            .map(|classifier| classifier.chosen.clone())
             .collect()
     };
     assert_eq!(chosen(&one), chosen(&again));

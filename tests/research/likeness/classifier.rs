@@ -176,8 +176,9 @@ impl Classifier {
             .iter()
             .map(|&at| usize::from(cases[at].is_first))
             .collect();
-        let analysed = Analysed::<f64>::of(Template::Gei, Size::S50x30, samples.view(), &labels, 2)
-            .expect("two groups");
+        let analysed =
+            Analysed::<f64>::analyse(Template::Gei, Size::S50x30, samples.view(), &labels, 2)
+                .expect("two groups");
         let options = TrainOptions {
             components: Components::Count(COMPONENTS),
             // The embedding of this method is the principal components.

@@ -100,7 +100,7 @@ impl<'a> SeenHull<'a> {
         };
         Self {
             sight: *sight,
-            scale: PointScale::of(sight.posed.scale.reach),
+            scale: PointScale::for_reach(sight.posed.scale.reach),
             points,
             corners: [corner; MAX_HULL_POINTS],
         }
@@ -422,7 +422,7 @@ impl PointScale {
     const LENGTH_SQUARED: f32 = 1.01;
 
     /// Returns the scale for points whose coordinates reach this many steps.
-    fn of(reach: u16) -> Self {
+    fn for_reach(reach: u16) -> Self {
         let reach = reach.max(1);
         Self {
             // A point is at most 1.74 times as far away as its coordinates are, and axes are at

@@ -75,7 +75,7 @@ pub fn cut<L: Wide>(_: L, window: &BitWindow, left: isize, frame: &mut AnySilhou
         Sampling::ThreeByThree => {
             let mut images = [Silhouette::empty(window.size); MAX_SAMPLES];
             cut_images(window, left, &mut images);
-            let ninths = Ninths::of(&images);
+            let ninths = Ninths::count(&images);
             *frame = AnySilhouette::Ninths(ninths);
             3 * u64::from(ninths.samples())
         }

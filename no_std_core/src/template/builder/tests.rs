@@ -29,7 +29,7 @@ fn corners(mut builder: TemplateBuilder, frames: &[[u64; 2]]) -> heapless::Vec<[
 }
 
 fn of_four(kind: TemplateKind) -> heapless::Vec<[u8; 4], 3> {
-    let found = Size::ALL.map(|size| corners(TemplateBuilder::of(kind, size, 4), &FOUR));
+    let found = Size::ALL.map(|size| corners(TemplateBuilder::for_kind(kind, size, 4), &FOUR));
     assert!(found.iter().all(|other| *other == found[0]));
     found[0].clone()
 }
@@ -54,7 +54,8 @@ fn four_frames_of_two_by_two_pixels_are_what_can_be_worked_out_by_hand() {
 
 #[test]
 fn motion_fades_over_the_planned_steps() {
-    let of = |kind, frames| corners(TemplateBuilder::of(kind, Size::S50x30, frames), &FOUR)[0];
+    let of =
+        |kind, frames| corners(TemplateBuilder::for_kind(kind, Size::S50x30, frames), &FOUR)[0];
     // The fourth pixel moved one step before the last: 9/10 of ten steps are left.
     assert_eq!(of(TemplateKind::Mhi, 11), [0, 255, 0, 230]);
     assert_eq!(of(TemplateKind::Mei, 11), [0, 255, 0, 255]);
@@ -62,7 +63,7 @@ fn motion_fades_over_the_planned_steps() {
 
 #[test]
 fn a_silhouette_fades_from_the_last_frame_that_it_is_in() {
-    let builder = TemplateBuilder::of(TemplateKind::Msi, Size::S50x30, 4);
+    let builder = TemplateBuilder::for_kind(TemplateKind::Msi, Size::S50x30, 4);
     let gone = [[0b11, 0], [0b01, 0], [0b01, 0], [0, 0]];
     assert_eq!(corners(builder, &gone), [[254, 252, 0, 0]]);
 }
@@ -78,17 +79,17 @@ fn what_never_changes_has_no_motion_and_no_entropy() {
         (TemplateKind::Ghi, 255),
         (TemplateKind::Geni, 0),
     ] {
-        let builder = TemplateBuilder::of(kind, Size::S64x44, 4);
+        let builder = TemplateBuilder::for_kind(kind, Size::S64x44, 4);
         assert_eq!(corners(builder, &still), [[expected; 4]], "{kind:?}");
     }
-    let builder = TemplateBuilder::of(TemplateKind::Frequency, Size::S64x44, 4);
+    let builder = TemplateBuilder::for_kind(TemplateKind::Frequency, Size::S64x44, 4);
     assert_eq!(corners(builder, &still), [[255; 4], [0; 4], [0; 4]]);
 }
 
 #[test]
 fn frames_of_another_size_and_more_than_were_to_come_are_refused() {
     for kind in TemplateKind::ALL {
-        let mut builder = TemplateBuilder::of(kind, Size::S50x30, 2);
+        let mut builder = TemplateBuilder::for_kind(kind, Size::S50x30, 2);
         let refused = builder.add(&AnySilhouette::Binary(Silhouette::empty(Size::S64x64)));
         let (expected, found) = (Size::S50x30, Size::S64x64);
         assert_eq!(refused, Err(FrameError::Size { expected, found }));
@@ -109,14 +110,14 @@ fn frames_of_another_size_and_more_than_were_to_come_are_refused() {
 #[test]
 fn a_cleared_builder_is_as_a_new_one() {
     for kind in TemplateKind::ALL {
-        let mut used = TemplateBuilder::of(kind, Size::S50x30, 4);
+        let mut used = TemplateBuilder::for_kind(kind, Size::S50x30, 4);
         for rows in FOUR {
             let frame = Silhouette::from_rows(Size::S50x30, &[!rows[0], !0, rows[1]]);
             used.add(&AnySilhouette::Binary(frame)).expect("room");
         }
         used.clear();
         assert_eq!(used.frames(), 0);
-        let new = TemplateBuilder::of(kind, Size::S50x30, 4);
+        let new = TemplateBuilder::for_kind(kind, Size::S50x30, 4);
         assert_eq!(corners(used, &FOUR), corners(new, &FOUR), "{kind:?}");
     }
 }

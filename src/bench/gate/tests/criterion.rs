@@ -372,7 +372,7 @@ fn the_shipped_limits_are_on_benchmarks_of_files_that_exist() {
     assert_eq!(limits.len(), 23);
     let named: BTreeSet<&str> = limits
         .iter()
-        .filter_map(|one| one.name.as_deref())
+        .filter_map(|limit| limit.name.as_deref())
         .collect();
     assert_eq!(named.len(), limits.len(), "each name once: {named:?}");
     let is_told = |limit: &GateLimit| {

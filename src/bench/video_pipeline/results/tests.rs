@@ -44,7 +44,7 @@ fn measured() -> MeasuredPath {
 
 #[test]
 fn rates_are_frames_over_seconds() {
-    let rates = PathRates::of(&measured(), 25.0).expect("windows");
+    let rates = PathRates::from_measured(&measured(), 25.0).expect("windows");
     assert_eq!((rates.seconds, rates.frames), (4.0, 180));
     assert_eq!(
         (rates.frames_per_second, rates.times_real_time),
@@ -62,7 +62,7 @@ fn rates_are_frames_over_seconds() {
         rates.doubts(),
         ["the last window has 20 % fewer frames a second than the first"]
     );
-    let slow = PathRates::of(&measured(), 60.0).expect("windows");
+    let slow = PathRates::from_measured(&measured(), 60.0).expect("windows");
     assert_eq!(
         slow.doubts()[0],
         "processing does not keep up with the video: 45.0 frames a second are 0.75 of its rate"
@@ -72,14 +72,14 @@ fn rates_are_frames_over_seconds() {
 #[test]
 fn answers_and_energy_are_shared_out() {
     let mut measured = measured();
-    let answers = PathAnswers::of(&measured).expect("answers");
+    let answers = PathAnswers::from_measured(&measured).expect("answers");
     assert_eq!((answers.count, answers.per_second), (4, 1.0));
     assert_eq!(
         (answers.waited_frames_mean, answers.waited_frames_most),
         (7.5, 12)
     );
     let energy = |measured: &MeasuredPath| {
-        let energy = PathEnergy::of("a sensor", &measured.windows);
+        let energy = PathEnergy::from_windows("a sensor", &measured.windows);
         energy.map(|energy| energy.frame_mj)
     };
     // 0.9 J of 180 frames.

@@ -164,7 +164,7 @@ fn measuring_continues_until_there_is_an_answer() {
 
 #[test]
 fn a_minute_is_six_windows_and_a_second_two() {
-    let of = |seconds| PathPlan::of(Duration::from_secs_f64(seconds));
+    let of = |seconds| PathPlan::for_duration(Duration::from_secs_f64(seconds));
     let plan = |windows, ms| PathPlan {
         windows,
         window: Duration::from_millis(ms),

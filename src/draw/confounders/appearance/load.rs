@@ -23,7 +23,7 @@ pub(crate) fn backpack(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
-    let standing = RestJoints::of(&wearer.skeleton);
+    let standing = RestJoints::from_skeleton(&wearer.skeleton);
     let size = BACKPACK_M * strength;
     let top = standing.height(Joint::LeftUpperArm);
     let trunk = [Joint::Thorax, Joint::Spine];
@@ -47,7 +47,7 @@ pub(crate) fn shoulder_bag(outfit: &mut Outfit, wearer: &Wearer, strength: f64) 
     if strength == 0.0 {
         return;
     }
-    let standing = RestJoints::of(&wearer.skeleton);
+    let standing = RestJoints::from_skeleton(&wearer.skeleton);
     let size = BAG_M * strength;
     let hip = standing.at(Joint::LeftThigh);
     let seat = [Joint::Pelvis, Joint::LeftThigh];
@@ -67,7 +67,7 @@ pub(crate) fn suitcase(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
     }
-    let standing = RestJoints::of(&wearer.skeleton);
+    let standing = RestJoints::from_skeleton(&wearer.skeleton);
     let size = SUITCASE_M * strength;
     let hand = standing.at(CARRYING_HAND);
     let around = standing.slice(outfit, &[CARRYING_HAND], f64::MIN..=f64::MAX);

@@ -44,7 +44,7 @@ fn part_of(hull: &Hull<'_>) -> BodyPart {
 impl Outfit {
     /// Returns the hulls of an avatar, with the clothes that it has already.
     #[must_use]
-    pub(crate) fn of(avatar: &Avatar<'_>) -> Self {
+    pub(crate) fn from_avatar(avatar: &Avatar<'_>) -> Self {
         let mut hulls: Vec<WornHull> = Vec::new();
         let mut last = None;
         for hull in avatar.hulls() {
@@ -122,20 +122,20 @@ impl Wearer {
         let mean = |of: &dyn Fn(Sex) -> f64| {
             sexes.iter().map(|&sex| of(sex)).sum::<f64>() / sexes.len() as f64
         };
-        let bmi = mean(&|sex| PopulationNorms::of(sex).bmi.0);
+        let bmi = mean(&|sex| PopulationNorms::for_sex(sex).bmi.0);
         let stature_m = match subject.stature_mm {
             0 => {
                 let share = mean(&|sex| {
                     let (stature, bmi) = (
-                        PopulationNorms::of(sex).stature.0,
-                        PopulationNorms::of(sex).bmi.0,
+                        PopulationNorms::for_sex(sex).stature.0,
+                        PopulationNorms::for_sex(sex).bmi.0,
                     );
                     let mass = bmi * stature * stature;
                     let person = Dimensions::expected(stature, mass, Some(sex), &[0.0; DIMENSIONS]);
                     let person = person.expect("the mean of a population is a plausible person");
                     1.0 - (person.malleolus_height + person.tragion_to_vertex) / stature
                 });
-                let standing = RestJoints::of(&skeleton);
+                let standing = RestJoints::from_skeleton(&skeleton);
                 let ankles = [Joint::LeftFoot, Joint::RightFoot].map(|foot| standing.at(foot).y);
                 let head = standing.at(Joint::Head).y - 0.5 * (ankles[0] + ankles[1]);
                 head / share

@@ -153,7 +153,7 @@ fn reshape(outfit: &mut Outfit, wearer: &Wearer, before: &Dimensions, after: &Di
     if before == after {
         return;
     }
-    let standing = RestJoints::of(&wearer.skeleton);
+    let standing = RestJoints::from_skeleton(&wearer.skeleton);
     let knots: Vec<(Joint, Vec<Knot>)> = Joint::ALL
         .into_iter()
         .map(|joint| (joint, axis(joint, &standing, &|of| of(after) / of(before))))

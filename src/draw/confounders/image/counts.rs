@@ -10,7 +10,11 @@ pub(super) struct ColumnCounts {
 
 impl ColumnCounts {
     /// Counts the columns of at most `most` rows of `words` words each.
-    pub(super) fn of<'a>(rows: impl Iterator<Item = &'a [u64]>, words: usize, most: usize) -> Self {
+    pub(super) fn count<'a>(
+        rows: impl Iterator<Item = &'a [u64]>,
+        words: usize,
+        most: usize,
+    ) -> Self {
         let places = (usize::BITS - most.leading_zeros()) as usize;
         let mut digits = vec![0; places * words];
         for row in rows.take(most) {
@@ -51,7 +55,7 @@ mod tests {
             [word(0), word(64)]
         };
         let rows: Vec<[u64; 2]> = (0..100).map(row).collect();
-        let counts = ColumnCounts::of(rows.iter().map(<[u64; 2]>::as_slice), 2, 100);
+        let counts = ColumnCounts::count(rows.iter().map(<[u64; 2]>::as_slice), 2, 100);
         for column in 0..128_u32 {
             assert_eq!(
                 counts.of_column(column as usize),
@@ -60,6 +64,6 @@ mod tests {
             );
         }
         assert_eq!(counts.of_column(128), 0);
-        assert_eq!(ColumnCounts::of([].into_iter(), 2, 0).of_column(5), 0);
+        assert_eq!(ColumnCounts::count([].into_iter(), 2, 0).of_column(5), 0);
     }
 }

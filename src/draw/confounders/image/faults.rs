@@ -26,7 +26,7 @@ const TURNED: f64 = 0.1;
 /// Cuts six elliptic holes, together a quarter of the figure's area at strength 1, less where
 /// they overlap or lie beside the figure.
 pub(crate) fn holes(picture: &mut BitPicture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
-    let rows = RowCounts::of(picture);
+    let rows = RowCounts::count(picture);
     let spots = Spot::draw::<HOLES>(rng);
     let radius = radius(fine, rows.area() * HOLES_AREA * strength / HOLES as f64);
     let centres = spots.map(|spot| rows.nth(picture, spot.place));
@@ -169,7 +169,7 @@ fn radius(fine: &Fine, area: f64) -> DVec2 {
 struct RowCounts(Vec<u32>);
 
 impl RowCounts {
-    fn of(picture: &BitPicture) -> Self {
+    fn count(picture: &BitPicture) -> Self {
         let mut all = 0;
         let rows = (0..picture.rows()).map(|row| {
             all += picture
@@ -226,7 +226,7 @@ fn border(picture: &BitPicture, spot: Spot) -> Option<DVec2> {
 /// Returns the mean column of the samples that are on in the lower rows, from `from` on.
 fn middle_column(picture: &BitPicture, bounds: SampleBounds, from: usize) -> isize {
     let rows = (from..bounds.bottom).map(|row| picture.row(row));
-    let counts = ColumnCounts::of(rows, picture.columns() / 64, picture.rows());
+    let counts = ColumnCounts::count(rows, picture.columns() / 64, picture.rows());
     let (mut sum, mut count) = (0, 0);
     for column in bounds.left..bounds.right {
         let on = counts.of_column(column) as usize;

@@ -53,9 +53,9 @@ impl FineRenderer {
         match rasterizer {
             Rasterizer::Skia | Rasterizer::Rows => Ok(Self {
                 silhouettes: Renderer::new(rasterizer, size),
-                samples: Renderer::of(SampleImages::new(Size::S64x64)),
+                samples: Renderer::with_window(SampleImages::new(Size::S64x64)),
             }),
-            grey => Err(SettingError::GreyRaster.of("raster", grey)),
+            grey => Err(SettingError::GreyRaster.refuses("raster", grey)),
         }
     }
 }
@@ -89,7 +89,7 @@ impl Fine {
     ///
     /// # Errors
     /// For figures without an image; see [`DrawError`].
-    pub(crate) fn of(
+    pub(crate) fn lay_out(
         figure: &Figure<'_>,
         others: &[&Figure<'_>],
         view: RenderView,

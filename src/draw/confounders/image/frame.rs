@@ -220,7 +220,7 @@ impl Fine {
         let rows = grid.rows.samples(most).flatten();
         let rows = rows.filter(|&row| row < picture.rows());
         let rows = rows.map(|row| picture.row(row));
-        let counts = ColumnCounts::of(rows, picture.columns() / 64, most);
+        let counts = ColumnCounts::count(rows, picture.columns() / 64, most);
         let (mut area, mut doubled) = (0, 0);
         for number in grid.columns.before(now.left)..=grid.columns.before(now.right) {
             if let Some(column) = grid.columns.sample(number) {

@@ -5,7 +5,7 @@
 //! framed:
 //!
 //! ```text
-//! let fine = Fine::of(&figure, &[&shadow], view, size)?;
+//! let fine = Fine::lay_out(&figure, &[&shadow], view, size)?;
 //! let (mut picture, before) = fine.draw_figure(&mut renderer, &figure)?;
 //! picture.join(&fine.draw(&mut renderer, &shadow)?);
 //! picture.remove(&fine.draw(&mut renderer, &occluder)?);

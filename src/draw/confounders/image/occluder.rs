@@ -248,7 +248,7 @@ mod tests {
             let figure = Figure::new(body, &poses[0]);
             let camera = camera((azimuth, 0.0), is_perspective);
             let (view, size) = (seen(camera, Framing::Height), Size::S50x30);
-            let fine = Fine::of(&figure, &[], view, size).expect("a picture");
+            let fine = Fine::lay_out(&figure, &[], view, size).expect("a picture");
             let (picture, _) = fine.draw_figure(&mut renderer, &figure).expect("a drawing");
             let mut hidden = |strength: f64| {
                 let mut rng = ChaCha8Rng::seed_from_u64(2);

@@ -203,7 +203,7 @@ mod tests {
             ] {
                 let camera = camera(angles, false);
                 let (view, size) = (seen(camera, Framing::Height), size);
-                let fine = Fine::of(&figure, &[&shadow], view, size).expect("a picture");
+                let fine = Fine::lay_out(&figure, &[&shadow], view, size).expect("a picture");
                 let mut renderer = FineRenderer::new(Rasterizer::Rows, size).expect("binary");
                 let drawn = fine.draw_figure(&mut renderer, &figure);
                 let (mut picture, before) = drawn.expect("a figure");

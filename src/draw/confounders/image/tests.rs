@@ -90,7 +90,7 @@ pub(super) fn side_view(frame: usize) -> (Fine, BitPicture, SampleBounds) {
         seen(camera((90.0, 0.0), false), Framing::Height),
         Size::S50x30,
     );
-    let fine = Fine::of(&figure, &[], view, size).expect("a picture");
+    let fine = Fine::lay_out(&figure, &[], view, size).expect("a picture");
     let mut renderer = FineRenderer::new(Rasterizer::Rows, Size::S50x30).expect("binary");
     let drawn = fine.draw_figure(&mut renderer, &figure);
     let (picture, bounds) = drawn.expect("a drawing");
@@ -104,7 +104,7 @@ fn unchanged(
     view: RenderView,
     size: Size,
 ) -> Option<Framed> {
-    let fine = Fine::of(figure, &[], view, size).expect("a picture");
+    let fine = Fine::lay_out(figure, &[], view, size).expect("a picture");
     let (picture, before) = fine.draw_figure(renderer, figure).expect("a drawing");
     fine.frame(&picture, before)
 }
@@ -182,7 +182,7 @@ fn each_fine_sample_is_the_cores_with_its_samples_moved_by_thirds() {
     for (angles, is_perspective) in [((70.0, 0.0), false), ((200.0, 40.0), true)] {
         let camera = camera(angles, is_perspective);
         let (view, size) = (seen(camera, FIXED), Size::S64x44);
-        let fine = Fine::of(&figure, &[], view, size).expect("a picture");
+        let fine = Fine::lay_out(&figure, &[], view, size).expect("a picture");
         let picture = fine.draw(&mut renderer, &figure).expect("a drawing");
         let (mut on, mut wrong) = (0, 0);
         for (down, across) in (0..3_u8).flat_map(|down| (0..3_u8).map(move |c| (down, c))) {
@@ -212,7 +212,7 @@ fn what_is_left_of_a_figure_fills_the_rows_again() {
         let (body, poses) = &people()[0];
         let figure = Figure::new(body, &poses[2]);
         let (view, size) = (seen(camera((90.0, 0.0), false), framing), size);
-        let fine = Fine::of(&figure, &[], view, size).expect("a picture");
+        let fine = Fine::lay_out(&figure, &[], view, size).expect("a picture");
         let mut renderer = FineRenderer::new(Rasterizer::Rows, size).expect("binary");
         let drawn = fine.draw_figure(&mut renderer, &figure);
         let (mut picture, before) = drawn.expect("a drawing");
@@ -326,7 +326,7 @@ fn effects_have_a_cost() {
                 let (view, size) = (seen(camera((90.0, 0.0), false), framing), size);
                 let ns = median(&mut |round| {
                     let figure = Figure::new(body, &poses[round % 16]);
-                    let fine = Fine::of(&figure, &[], view, size).expect("a picture");
+                    let fine = Fine::lay_out(&figure, &[], view, size).expect("a picture");
                     let drawn = fine.draw_figure(&mut renderer, &figure);
                     let (picture, before) = drawn.expect("a drawing");
                     assert!(fine.frame(&picture, before).is_some());

@@ -47,7 +47,7 @@ impl GaitFacts {
     /// is nearer to the first (Gramkow 2001, J. Math. Imaging Vis. 15:7-16): within 0.1 % of
     /// the least-squares mean for rotations within 40 degrees of each other.
     #[must_use]
-    pub(crate) fn of(
+    pub(crate) fn from_poses(
         skeleton: Skeleton,
         cycle: impl IntoIterator<Item = Pose>,
         speed_mps: f64,

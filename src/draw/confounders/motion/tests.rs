@@ -41,7 +41,7 @@ impl Walked {
             offsets: person.body.offsets.map(DVec3::as_vec3),
         };
         Self {
-            gait: GaitFacts::of(skeleton, poses.iter().cloned(), 5.0 / 3.6, cycle.period_s),
+            gait: GaitFacts::from_poses(skeleton, poses.iter().cloned(), 5.0 / 3.6, cycle.period_s),
             poses,
         }
     }
@@ -116,7 +116,7 @@ fn a_mean_pose_lies_in_the_middle_whatever_the_quaternions_signs() {
     turned.root = Vec3::new(0.2, 1.0, 0.0);
     let poses = [bent(Joint::LeftShank, 10.0), turned];
     let skeleton = Walked::by(0).gait.skeleton;
-    let gait = GaitFacts::of(skeleton, poses, 1.5, 1.2);
+    let gait = GaitFacts::from_poses(skeleton, poses, 1.5, 1.2);
     let mut expected = bent(Joint::LeftShank, 40.0);
     expected.root = Vec3::new(0.1, 0.5, 0.0);
     assert!(difference_deg(&gait.mean, &expected) < 1e-4);
@@ -128,7 +128,7 @@ fn a_mean_pose_lies_in_the_middle_whatever_the_quaternions_signs() {
 fn faster_walkers_excursions_grow_as_grieve_and_gear_have_it() {
     let skeleton = Walked::by(0).gait.skeleton;
     let cycle = [20.0, 60.0].map(|degrees| bent(Joint::RightShank, degrees));
-    let gait = GaitFacts::of(skeleton, cycle.clone(), 1.4, 1.0);
+    let gait = GaitFacts::from_poses(skeleton, cycle.clone(), 1.4, 1.0);
     // 1.5 to the power of 0.42 is 1.18565; excursions are 20 degrees about a mean of 40.
     for (strength, reach) in [(1.0, 23.713), (-1.0, 16.868)] {
         let mut pose = cycle[1].clone();
@@ -148,7 +148,7 @@ fn faster_walkers_keep_their_mean_pose() {
     for walk in people() {
         let faster = walk.under(speed, 1.0);
         let GaitFacts { skeleton, .. } = walk.gait.clone();
-        let mean = GaitFacts::of(skeleton, faster, 1.0, 1.0).mean;
+        let mean = GaitFacts::from_poses(skeleton, faster, 1.0, 1.0).mean;
         assert!(difference_deg(&mean, &walk.gait.mean) < 1.0);
     }
 }
@@ -335,7 +335,7 @@ fn the_mirrored_walker_does_the_same_mirrored() {
     let walk = Walked::by(6);
     let image: Vec<Pose> = walk.poses.iter().map(mirrored).collect();
     let skeleton = walk.gait.skeleton.clone();
-    let gait = GaitFacts::of(skeleton, image.iter().cloned(), 1.4, 1.0);
+    let gait = GaitFacts::from_poses(skeleton, image.iter().cloned(), 1.4, 1.0);
     let image = Walked { gait, poses: image };
     for (name, effect, _) in EFFECTS.iter().filter(|(.., is_even)| *is_even) {
         for strength in [0.5, 1.0] {

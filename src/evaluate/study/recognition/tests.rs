@@ -24,7 +24,7 @@ fn examples(is_real: bool) -> Vec<Example> {
 }
 
 /// Returns the examples in a part: whether each is real, its take and its cycle.
-fn of(part: &[&Example]) -> BTreeSet<(bool, usize, usize)> {
+fn contents(part: &[&Example]) -> BTreeSet<(bool, usize, usize)> {
     let name = |one: &&Example| (one.gei[1_499] > 0, one.take, one.position);
     part.iter().map(name).collect()
 }
@@ -35,10 +35,12 @@ fn nothing_that_is_looked_for_or_next_to_it_is_trained_on() {
     for experiment in Experiment::ALL {
         for (unit, seed) in [SplitUnit::Cycle, SplitUnit::Take].into_iter().zip(0..20) {
             let RecognitionTrial { train, test } = trial(experiment, &real, &synthetic, unit, seed);
-            assert!(!test.is_empty() && of(&train).is_disjoint(&of(&test)));
+            assert!(!test.is_empty() && contents(&train).is_disjoint(&contents(&test)));
             let tests_real = experiment != Experiment::RealSynthetic && !experiment.is_synthetic();
             assert!(
-                of(&test).iter().all(|one| one.0 == tests_real),
+                contents(&test)
+                    .iter()
+                    .all(|example| example.0 == tests_real),
                 "{experiment:?}"
             );
             for one in train.iter().filter(|_| experiment.is_split()) {
@@ -62,7 +64,7 @@ fn each_experiment_trains_on_what_its_name_says() {
         let RecognitionTrial { train, test } = trial(experiment, &real, &synthetic, unit, 3);
         let count = |part: &[&Example], is_real: bool| {
             part.iter()
-                .filter(|one| (one.gei[1_499] > 0) == is_real)
+                .filter(|example| (example.gei[1_499] > 0) == is_real)
                 .count()
         };
         [
@@ -132,8 +134,8 @@ fn people_who_differ_by_a_bar_are_told_apart_and_strangers_are_not_looked_for() 
     let mut strangers = real.clone();
     strangers
         .iter_mut()
-        .filter(|one| one.person == 0)
-        .for_each(|one| one.person = 2);
+        .filter(|stranger| stranger.person == 0)
+        .for_each(|example| example.person = 2);
     let both = RealAndSynthetic {
         real: &strangers,
         synthetic: &synthetic,

@@ -68,7 +68,7 @@ fn stature_m(offsets: &[DVec3; JOINTS]) -> f64 {
 /// Returns the features of a cycle on its walker's own skeleton.
 pub(super) fn features(cycle: &Cycle, offsets: &[DVec3; JOINTS]) -> Features {
     let stature_m = stature_m(offsets);
-    let population = PopulationNorms::of(Sex::Male);
+    let population = PopulationNorms::for_sex(Sex::Male);
     let mass_kg = population.bmi.0 * stature_m * stature_m;
     let dimensions = Dimensions::expected(stature_m, mass_kg, None, &[0.0; DIMENSIONS])
         .expect("a recorded walker has a plausible stature");
@@ -210,7 +210,7 @@ mod tests {
                 Angle::ShoulderFlexion,
                 Angle::ShoulderAbduction,
             ] {
-                let [left, right] = [Side::Left, Side::Right].map(|side| style.of(angle, side));
+                let [left, right] = [Side::Left, Side::Right].map(|side| style.angle(angle, side));
                 let found = against_norm(&frames, &norm, angle);
                 let offset_deg = left.offset_sd * norm.spread_deg(angle);
                 let asymmetry_deg = 0.5 * (left.offset_deg - right.offset_deg);

@@ -83,7 +83,9 @@ mod tests {
     #[test]
     fn angles_of_a_pose_are_those_that_it_was_made_of() {
         let dimensions = Person::average(Sex::Female).dimensions;
-        assert!((dimensions.stature - PopulationNorms::of(Sex::Female).stature.0).abs() < 1e-12);
+        assert!(
+            (dimensions.stature - PopulationNorms::for_sex(Sex::Female).stature.0).abs() < 1e-12
+        );
         for seed in 0..20 {
             let style = Style::random(&mut ChaCha8Rng::seed_from_u64(seed));
             for (speed_kmh, phase) in [(3.0, 0.1), (5.0, 0.63), (7.0, 0.9), (10.0, 0.35)] {

@@ -57,7 +57,7 @@ fn told(reach: f32, is_image: bool) -> [usize; 2] {
         assert!(seen.draft(&hull, toward));
         for a in 0..10u8 {
             for (b, c) in [(11, 12), (13, 17), (21, 30), (12, 31)] {
-                let corners = FacetCorners::of([a, b, c]);
+                let corners = FacetCorners::from_numbers([a, b, c]);
                 let side = turn_of(&seen, corners);
                 counts[usize::from(side.is_some())] += 1;
                 if let Some(is_seen) = side {

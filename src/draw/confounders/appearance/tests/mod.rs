@@ -227,7 +227,7 @@ fn an_avatar_that_wears_nothing_is_its_own_body() {
     let person = Person::average(Sex::Male);
     let encoded = encode_avatar(&person.body, 2.0).expect("a body");
     let avatar = Avatar::parse(&encoded.bytes).expect("our own bytes");
-    let outfit = Outfit::of(&avatar);
+    let outfit = Outfit::from_avatar(&avatar);
     assert!(outfit.hulls.iter().all(|hull| hull.part == BodyPart::Body));
     let body = outfit.body().expect("within the budget");
     let expected = UnpackedBody::new(&avatar);

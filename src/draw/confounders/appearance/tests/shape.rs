@@ -4,7 +4,7 @@ use super::*;
 
 /// Returns breadth and depth of some joints' hulls within 0.5 mm of a height above the pelvis.
 fn spans(walker: &Walker, outfit: &Outfit, joints: &[Joint], height: f64) -> (f64, f64) {
-    let standing = RestJoints::of(&walker.wearer.skeleton);
+    let standing = RestJoints::from_skeleton(&walker.wearer.skeleton);
     let (min, max) = standing
         .slice(outfit, joints, height - 5e-4..=height + 5e-4)
         .bounds();
@@ -18,7 +18,7 @@ fn a_man_of_30_percent_more_mass_is_as_much_broader_as_the_regressions_say() {
         walker.dressed(body_mass, 1.0),
         walker.dressed(body_mass, -1.0),
     );
-    let standing = RestJoints::of(&walker.wearer.skeleton);
+    let standing = RestJoints::from_skeleton(&walker.wearer.skeleton);
     // ANSUR II's mean man, 1.7562 m and 27.69 kg/m2, has a waist 326.47 mm broad and 237.79 mm
     // deep; each kg/m2 is 7.348 and 7.447 mm more. 30 % more mass is 8.307 kg/m2 more, and as
     // much less is 6.390.
@@ -70,7 +70,7 @@ fn a_body_of_another_mass_is_the_one_that_is_made_of_that_mass() {
                 })
                 .collect(),
         };
-        let standing = RestJoints::of(&walker.wearer.skeleton);
+        let standing = RestJoints::from_skeleton(&walker.wearer.skeleton);
         let at = |joint: Joint, more: f64| standing.at(joint).y + more;
         for (joint, height) in [
             (Joint::Pelvis, at(Joint::Pelvis, -0.02)),
@@ -97,7 +97,7 @@ fn a_body_of_another_mass_is_the_one_that_is_made_of_that_mass() {
 #[test]
 fn a_broad_build_is_two_residual_deviations_broader_at_the_waist() {
     let walker = Walker::average(Sex::Female);
-    let standing = RestJoints::of(&walker.wearer.skeleton);
+    let standing = RestJoints::from_skeleton(&walker.wearer.skeleton);
     // The navel's ring.
     let height = standing.at(Joint::Spine).y - 0.010;
     let of = |outfit: &Outfit| spans(&walker, outfit, &[Joint::Spine], height).0;

@@ -41,7 +41,7 @@ fn more_strength_is_more_to_see() {
 
 /// Returns the body points in a pose that cloth from the waist to a hem must enclose.
 fn under_cloth(walker: &Walker, pose: &ModelPose, hem: f64) -> Vec<Vec3> {
-    let standing = RestJoints::of(&walker.wearer.skeleton);
+    let standing = RestJoints::from_skeleton(&walker.wearer.skeleton);
     let waist = standing.at(Joint::Spine).y;
     let hulls = walker.outfit.hulls.iter().zip(posed(&walker.outfit, pose));
     let points = hulls.flat_map(|(hull, places)| {
@@ -59,7 +59,7 @@ fn under_cloth(walker: &Walker, pose: &ModelPose, hem: f64) -> Vec<Vec3> {
 #[test]
 fn skirts_and_coats_are_around_hips_and_legs_in_every_pose() {
     for walker in Walker::all() {
-        let standing = RestJoints::of(&walker.wearer.skeleton);
+        let standing = RestJoints::from_skeleton(&walker.wearer.skeleton);
         let (hip, ankle) = (
             standing.at(Joint::LeftThigh).y,
             standing.at(Joint::LeftFoot).y,
@@ -110,7 +110,7 @@ fn what_follows_the_body_is_around_it() {
 fn a_coat_adds_40_mm_to_the_breadth_of_the_shoulders() {
     let walker = Walker::average(Sex::Male);
     let breadth = |outfit: &Outfit| {
-        let standing = RestJoints::of(&walker.wearer.skeleton);
+        let standing = RestJoints::from_skeleton(&walker.wearer.skeleton);
         let arms = [Joint::LeftUpperArm, Joint::RightUpperArm];
         let (min, max) = standing.slice(outfit, &arms, f64::MIN..=f64::MAX).bounds();
         max.x - min.x
@@ -175,7 +175,7 @@ fn dressed_people_put_on_whatever_a_condition_says() {
         let body = subject(&options, number).expect("a person").body;
         let bytes = encode_avatar(&body, 2.0).expect("a body").bytes;
         let avatar = Avatar::parse(&bytes).expect("a body");
-        let worn = Outfit::of(&avatar);
+        let worn = Outfit::from_avatar(&avatar);
         assert_eq!(worn.hulls.len(), avatar.drawn_hulls());
         let hangs = |outfit: &Outfit| {
             let hulls = outfit.hulls.iter().filter(|hull| hull.joint().is_none());
