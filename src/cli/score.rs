@@ -189,8 +189,10 @@ fn judged(
         progress.step()?;
         let contract = entrants[entrant].recognizer.contract();
         if pictures[entrant].len() < SHOWN_PEOPLE * SHOWN.len() {
-            let from = sequences.view_label(sequence).angles_deg();
-            pictures[entrant].push((bytes.to_vec(), from));
+            pictures[entrant].push(SeenPicture {
+                bytes: bytes.to_vec(),
+                angles_deg: sequences.view_label(sequence).angles_deg(),
+            });
         }
         let TemplateShape::Image { planes, .. } = contract.shape() else {
             return Ok(());
@@ -260,16 +262,21 @@ fn judged(
     Ok((results, samples))
 }
 
-/// An image, with its azimuth and elevation in degrees, if known.
-type SeenPicture = (Vec<u8>, Option<(f64, f64)>);
+/// An image that a recognizer was shown.
+#[derive(Clone)]
+struct SeenPicture {
+    bytes: Vec<u8>,
+    /// Azimuth and elevation, if known.
+    angles_deg: Option<(f64, f64)>,
+}
 
 /// Measures the time of an inference of one input, after a warm-up.
 fn latency(recognizer: &dyn Recognizer, pictures: &[SeenPicture]) -> Result<Option<Latency>> {
     let contract = recognizer.contract();
-    let fed = |(bytes, from): &SeenPicture| {
+    let fed = |seen: &SeenPicture| {
         let mut input = Vec::new();
-        contract.feed(bytes, &mut input);
-        contract.feed_view(*from, &mut input)?;
+        contract.feed(&seen.bytes, &mut input);
+        contract.feed_view(seen.angles_deg, &mut input)?;
         Ok(input)
     };
     let inputs: Vec<Vec<f32>> = pictures.iter().map(fed).collect::<Result<_>>()?;

@@ -4,7 +4,7 @@ use super::rank1::{ProbeOutcome, Tally, closed_set};
 use crate::dataset::sequences::{Form, SequenceSource};
 use crate::error::Result;
 use crate::inference::Recognizer;
-use crate::inference::answers::ask;
+use crate::inference::answers::{RecognizerNeeds, ask};
 use edgegait_core::linear::LinearRecognizer;
 use serde::{Deserialize, Serialize};
 
@@ -56,7 +56,11 @@ impl Agreement {
             found[sequence] = scores.collect();
             Ok(())
         };
-        let (answers, _) = ask(&[(recognizer, &|_| true)], source, &all, form, &mut seen)?;
+        let asked = RecognizerNeeds {
+            recognizer,
+            needs: &|_| true,
+        };
+        let (answers, _) = ask(&[asked], source, &all, form, &mut seen)?;
         let classes = &recognizer.contract().classes;
         let mut sums = GeiSums::default();
         for (&sequence, found) in all.iter().zip(&found) {

@@ -75,12 +75,20 @@ struct AsfBone {
     freedoms: Vec<Freedom>,
 }
 
+/// A bone's place in the hierarchy.
+struct BoneLink {
+    child: String,
+    parent: String,
+    /// The line that states it.
+    line: usize,
+}
+
 /// The contents of a file's sections, collected line by line.
 struct Sections {
     bones: Vec<AsfBone>,
     root: AsfBone,
     /// The name of a child bone, the name of its parent, and their line.
-    parents: Vec<(String, String, usize)>,
+    parents: Vec<BoneLink>,
     length: Option<f64>,
     angle: Option<f64>,
     warnings: Vec<String>,
@@ -122,10 +130,12 @@ pub(super) fn read(mut lines: Lines) -> Result<AsfSkeleton> {
                 ["begin" | "end"] => {}
                 [parent, children @ ..] => {
                     let line = lines.number();
-                    let pairs = children
-                        .iter()
-                        .map(|child| ((*child).to_owned(), (*parent).to_owned(), line));
-                    sections.parents.extend(pairs);
+                    let links = children.iter().map(|child| BoneLink {
+                        child: (*child).to_owned(),
+                        parent: (*parent).to_owned(),
+                        line,
+                    });
+                    sections.parents.extend(links);
                 }
                 [] => {}
             },
@@ -309,7 +319,12 @@ fn children(lines: &Lines, sections: &Sections) -> Result<Vec<Vec<usize>>> {
     let at = |line| crate::error::FilePlace::Line(line);
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); index.len()];
     let mut has_parent = vec![false; index.len()];
-    for (child, parent, line) in &sections.parents {
+    for BoneLink {
+        child,
+        parent,
+        line,
+    } in &sections.parents
+    {
         let find = |name: &str| {
             index.get(name).copied().ok_or_else(|| {
                 let problem = format!("the hierarchy names an unknown bone `{}`", shown(name));

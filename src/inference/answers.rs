@@ -53,13 +53,17 @@ impl Answers {
     }
 }
 
-/// A recognizer, and whether it needs a sequence.
-pub(crate) type RecognizerNeeds<'a> = (&'a dyn Recognizer, &'a dyn Fn(usize) -> bool);
+/// A recognizer, and the sequences that it is shown.
+#[derive(Clone, Copy)]
+pub(crate) struct RecognizerNeeds<'a> {
+    pub recognizer: &'a dyn Recognizer,
+    /// Whether it needs a sequence.
+    pub needs: &'a dyn Fn(usize) -> bool,
+}
 
 /// A recognizer with its answers so far and its pending inputs.
 struct Listener<'a> {
     recognizer: &'a dyn Recognizer,
-    /// Whether it needs a sequence.
     needs: &'a dyn Fn(usize) -> bool,
     answers: Answers,
     waiting: Vec<usize>,
@@ -153,7 +157,7 @@ pub(crate) fn ask(
 ) -> Result<(Vec<Answers>, ShownCounts)> {
     let mut listeners: Vec<Listener<'_>> = recognizers
         .iter()
-        .map(|&(recognizer, needs)| Listener {
+        .map(|&RecognizerNeeds { recognizer, needs }| Listener {
             recognizer,
             needs,
             answers: Answers {

@@ -4,41 +4,31 @@ use super::{Contract, Model};
 use crate::error::{Error, Result};
 use std::path::Path;
 
-/// The name, graph and contract of a model.
-type Shipped = (&'static str, &'static [u8], &'static str);
+/// A model that the program contains.
+struct Shipped {
+    name: &'static str,
+    graph: &'static [u8],
+    contract: &'static str,
+}
+
+macro_rules! shipped {
+    ($name:literal) => {
+        Shipped {
+            name: $name,
+            graph: include_bytes!(concat!("../../models/", $name, ".onnx")),
+            contract: include_str!(concat!("../../models/", $name, ".toml")),
+        }
+    };
+}
 
 /// The shipped models; `models/README.md` has a card for each.
 const SHIPPED: [Shipped; 6] = [
-    (
-        "side",
-        include_bytes!("../../models/side.onnx"),
-        include_str!("../../models/side.toml"),
-    ),
-    (
-        "spread",
-        include_bytes!("../../models/spread.onnx"),
-        include_str!("../../models/spread.toml"),
-    ),
-    (
-        "gei-small",
-        include_bytes!("../../models/gei-small.onnx"),
-        include_str!("../../models/gei-small.toml"),
-    ),
-    (
-        "geinet",
-        include_bytes!("../../models/geinet.onnx"),
-        include_str!("../../models/geinet.toml"),
-    ),
-    (
-        "geinet-int8",
-        include_bytes!("../../models/geinet-int8.onnx"),
-        include_str!("../../models/geinet-int8.toml"),
-    ),
-    (
-        "gaitset-small",
-        include_bytes!("../../models/gaitset-small.onnx"),
-        include_str!("../../models/gaitset-small.toml"),
-    ),
+    shipped!("side"),
+    shipped!("spread"),
+    shipped!("gei-small"),
+    shipped!("geinet"),
+    shipped!("geinet-int8"),
+    shipped!("gaitset-small"),
 ];
 /// The number of linear models, which come first: results list these if no model is named.
 const LINEAR: usize = 2;
@@ -46,7 +36,7 @@ const LINEAR: usize = 2;
 /// Returns the names of all shipped models.
 #[must_use]
 pub fn names() -> [&'static str; 6] {
-    SHIPPED.map(|(name, _, _)| name)
+    SHIPPED.map(|shipped| shipped.name)
 }
 
 /// Returns the linear models, in the order in which results list them.
@@ -86,17 +76,24 @@ pub fn require_name(path: &Path) -> Result<()> {
 /// # Errors
 /// If the file or its contract cannot be used.
 pub fn open(path: &Path) -> Result<Model> {
-    let named = SHIPPED.iter().find(|(name, _, _)| path == Path::new(name));
+    let named = SHIPPED
+        .iter()
+        .find(|shipped| path == Path::new(shipped.name));
     match named.filter(|_| !path.exists()) {
         Some(shipped) => model(shipped),
         None => Model::open(path),
     }
 }
 
-fn model(&(name, bytes, contract): &Shipped) -> Result<Model> {
+fn model(shipped: &Shipped) -> Result<Model> {
+    let Shipped {
+        name,
+        graph,
+        contract,
+    } = shipped;
     let path = format!("models/{name}.onnx");
     let contract = Contract::parse(Path::new(&format!("models/{name}.toml")), contract)?;
-    Model::from_bytes(path, bytes, contract)
+    Model::from_bytes(path, *graph, contract)
 }
 
 #[cfg(test)]
@@ -154,7 +151,12 @@ mod tests {
 
     #[test]
     fn the_shipped_contracts_are_written_as_they_are() {
-        for (name, _, text) in SHIPPED {
+        for Shipped {
+            name,
+            contract: text,
+            ..
+        } in SHIPPED
+        {
             let contract = Contract::parse(Path::new(name), text).expect("a shipped contract");
             assert_eq!(contract.to_toml().expect("plain values"), text);
         }

@@ -115,7 +115,7 @@ pub(super) fn gallery(title: &str, rows: &[GalleryRow], blocks: usize) -> Result
         PAPER,
     );
     let mut classes = CLASSES.to_vec();
-    let mut texts = vec![((MARGIN, MARGIN / 2), title, None)];
+    let mut texts = vec![SheetText::plain((MARGIN, MARGIN / 2), title)];
     for (index, (row, strip)) in rows.iter().zip(&strips).enumerate() {
         let x = MARGIN + width * (index / in_block) as u32;
         let y = MARGIN + LINE + height * (index % in_block) as u32;
@@ -125,13 +125,21 @@ pub(super) fn gallery(title: &str, rows: &[GalleryRow], blocks: usize) -> Result
             classes.push(&row.class);
             classes.len() - 1
         });
-        texts.push(((x, y), &row.label, Some(class)));
+        texts.push(SheetText {
+            at: (x, y),
+            text: &row.label,
+            class: Some(class),
+        });
     }
     // The names of the classes at the right end of the title's line, the last one outermost.
     let mut right = sheet.width() - MARGIN;
     for (index, class) in classes.iter().enumerate().rev() {
         right = right.saturating_sub((LETTER * class.len() as f64) as u32 + 2 * SQUARE);
-        texts.push(((right, MARGIN / 2), class, Some(index)));
+        texts.push(SheetText {
+            at: (right, MARGIN / 2),
+            text: class,
+            class: Some(index),
+        });
     }
     write(&mut sheet, &texts)?;
     Ok(sheet)
@@ -183,14 +191,14 @@ pub(super) fn template_sheet(
         MARGIN + LINE + GAP + height * rows.len() as u32,
         PAPER,
     );
-    let mut texts = vec![((MARGIN, MARGIN / 2), title, None)];
+    let mut texts = vec![SheetText::plain((MARGIN, MARGIN / 2), title)];
     for (index, (cell, picture)) in cells.iter().zip(&pictures).enumerate() {
         let (row, column) = (index / columns, index % columns);
         let before = &widths[row * columns..][..column];
         let x = MARGIN + before.iter().sum::<u32>();
         let y = MARGIN + LINE + height * row as u32;
         imageops::replace(&mut sheet, picture, x.into(), (y + LINE).into());
-        texts.push(((x, y), &cell.label, None));
+        texts.push(SheetText::plain((x, y), &cell.label));
     }
     write(&mut sheet, &texts)?;
     Ok(sheet)
@@ -220,12 +228,30 @@ fn side_by_side(pictures: &[RgbImage]) -> RgbImage {
     strip
 }
 
-/// Writes texts at their upper left corners, after a square in the colour of their class if they
-/// have one.
-fn write(sheet: &mut RgbImage, texts: &[((u32, u32), &str, Option<usize>)]) -> Result<()> {
+/// A text on a sheet.
+struct SheetText<'a> {
+    /// Its upper left corner.
+    at: (u32, u32),
+    text: &'a str,
+    /// The class whose colour a square before it has.
+    class: Option<usize>,
+}
+
+impl<'a> SheetText<'a> {
+    const fn plain(at: (u32, u32), text: &'a str) -> Self {
+        Self {
+            at,
+            text,
+            class: None,
+        }
+    }
+}
+
+fn write(sheet: &mut RgbImage, texts: &[SheetText<'_>]) -> Result<()> {
     let font = FontRef::try_from_slice(epaint_default_fonts::HACK_REGULAR)
         .map_err(|error| ReportError::Font(error.into()))?;
-    for &((mut x, y), text, class) in texts {
+    for &SheetText { at, text, class } in texts {
+        let (mut x, y) = at;
         if let Some(class) = class {
             let square = RgbImage::from_pixel(SQUARE, SQUARE, colour(class));
             imageops::replace(sheet, &square, x.into(), (y + 4).into());

@@ -103,17 +103,23 @@ impl Gabor {
             let image = image.into_shape_with_order(sides).expect("its pixels");
             let responses = self.responses(image);
             let (down, across) = self.kept;
-            for ((kernel, row, column), number) in responses {
+            for response in responses {
+                let GaborResponse {
+                    kernel,
+                    row,
+                    column,
+                    magnitude,
+                } = response;
                 let (scale, orientation) = (kernel / ORIENTATIONS, kernel % ORIENTATIONS);
                 let at = (orientation * across + column) * self.shape.1 + scale * down + row;
-                feature[at] = number;
+                feature[at] = magnitude;
             }
         });
         features
     }
 
-    /// Computes the magnitudes of an image, each with its kernel, row and column.
-    fn responses(&self, image: ArrayView2<'_, f32>) -> Vec<((usize, usize, usize), f32)> {
+    /// Computes the responses that are kept of an image.
+    fn responses(&self, image: ArrayView2<'_, f32>) -> Vec<GaborResponse> {
         let (down, across) = self.kept;
         let wide = 2 * self.size.columns();
         let of_rows = multiply(self.rows.view(), image);
@@ -131,7 +137,12 @@ impl Gabor {
                     let (real, imaginary) =
                         (parts[[row, 2 * column]], parts[[row, 2 * column + 1]]);
                     let magnitude = (real * real + imaginary * imaginary).sqrt();
-                    found.push(((kernel, row, column), magnitude));
+                    found.push(GaborResponse {
+                        kernel,
+                        row,
+                        column,
+                        magnitude,
+                    });
                 }
             }
         }
@@ -169,6 +180,14 @@ impl Gabor {
         file.integers("features_shape", &shape);
         file.node("Reshape", &["ordered", "features_shape"], output);
     }
+}
+
+/// The response of a kernel at a place of an image.
+struct GaborResponse {
+    kernel: usize,
+    row: usize,
+    column: usize,
+    magnitude: f32,
 }
 
 /// Returns the rows or columns at which responses are kept: the middle of each four.

@@ -22,8 +22,16 @@ pub struct MixPart {
     pub samples: Samples,
 }
 
-/// The template, and the size and (if known) the framing of its silhouettes.
-pub type SampleForm = (Template, Size, Option<FramingMode>);
+/// The form of samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SampleForm {
+    /// The template.
+    pub template: Template,
+    /// The size of its silhouettes.
+    pub size: Size,
+    /// Their framing, if known.
+    pub framing: Option<FramingMode>,
+}
 
 /// Checks that sources have the same template, size and framing; each comes with its name.
 ///
@@ -44,9 +52,9 @@ pub fn require_one_form(sources: &[(&str, SampleForm)]) -> Result<()> {
             }),
         }
     };
-    setting("template", |form| Some(form.0.name()))?;
-    setting("size", |form| Some(form.1.name()))?;
-    setting("framing", |form| form.2.map(FramingMode::name))?;
+    setting("template", |form| Some(form.template.name()))?;
+    setting("size", |form| Some(form.size.name()))?;
+    setting("framing", |form| form.framing.map(FramingMode::name))?;
     Ok(())
 }
 
@@ -82,7 +90,7 @@ pub fn joined(parts: Vec<MixPart>) -> Result<Samples> {
         .map(|part| (part.name.as_str(), form(&part.samples)))
         .collect();
     require_one_form(&forms)?;
-    let framing = forms.iter().find_map(|(_, form)| form.2);
+    let framing = forms.iter().find_map(|(_, form)| form.framing);
     let training = training(&parts);
     let views = { parts.iter() }.flat_map(|part| views_among(&part.samples, &training.viewpoints));
     let views = views.collect();
@@ -128,7 +136,11 @@ fn views_among(samples: &Samples, all: &[[f64; 2]]) -> Vec<Option<usize>> {
 }
 
 const fn form(samples: &Samples) -> SampleForm {
-    (samples.template, samples.size, samples.framing)
+    SampleForm {
+        template: samples.template,
+        size: samples.size,
+        framing: samples.framing,
+    }
 }
 
 /// Returns the training data of all parts together. It does not state which source has which
@@ -317,32 +329,37 @@ mod tests {
     #[test]
     fn sources_of_different_forms_are_refused_with_both_names() {
         let (gei, size, height) = (Template::Gei, Size::S50x30, Some(FramingMode::Height));
-        let refusal = |other: SampleForm| {
+        let form = |template, size, framing| SampleForm {
+            template,
+            size,
+            framing,
+        };
+        let refusal = |template, of, framing| {
             let found = require_one_form(&[
-                ("a", (gei, size, None)),
-                ("b", (gei, size, height)),
-                ("c", other),
+                ("a", form(gei, size, None)),
+                ("b", form(gei, size, height)),
+                ("c", form(template, of, framing)),
             ]);
             found.err().map(|error| error.to_string())
         };
-        assert_eq!(refusal((gei, size, None)), None);
-        assert_eq!(refusal((gei, size, height)), None);
+        assert_eq!(refusal(gei, size, None), None);
+        assert_eq!(refusal(gei, size, height), None);
         let expected = |setting: &str, a: &str, b: &str| {
             Some(format!(
                 "expected sources of one {setting}, found {a} and {b} of c"
             ))
         };
         assert_eq!(
-            refusal((gei, Size::S64x44, height)),
+            refusal(gei, Size::S64x44, height),
             expected("size", "50x30 of a", "64x44")
         );
         assert_eq!(
-            refusal((Template::Mei, size, height)),
+            refusal(Template::Mei, size, height),
             expected("template", "gei of a", "mei")
         );
         // The framing of the first is not known.
         assert_eq!(
-            refusal((gei, size, Some(FramingMode::Box))),
+            refusal(gei, size, Some(FramingMode::Box)),
             expected("framing", "height of b", "box")
         );
     }

@@ -20,7 +20,10 @@ const AT_ONCE: usize = 16;
 
 /// The templates of a sequence, in the requested order, and statistics of the images in one of
 /// them.
-type SequenceTemplates = (Vec<Vec<u8>>, ShownCounts);
+struct SequenceTemplates {
+    templates: Vec<Vec<u8>>,
+    shown: ShownCounts,
+}
 
 /// Sweeps the tree at `path`.
 pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
@@ -146,7 +149,10 @@ fn stored(
         let made = numbers.par_iter().map(templates);
         let made: Vec<Result<SequenceTemplates>> = made.collect::<Result<_>>()?;
         for (&number, made) in numbers.iter().zip(made) {
-            let (templates, of_one) = made?;
+            let SequenceTemplates {
+                templates,
+                shown: of_one,
+            } = made?;
             shown = shown.and(of_one);
             let (azimuth_deg, elevation_deg) = sequences
                 .view_label(number)
@@ -211,7 +217,7 @@ fn templates(
             Ok(())
         })?;
     }
-    Ok((templates, shown))
+    Ok(SequenceTemplates { templates, shown })
 }
 
 impl SweepArgs {

@@ -53,7 +53,11 @@ impl Opened {
     fn form(&self, settings: &Settings) -> Result<SampleForm> {
         if let Self::Folder(path, SequenceSource::Dataset(geis)) = self {
             let dataset = geis.dataset();
-            return Ok((dataset.template(), dataset.size(), dataset.framing(path)?));
+            return Ok(SampleForm {
+                template: dataset.template(),
+                size: dataset.size(),
+                framing: dataset.framing(path)?,
+            });
         }
         let Settings {
             template,
@@ -61,7 +65,11 @@ impl Opened {
             framing,
             ..
         } = *settings;
-        Ok((template, size, Some(framing)))
+        Ok(SampleForm {
+            template,
+            size,
+            framing: Some(framing),
+        })
     }
 
     /// Returns the names of its people and of its walks or takes.

@@ -52,8 +52,13 @@ struct Label {
     condition: String,
 }
 
-/// A take of a walk: name, variation and condition.
-type WalkTake<'a> = (String, u32, Option<&'a Condition>);
+/// A take of a walk.
+#[derive(Clone)]
+struct WalkTake<'a> {
+    name: String,
+    variation: u32,
+    condition: Option<&'a Condition>,
+}
 
 impl<'a> PackWalks<'a> {
     /// Returns the recorded cycles of the numbered walks.
@@ -61,7 +66,12 @@ impl<'a> PackWalks<'a> {
     /// # Errors
     /// If a walk is an uncut motion, not a cycle.
     pub fn recorded(pack: &'a Pack<'a>, walks: &[usize]) -> Result<WalkCycles<'a>> {
-        Self::cycles(pack, walks, &|name| vec![(name.to_owned(), 0, None)])
+        let stored = |name: &str| WalkTake {
+            name: name.to_owned(),
+            variation: 0,
+            condition: None,
+        };
+        Self::cycles(pack, walks, &|name| vec![stored(name)])
     }
 
     /// Returns takes that are made from each of the walks, under the conditions that they name.
@@ -86,9 +96,12 @@ impl<'a> PackWalks<'a> {
         };
         let takes: Vec<_> = made
             .iter()
-            .map(|take| {
-                let under = take.condition.as_ref().map(condition).transpose()?;
-                Ok((take.take.clone(), take.variation, under))
+            .map(|made_take| {
+                Ok(WalkTake {
+                    name: made_take.take.clone(),
+                    variation: made_take.variation,
+                    condition: made_take.condition.as_ref().map(condition).transpose()?,
+                })
             })
             .collect::<Result<_>>()?;
         Self::cycles(pack, walks, &|_| takes.clone())
@@ -105,16 +118,16 @@ impl<'a> PackWalks<'a> {
         let names: Vec<&str> = pack.subjects().map(|subject| subject.name).collect();
         let (mut labels, mut jobs) = (Vec::new(), Vec::new());
         for &walk in walks {
-            for (take, variation, condition) in takes(all[walk].name) {
+            for take in takes(all[walk].name) {
                 let job = Job {
                     walk,
-                    variation,
-                    condition,
+                    variation: take.variation,
+                    condition: take.condition,
                 };
                 labels.push(Label {
                     person: names[all[walk].subject].to_owned(),
                     walk: (all[walk].name.to_owned(), u32::from(all[walk].cycle)),
-                    take,
+                    take: take.name,
                     condition: job.condition_name().to_owned(),
                 });
                 jobs.push(job);
@@ -224,7 +237,11 @@ impl<'a> WalkCycles<'a> {
 }
 
 /// A cycle, with the numbers and viewpoints of its requested sequences.
-type WantedCycle<'a> = (Job<'a>, Vec<usize>, Vec<View>);
+struct WantedCycle<'a> {
+    job: Job<'a>,
+    numbers: Vec<usize>,
+    views: Vec<View>,
+}
 
 impl PackWalks<'_> {
     /// Groups the requested sequences by cycle.
@@ -244,8 +261,11 @@ impl PackWalks<'_> {
                 #[expect(clippy::cast_possible_truncation, reason = "it was an f32")]
                 View::new(azimuth as f32, elevation as f32)
             };
-            let views = of_job.iter().map(view).collect::<Result<_>>()?;
-            found.push((job, of_job.to_vec(), views));
+            found.push(WantedCycle {
+                job,
+                numbers: of_job.to_vec(),
+                views: of_job.iter().map(view).collect::<Result<_>>()?,
+            });
         }
         Ok(found)
     }
@@ -281,19 +301,26 @@ impl PackWalks<'_> {
         sink: &mut dyn FnMut(usize, &[u8]) -> Result<()>,
     ) -> Result<(f64, u64)> {
         let (mut clipped, mut empty) = (0.0, 0);
-        for alike in wanted.chunk_by(|a, b| a.2 == b.2) {
-            let jobs: Vec<Job<'_>> = alike.iter().map(|(job, ..)| *job).collect();
-            let mut numbers = alike.iter().map(|(_, numbers, _)| numbers);
+        for alike in wanted.chunk_by(|a, b| a.views == b.views) {
+            let jobs: Vec<Job<'_>> = alike.iter().map(|cycle| cycle.job).collect();
+            let mut numbers = alike.iter().map(|cycle| &cycle.numbers);
             let keep = |_: Job<'_>, swept: Swept| Ok(swept);
-            sweep(self.pack, &jobs, &alike[0].2, settings, keep, |_, swept| {
-                clipped += swept.clipped;
-                empty += swept.empty;
-                let numbers = numbers.next().into_iter().flatten();
-                for (&number, bytes) in numbers.zip(&swept.templates) {
-                    sink(number, bytes)?;
-                }
-                Ok(())
-            })?;
+            sweep(
+                self.pack,
+                &jobs,
+                &alike[0].views,
+                settings,
+                keep,
+                |_, swept| {
+                    clipped += swept.clipped;
+                    empty += swept.empty;
+                    let numbers = numbers.next().into_iter().flatten();
+                    for (&number, bytes) in numbers.zip(&swept.templates) {
+                        sink(number, bytes)?;
+                    }
+                    Ok(())
+                },
+            )?;
         }
         Ok((clipped, empty))
     }
@@ -307,11 +334,10 @@ impl PackWalks<'_> {
     ) -> Result<()> {
         let parts: Vec<(Job<'_>, &[usize], &[View])> = wanted
             .iter()
-            .flat_map(|(job, numbers, views)| {
-                let parts = numbers
-                    .chunks(VIEWS_AT_ONCE)
-                    .zip(views.chunks(VIEWS_AT_ONCE));
-                parts.map(|(numbers, views)| (*job, numbers, views))
+            .flat_map(|cycle| {
+                let parts =
+                    { cycle.numbers.chunks(VIEWS_AT_ONCE) }.zip(cycle.views.chunks(VIEWS_AT_ONCE));
+                parts.map(|(numbers, views)| (cycle.job, numbers, views))
             })
             .collect();
         let at_once = rayon::current_num_threads().max(1);

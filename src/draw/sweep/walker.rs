@@ -65,7 +65,12 @@ impl Dressed {
     /// # Errors
     /// If there is no such walk, or clothes and loads exceed the budget.
     pub(super) fn new(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<Self> {
-        let (walk, subject, avatar, _) = parts(pack, job)?;
+        let JobParts {
+            walk,
+            subject,
+            avatar,
+            ..
+        } = parts(pack, job)?;
         let plan = DosePlan::new(job.condition, seed_of(job, seed, &walk, &subject));
         let mut dressed = Self {
             plan,
@@ -179,7 +184,12 @@ impl<'a> Walker<'a> {
         dressed: &'a Dressed,
         seed: u64,
     ) -> Result<Self> {
-        let (walk, subject, avatar, clip) = parts(pack, job)?;
+        let JobParts {
+            walk,
+            subject,
+            avatar,
+            clip,
+        } = parts(pack, job)?;
         if job.variation > 0 && clip.as_uncut().is_some() {
             return Err(SweepError::UncutHasNoVariations(walk_name(pack, job.walk)).into());
         }
@@ -363,7 +373,7 @@ pub fn drawn(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<String> {
     if job.condition.is_none_or(Condition::is_fixed) {
         return Ok(String::new());
     }
-    let (walk, subject, ..) = parts(pack, job)?;
+    let JobParts { walk, subject, .. } = parts(pack, job)?;
     let plan = DosePlan::new(job.condition, seed_of(job, seed, &walk, &subject));
     Ok(plan.doses().to_string())
 }
@@ -383,15 +393,24 @@ fn seed_of(job: Job<'_>, seed: u64, walk: &WalkEntry<'_>, subject: &SubjectEntry
     }
 }
 
-type JobParts<'a> = (WalkEntry<'a>, SubjectEntry<'a>, Avatar<'a>, Clip<'a>);
+/// The entries of a pack that a job draws.
+struct JobParts<'a> {
+    walk: WalkEntry<'a>,
+    subject: SubjectEntry<'a>,
+    avatar: Avatar<'a>,
+    clip: Clip<'a>,
+}
 
-/// Returns walk, subject, avatar and clip of a job.
 fn parts<'a>(pack: &Pack<'a>, job: Job<'_>) -> Result<JobParts<'a>> {
     let walk = pack.walk(job.walk);
     let subject = walk.and_then(|walk| pack.subject(walk.subject));
     let parts = walk.zip(subject).and_then(|(walk, subject)| {
-        let (avatar, clip) = (pack.avatar(walk.avatar)?, pack.clip(walk.clip)?);
-        Some((walk, subject, avatar, clip))
+        Some(JobParts {
+            walk,
+            subject,
+            avatar: pack.avatar(walk.avatar)?,
+            clip: pack.clip(walk.clip)?,
+        })
     });
     parts.ok_or_else(|| {
         SweepError::NoWalk {

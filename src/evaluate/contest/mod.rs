@@ -252,7 +252,10 @@ impl<'a> Contest<'a> {
             let needs: Vec<_> = group.iter().map(|&at| needs(at)).collect();
             let recognizers: Vec<answers::RecognizerNeeds<'_>> = { group.iter() }
                 .zip(&needs)
-                .map(|(&at, needs)| (entrants[at].recognizer.as_ref(), needs as _))
+                .map(|(&at, needs)| answers::RecognizerNeeds {
+                    recognizer: entrants[at].recognizer.as_ref(),
+                    needs,
+                })
                 .collect();
             let mut tell = |sequence: usize, bytes: &[u8]| {
                 seen(ShownPicture {

@@ -11,14 +11,26 @@ use std::collections::BTreeMap;
 pub(super) struct SideRanks {
     /// Rank-1, as [`crate::evaluate::results::RecognizerResult::rank1`].
     pub(super) rank1: f64,
-    told: BTreeMap<Probe, RankedAnswer>,
+    told: BTreeMap<AskedProbe, RankedAnswer>,
 }
 
-/// A probe: its set, its number, and the gallery's viewpoint if each is compared separately.
-type Probe = (String, usize, String);
+/// A probe, against a gallery.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct AskedProbe {
+    probe_set: String,
+    sequence: usize,
+    /// The gallery's viewpoint, if each is compared separately.
+    gallery: String,
+}
 
-/// The person that a probe is identified as, and the rank of the right person.
-type RankedAnswer = (Option<String>, Option<usize>);
+/// The answer to a probe.
+#[derive(Default, PartialEq)]
+struct RankedAnswer {
+    /// The person that it is identified as.
+    person: Option<String>,
+    /// The rank of the right person.
+    rank: Option<usize>,
+}
 
 /// Changes in the identification of probes between two sides.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -58,8 +70,16 @@ impl SideRanks {
                 (None, Some((azimuth, elevation))) => format!("{azimuth}/{elevation}"),
                 (None, None) => String::new(),
             };
-            let probe = (row.probe_set.to_owned(), row.sequence, gallery);
-            told.insert(probe, (row.answer.map(str::to_owned), row.rank));
+            let probe = AskedProbe {
+                probe_set: row.probe_set.to_owned(),
+                sequence: row.sequence,
+                gallery,
+            };
+            let answer = RankedAnswer {
+                person: row.answer.map(str::to_owned),
+                rank: row.rank,
+            };
+            told.insert(probe, answer);
             Ok(())
         };
         match contest.judged(entrant, answers, seed, &mut tell) {
@@ -85,7 +105,7 @@ impl RankChanges {
             rank1: other.rank1,
         };
         // A side without a finite gallery at a viewpoint has no answer there.
-        let none = (None, None);
+        let none = RankedAnswer::default();
         let only_other = other.told.iter();
         let only_other = only_other.filter(|(probe, _)| !reference.told.contains_key(*probe));
         let pairs = reference.told.iter().map(|(probe, told)| {
@@ -93,12 +113,12 @@ impl RankChanges {
             (told, found.unwrap_or(&none))
         });
         for (a, b) in pairs.chain(only_other.map(|(_, told)| (&none, told))) {
-            let is_right = |told: &RankedAnswer| told.1 == Some(1);
+            let is_right = |told: &RankedAnswer| told.rank == Some(1);
             changes.probes += 1;
-            changes.other_answers += u64::from(a.0 != b.0);
+            changes.other_answers += u64::from(a.person != b.person);
             changes.lost += u64::from(is_right(a) && !is_right(b));
             changes.gained += u64::from(is_right(b) && !is_right(a));
-            changes.other_ranks += u64::from(a.1 != b.1);
+            changes.other_ranks += u64::from(a.rank != b.rank);
         }
         changes
     }
@@ -114,12 +134,20 @@ mod tests {
     use super::*;
 
     fn ranked(told: &[(Option<&str>, Option<usize>)]) -> SideRanks {
-        let probe = |at: usize| ("probes".to_owned(), at, String::new());
+        let probe = |sequence: usize| AskedProbe {
+            probe_set: "probes".to_owned(),
+            sequence,
+            gallery: String::new(),
+        };
+        let answer = |person: Option<&str>, rank| RankedAnswer {
+            person: person.map(str::to_owned),
+            rank,
+        };
         let told = told.iter().enumerate();
         SideRanks {
             rank1: 0.5,
             told: told
-                .map(|(at, (answer, rank))| (probe(at), (answer.map(str::to_owned), *rank)))
+                .map(|(at, &(person, rank))| (probe(at), answer(person, rank)))
                 .collect(),
         }
     }

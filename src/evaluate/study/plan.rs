@@ -3,7 +3,7 @@
 
 use super::manifest::{self, Pairing, listed};
 use super::real_cycles::ShownTake;
-use super::twins::{TwinRecording, find};
+use super::twins::{ShownSpan, TwinRecording, find};
 use crate::dataset::Tree;
 use crate::draw::sweep::View;
 use crate::error::{Error, FilePlace, Result};
@@ -200,14 +200,17 @@ impl StudyPlan {
                 self.sources.len() - 1
             });
             let takes = &mut self.sources[source].takes;
-            if takes.iter().all(|(known, _)| *known != take) {
+            if takes.iter().all(|known| known.take != take) {
                 let start = row.offset / row.fps;
                 let last = row.cycles.iter().flatten().map(|cycle| cycle.1);
                 let end = last.fold(None, |most: Option<f64>, at| {
                     Some(most.map_or(at, |m| m.max(at)))
                 });
                 let end = end.map_or(f64::INFINITY, |frame| start + frame / row.fps);
-                takes.push((take, (start, end)));
+                takes.push(ShownSpan {
+                    take,
+                    span_s: (start, end),
+                });
             }
             self.shown.push(ShownTake {
                 pairing: row,

@@ -51,16 +51,16 @@ pub(crate) fn read(
         progress()?;
         Ok(found)
     };
-    let found: Vec<Result<RealTake>> = takes.par_iter().map(one).collect::<Result<_>>()?;
+    let found: Vec<Result<_>> = takes.par_iter().map(one).collect::<Result<_>>()?;
     let mut real = RealCycles {
         by_framing: vec![Vec::new(); framings.len()],
         ..RealCycles::default()
     };
     for found in found {
         match found? {
-            Ok((by_framing, mask_jaccard)) => {
-                real.mask_jaccards.push(mask_jaccard);
-                for (all, own) in real.by_framing.iter_mut().zip(by_framing) {
+            Ok(take) => {
+                real.mask_jaccards.push(take.mask_jaccard);
+                for (all, own) in real.by_framing.iter_mut().zip(take.by_framing) {
                     all.extend(own);
                 }
             }
@@ -70,17 +70,22 @@ pub(crate) fn read(
     Ok(real)
 }
 
-/// The cycles of a take by framing, and the Jaccard index of its masks with the tree's; or the
-/// reason why there are none.
-type RealTake = std::result::Result<(Vec<Vec<Example>>, f64), String>;
+/// What a take shows.
+struct RealTake {
+    /// Its cycles, by framing.
+    by_framing: Vec<Vec<Example>>,
+    /// The Jaccard index of its masks with the tree's.
+    mask_jaccard: f64,
+}
 
+/// Reads a take; without a cycle, returns the reason.
 fn take(
     tree: &Tree,
     shown: &ShownTake,
     masks: Masks,
     seed: u64,
     framings: &[FramingMode],
-) -> Result<RealTake> {
+) -> Result<std::result::Result<RealTake, String>> {
     let Pairing {
         person,
         take,
@@ -155,7 +160,10 @@ fn take(
         }
         by_framing.push(examples);
     }
-    Ok(Ok((by_framing, mean(&alike))))
+    Ok(Ok(RealTake {
+        by_framing,
+        mask_jaccard: mean(&alike),
+    }))
 }
 
 /// Returns the phase of a frame, 0..1: 0 at a left contact, and linear between contacts and beyond.

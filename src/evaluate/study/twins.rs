@@ -26,9 +26,17 @@ pub(crate) struct TwinRecording {
     pub person: usize,
     /// The path of the file.
     pub path: PathBuf,
-    /// The numbers of the takes that show it, and the start and end of each in the recording,
-    /// seconds.
-    pub takes: Vec<(usize, (f64, f64))>,
+    /// The takes that show it.
+    pub takes: Vec<ShownSpan>,
+}
+
+/// The part of a recording that a take shows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShownSpan {
+    /// The number of the take.
+    pub take: usize,
+    /// Start and end in the recording, seconds.
+    pub span_s: (f64, f64),
 }
 
 /// One gait cycle of a twin.
@@ -187,8 +195,8 @@ impl Walkers {
             let middle = f64::midpoint(span_s.0, span_s.1);
             let outside = |(from, to): (f64, f64)| (from - middle).max(middle - to).max(0.0);
             let takes = source.takes.iter();
-            let nearest = takes.min_by(|a, b| outside(a.1).total_cmp(&outside(b.1)));
-            let take = nearest.ok_or(Error::Missing("a take"))?.0;
+            let nearest = takes.min_by(|a, b| outside(a.span_s).total_cmp(&outside(b.span_s)));
+            let take = nearest.ok_or(Error::Missing("a take"))?.take;
             let position = cycles.iter().filter(|cycle| cycle.take == take).count();
             cycles.push(TwinCycle {
                 walk: number,

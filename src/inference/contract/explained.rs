@@ -5,93 +5,107 @@ use std::fmt::Write as _;
 use super::Contract;
 use crate::error::{InferenceError, Result};
 
-/// A key, its explanation, and the line that is written if the contract leaves it out.
-type ContractKey = (&'static str, &'static str, &'static str);
+/// A key of a contract.
+struct ContractKey {
+    key: &'static str,
+    /// Its explanation.
+    remark: &'static str,
+    /// The line that is written if the contract leaves it out.
+    absent: &'static str,
+}
+
+const fn key(key: &'static str, remark: &'static str, absent: &'static str) -> ContractKey {
+    ContractKey {
+        key,
+        remark,
+        absent,
+    }
+}
 
 const KEYS: [ContractKey; 16] = [
-    (
+    key(
         "name",
         "Name of the recognizer in results. Empty: the name of the model's file.",
         "",
     ),
-    (
+    key(
         "template",
         "What one input is: \"gei\", \"silhouettes\" (a sequence), \"mei\", \"mhi\", \"msi\", \"ghi\", \"geni\",\n\
          \"frequency\" (three images), \"kfd\" or \"row-width\" (vectors).",
         "",
     ),
-    (
+    key(
         "layout",
         "Order of the input's axes: N inputs, T frames, C channels, H rows, W columns, D numbers. Images: \"NCHW\",\n\
          \"NHWC\", \"NHW\", \"ND\" (row by row). Silhouettes: \"NTHW\", \"NTCHW\", \"NCTHW\". Vectors: \"ND\".",
         "",
     ),
-    (
+    key(
         "rows",
         "Rows and columns of a silhouette: 50x30, 64x44 or 64x64.",
         "",
     ),
-    ("columns", "", ""),
-    (
+    key("columns", "", ""),
+    key(
         "frames",
         "Frames of one sequence of silhouettes, if the model needs a fixed number.",
         "# frames = 30",
     ),
-    (
+    key(
         "framing",
         "How figures were framed in training: \"height\" (each fills the rows), \"box\" (each is stretched to\n\
          fill rows and columns), \"cycle\" (one scale for a gait cycle) or \"camera\" (as a sensor sees it). CHECK THIS.",
         "",
     ),
-    (
+    key(
         "input_range",
         "Values of background and foreground: \"0..1\", \"0..255\" or \"-1..1\". CHECK THIS.",
         "",
     ),
-    (
+    key(
         "mean",
         "Subtracted from each value in that range: one number, or one for each channel.",
         "# mean = 0.5",
     ),
-    (
+    key(
         "std",
         "The result is divided by this: one number, or one for each channel.",
         "# std = 0.5",
     ),
-    (
+    key(
         "channels",
         "Number of equal channels that repeat an image, for networks that take colour images.",
         "# channels = 3",
     ),
-    (
+    key(
         "view_input",
         "Name of a second input, f32 [N, 2]: azimuth and elevation of each input's viewpoint, in degrees.",
         "# view_input = \"view\"",
     ),
-    (
+    key(
         "distance",
         "How embeddings are compared: \"euclidean\" or \"cosine\" (of embeddings in parts: the mean over the parts),\n\
          \"votes\" (each part votes for the nearest person) or \"view\" (only the part of the probe's viewpoint counts;\n\
          parts are in the order of training.viewpoints). CHECK THIS.",
         "distance = \"euclidean\"",
     ),
-    (
+    key(
         "classes",
         "The people that the class scores stand for, in the order of the scores. Empty: people are enrolled, and the\n\
          nearest embedding decides.",
         "",
     ),
-    ("outputs", "", ""),
-    ("training", "", ""),
+    key("outputs", "", ""),
+    key("training", "", ""),
 ];
 
 const OUTPUTS: [ContractKey; 2] = [
-    (
+    key(
         "embedding",
         "The output that is compared by distance, f32 [N, numbers] or [N, numbers, parts].",
         "# embedding = \"embedding\"",
     ),
-    (
+    key(
         "scores",
         "The output whose highest number decides, f32 [N, classes].",
         "# scores = \"scores\"",
@@ -99,27 +113,27 @@ const OUTPUTS: [ContractKey; 2] = [
 ];
 
 const TRAINING: [ContractKey; 8] = [
-    ("description", "Data, recipe and seed, in words.", ""),
-    (
+    key("description", "Data, recipe and seed, in words.", ""),
+    key(
         "viewpoints",
         "Training viewpoints, [azimuth, elevation] in degrees: azimuth 90 is the walker's left side, elevation 0 level.\n\
          People are enrolled from these, unless a protocol states others. Empty: from [90, 0].",
         "",
     ),
-    (
+    key(
         "subjects",
         "People in the training data, if they are not the classes: edgegait score warns about probes that the model was trained on.",
         "# subjects = [\"somebody\"]",
     ),
-    (
+    key(
         "walks",
         "Training walks of an EdgeGait pack, the numbers of their cycles, and the numbers of seeded variations.",
         "",
     ),
-    ("cycles", "", ""),
-    ("variations", "", ""),
-    ("seed", "The seed of the variations.", ""),
-    ("seeds", "Further seeds of variations.", "# seeds = [2]"),
+    key("cycles", "", ""),
+    key("variations", "", ""),
+    key("seed", "The seed of the variations.", ""),
+    key("seeds", "Further seeds of variations.", "# seeds = [2]"),
 ];
 
 impl Contract {
@@ -144,7 +158,12 @@ impl Contract {
 }
 
 fn add(text: &mut String, table: &toml::Table, keys: &[ContractKey]) {
-    for (key, remark, absent) in keys {
+    for ContractKey {
+        key,
+        remark,
+        absent,
+    } in keys
+    {
         let line = match table.get(*key) {
             Some(toml::Value::Table(_)) => continue,
             Some(value) => format!("{key} = {value}"),

@@ -63,6 +63,23 @@ pub struct CutCycle {
     pub speed_mps: f64,
 }
 
+/// The strides between events of one kind.
+struct Strides {
+    /// The first and last frame of each.
+    spans: Vec<(f64, f64)>,
+    /// The name of the events.
+    name: &'static str,
+}
+
+impl Strides {
+    fn one(span: (f64, f64), name: &'static str) -> Self {
+        Self {
+            spans: vec![span],
+            name,
+        }
+    }
+}
+
 /// Cuts a motion into closed cycles of [`CYCLE_FRAMES`] frames, from left contact to left contact.
 ///
 /// A motion too short for that is cut between the first events that occur twice: right contacts,
@@ -76,19 +93,23 @@ pub fn cut(take: &RetargetedMotion) -> Result<CutTake, String> {
     let mut warnings = Vec::new();
     let [left, right] = foot_events(take);
     let rate = take.sample_rate_hz;
+    let strides = |events: &[f64], name| Strides {
+        spans: strides(events, rate),
+        name,
+    };
     let mut kinds = vec![
-        (strides(&left.contacts, rate), "left contacts"),
-        (strides(&right.contacts, rate), "right contacts"),
-        (strides(&left.lifts, rate), "left lifts"),
-        (strides(&right.lifts, rate), "right lifts"),
+        strides(&left.contacts, "left contacts"),
+        strides(&right.contacts, "right contacts"),
+        strides(&left.lifts, "left lifts"),
+        strides(&right.lifts, "right lifts"),
     ];
     let mut take = Cow::Borrowed(take);
-    if kinds.iter().all(|(spans, _)| spans.is_empty()) {
+    if kinds.iter().all(|kind| kind.spans.is_empty()) {
         let Some(step_s) = step_s(&left, &right, rate) else {
             return Err("no gait cycle: no foot contacts are recorded; expected two steps or more of a walk or a run".into());
         };
-        let (longer, span, kind) = only_stride(&take, 2.0 * step_s, &mut warnings)?;
-        kinds.push((vec![span], kind));
+        let (stride, longer) = only_stride(&take, 2.0 * step_s, &mut warnings)?;
+        kinds.push(stride);
         take = longer.map_or(take, Cow::Owned);
     }
     let facing = facing(&take);
@@ -99,15 +120,17 @@ pub fn cut(take: &RetargetedMotion) -> Result<CutTake, String> {
             .to_degrees()
     };
     let is_straight = |span: &(f64, f64)| turn_deg(span) <= LARGEST_TURN_DEG;
-    let Some((spans, kind)) = kinds
+    let chosen = kinds
         .iter()
-        .find(|(spans, _)| spans.iter().any(is_straight))
-    else {
+        .position(|kind| kind.spans.iter().any(is_straight));
+    let Some(chosen) = chosen else {
         return Err("no gait cycle: every cycle turns".into());
     };
-    if *kind != "left contacts" {
+    let Strides { spans, name } = &kinds[chosen];
+    // The left contacts come first.
+    if chosen > 0 {
         warnings.push(format!(
-            "no full left cycle: cut between {kind}, phase 0 moved to the left contact"
+            "no full left cycle: cut between {name}, phase 0 moved to the left contact"
         ));
     }
     for span in spans.iter().filter(|span| !is_straight(span)) {
@@ -167,13 +190,9 @@ pub fn cut(take: &RetargetedMotion) -> Result<CutTake, String> {
 
 /// Returns the cadence of the median of the spans that count, left and right contacts first. Contacts
 /// are sharper events than the others, which count only if there are no contacts.
-fn cadence_spm(
-    kinds: &[(Vec<(f64, f64)>, &str)],
-    is_straight: impl Fn(&(f64, f64)) -> bool,
-    rate: f64,
-) -> f64 {
-    let straight = |kinds: &[(Vec<(f64, f64)>, &str)]| -> Vec<f64> {
-        let spans = kinds.iter().flat_map(|(spans, _)| spans);
+fn cadence_spm(kinds: &[Strides], is_straight: impl Fn(&(f64, f64)) -> bool, rate: f64) -> f64 {
+    let straight = |kinds: &[Strides]| -> Vec<f64> {
+        let spans = kinds.iter().flat_map(|kind| &kind.spans);
         let straight = spans.filter(|span| is_straight(span));
         straight.map(|(from, to)| (to - from) / rate).collect()
     };
@@ -214,18 +233,14 @@ impl CutTake {
 
 /// Returns the only stride of a motion in which no event occurs twice: the motion if it had to be
 /// extended, the stride's frames, and a name for its ends.
-#[expect(
-    clippy::type_complexity,
-    reason = "three results found together, used once"
-)]
 fn only_stride(
     take: &RetargetedMotion,
     stride_s: f64,
     warnings: &mut Vec<String>,
-) -> Result<(Option<RetargetedMotion>, (f64, f64), &'static str), String> {
+) -> Result<(Strides, Option<RetargetedMotion>), String> {
     let stride = stride_s * take.sample_rate_hz;
     if let Some(span) = recurrence(take, stride_s) {
-        return Ok((None, span, "similar poses"));
+        return Ok((Strides::one(span, "similar poses"), None));
     }
     let Some(longer) = completed(take, stride) else {
         return Err(format!(
@@ -238,8 +253,8 @@ fn only_stride(
         "only {:.0} % of a stride is recorded: the rest is interpolated",
         100.0 * take.len() as f64 / stride
     ));
-    let kind = "the first frame and a stride later";
-    Ok((Some(longer), (0.0, stride), kind))
+    let stride = Strides::one((0.0, stride), "the first frame and a stride later");
+    Ok((stride, Some(longer)))
 }
 
 /// Returns the phase of the left contact in a stride: as seen, or half a stride after the right
