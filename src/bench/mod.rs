@@ -40,7 +40,7 @@ pub(crate) use csv::csv;
 pub(crate) use inputs::DrawnInputs;
 pub(crate) use measure::measure;
 pub(crate) use memory::peak_rss_bytes;
-pub(crate) use process::{MeasuringProgress, end_with_parent, measured_by};
+pub(crate) use process::{MeasuringProgress, ProcessOutcome, end_with_parent, measured_by};
 pub(crate) use results::{BenchResults, ModelResult};
 pub(crate) use sequence_lengths::{measure_lengths, require_any_length};
 pub(crate) use table::{ResultColumn, TableFormat, render};

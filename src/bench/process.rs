@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::files::remove_unfinished;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::panic::resume_unwind;
 use std::path::Path;
@@ -45,7 +46,18 @@ impl MeasuringProgress {
     }
 }
 
-/// Runs a command that measures `model` and prints its result as JSON, and returns the result.
+/// What a process that measures a model prints, as JSON.
+#[derive(Serialize, Deserialize)]
+pub(crate) enum ProcessOutcome<R> {
+    /// The result.
+    Measured(R),
+    /// The process cannot measure it, because of an invalid choice: exit code 2.
+    Usage(String),
+    /// The process cannot measure it, as the text explains.
+    Failed(String),
+}
+
+/// Runs a command that measures `model` and prints a [`ProcessOutcome`], and returns the result.
 /// `told` is called with its progress. Its standard input stays open, and empty, for as long as
 /// this process lives.
 ///
@@ -117,18 +129,8 @@ pub(crate) fn end_with_parent() -> Result<()> {
 fn result_of<R: DeserializeOwned>(model: &Path, output: &Output) -> Result<R> {
     let words = String::from_utf8_lossy(&output.stderr);
     let words = words.trim();
-    if output.status.success() {
-        return serde_json::from_slice(&output.stdout).map_err(|error| {
-            Error::input(
-                model,
-                format!("the process that measured it gave no result: {error}; {words}"),
-            )
-        });
-    }
-    match (output.status.code(), words.strip_prefix("error: ")) {
-        (Some(2), Some(error)) => Err(Error::Usage(error.into())),
-        (Some(_), Some(error)) => Err(Error::Failed(error.into())),
-        _ => Err(Error::input(
+    if !output.status.success() {
+        return Err(Error::input(
             model,
             format!(
                 "the process that measured it died ({}): {}",
@@ -139,6 +141,15 @@ fn result_of<R: DeserializeOwned>(model: &Path, output: &Output) -> Result<R> {
                     words
                 }
             ),
+        ));
+    }
+    match serde_json::from_slice(&output.stdout) {
+        Ok(ProcessOutcome::Measured(result)) => Ok(result),
+        Ok(ProcessOutcome::Usage(error)) => Err(Error::Usage(error)),
+        Ok(ProcessOutcome::Failed(error)) => Err(Error::Failed(error)),
+        Err(error) => Err(Error::input(
+            model,
+            format!("the process that measured it gave no result: {error}; {words}"),
         )),
     }
 }
@@ -149,10 +160,10 @@ mod tests {
     use std::os::unix::process::ExitStatusExt as _;
     use std::process::ExitStatus;
 
-    fn refusal(status: i32, words: &str) -> Error {
+    fn refusal(status: i32, outcome: &str, words: &str) -> Error {
         let output = Output {
             status: ExitStatus::from_raw(status),
-            stdout: Vec::new(),
+            stdout: outcome.into(),
             stderr: words.into(),
         };
         result_of::<serde_json::Value>(Path::new("m.onnx"), &output).expect_err("it failed")
@@ -160,23 +171,27 @@ mod tests {
 
     #[test]
     fn a_process_that_dies_names_its_model_and_one_that_fails_speaks_for_itself() {
-        let died = refusal(11, "").to_string();
+        let died = refusal(11, "", "").to_string();
         assert!(
             died.starts_with("m.onnx: the process that measured it died (signal: 11"),
             "{died}"
         );
-        let panicked = refusal(101 << 8, "thread 'main' panicked at x.rs").to_string();
+        let panicked = refusal(101 << 8, "", "thread 'main' panicked at x.rs").to_string();
         assert!(
             panicked.contains("died (exit status: 101): thread 'main'"),
             "{panicked}"
         );
-        let failed = refusal(1 << 8, "error: m.onnx: too large\n");
+        let failed = refusal(0, r#"{"Failed":"m.onnx: too large"}"#, "");
         assert_eq!(
             (failed.to_string().as_str(), failed.exit_code()),
             ("m.onnx: too large", 1)
         );
-        assert_eq!(refusal(2 << 8, "error: cpus 99: no").exit_code(), 2);
-        let silent = refusal(0, "").to_string();
+        let usage = refusal(0, r#"{"Usage":"cpus 99: no"}"#, "");
+        assert_eq!(
+            (usage.to_string().as_str(), usage.exit_code()),
+            ("cpus 99: no", 2)
+        );
+        let silent = refusal(0, "", "").to_string();
         assert!(silent.contains("gave no result"), "{silent}");
     }
 
@@ -192,7 +207,7 @@ mod tests {
     #[test]
     fn progress_is_separated_from_the_errors_of_a_process() {
         let script = "echo 'progress: 12.5 m: one at a time' >&2; echo 'progress: soon' >&2; \
-                      echo 'odd: words' >&2; echo '{\"a\":1}'";
+                      echo 'odd: words' >&2; echo '{\"Measured\":{\"a\":1}}'";
         let heard = std::sync::Mutex::new(Vec::new());
         let told = |one: &MeasuringProgress| {
             heard.lock().expect("no panic").push(one.clone());

@@ -6,6 +6,7 @@ mod video;
 
 use super::args::{Common, FileArgs, ViewArgs};
 use super::drawing::DrawArgs;
+use super::hints::WithFlags;
 use super::outputs::{Output, OutputKind};
 use super::progress::TimedProgress;
 use super::recognizers::{is_baseline, models, sort_inputs, with_contracts};
@@ -15,8 +16,9 @@ use crate::bench::Task;
 use crate::bench::board::{Board, CpuList, load_of_others};
 use crate::bench::windows::TimingPlan;
 use crate::bench::{
-    BenchResults, DrawnInputs, MeasuringProgress, ModelResult, ResultColumn, TableFormat, csv,
-    end_with_parent, measure, measure_lengths, measured_by, pin, render, require_any_length,
+    BenchResults, DrawnInputs, MeasuringProgress, ModelResult, ProcessOutcome, ResultColumn,
+    TableFormat, csv, end_with_parent, measure, measure_lengths, measured_by, pin, render,
+    require_any_length,
 };
 use crate::dataset::sequences::PackSource;
 use crate::draw::sweep::jobs;
@@ -432,9 +434,27 @@ fn elsewhere<R: DeserializeOwned>(
     measured_by(command, model.path(), told)
 }
 
-/// Measures one model in this process.
+/// Measures one model in this process, and prints the outcome for the process that started it.
 fn alone(args: &BenchArgs, paths: &[PathBuf], pack: Option<PathBuf>, index: usize) -> Result<()> {
     end_with_parent()?;
+    let outcome = match measured(args, paths, pack, index) {
+        Ok(result) => ProcessOutcome::Measured(result),
+        Err(error) if error.exit_code() == 2 => {
+            ProcessOutcome::Usage(WithFlags(&error).to_string())
+        }
+        Err(error) => ProcessOutcome::Failed(WithFlags(&error).to_string()),
+    };
+    let json = serde_json::to_string(&outcome)?;
+    writeln!(std::io::stdout(), "{json}").map_err(|error| Error::io("standard output", error))
+}
+
+/// Returns the result of measuring one model in this process, as JSON.
+fn measured(
+    args: &BenchArgs,
+    paths: &[PathBuf],
+    pack: Option<PathBuf>,
+    index: usize,
+) -> Result<serde_json::Value> {
     let open = || {
         let shipped_or_named = match paths.get(index) {
             Some(path) => vec![shipped::open(path)?],
@@ -448,12 +468,8 @@ fn alone(args: &BenchArgs, paths: &[PathBuf], pack: Option<PathBuf>, index: usiz
             None => model,
         })
     };
-    let say = |result: serde_json::Result<String>| {
-        let json = result?;
-        writeln!(std::io::stdout(), "{json}").map_err(|error| Error::io("standard output", error))
-    };
     if let Some(folder) = args.path.at() {
-        return say(serde_json::to_string(&video::alone(args, &open, folder)?));
+        return Ok(serde_json::to_value(video::alone(args, &open, folder)?)?);
     }
     let pack_at = args.pack_at.as_deref();
     let pack_at = pack_at.ok_or(Error::Missing("a pack"))?;
@@ -486,10 +502,8 @@ fn alone(args: &BenchArgs, paths: &[PathBuf], pack: Option<PathBuf>, index: usiz
         root: Path::new("/"),
     };
     if args.only_lengths {
-        return say(serde_json::to_string(&measure_lengths(
-            &task,
-            &args.lengths(),
-        )?));
+        let lengths = measure_lengths(&task, &args.lengths())?;
+        return Ok(serde_json::to_value(lengths)?);
     }
-    say(serde_json::to_string(&measure(&task)?))
+    Ok(serde_json::to_value(measure(&task)?)?)
 }

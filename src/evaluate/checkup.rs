@@ -99,9 +99,9 @@ impl Checkup {
         if self.embedding_dims != other.embedding_dims {
             return None;
         }
-        let mine = self.embeddings.iter().map(Vec::as_slice);
-        let its = other.embeddings.iter().map(Vec::as_slice);
-        let pairs: Vec<_> = mine.zip(its).collect();
+        let embeddings = self.embeddings.iter().map(Vec::as_slice);
+        let other_embeddings = other.embeddings.iter().map(Vec::as_slice);
+        let pairs: Vec<_> = embeddings.zip(other_embeddings).collect();
         let (found, _) = AnswerDifference::measure(&pairs)?;
         found
             .greatest_relative

@@ -70,9 +70,9 @@ impl Compared {
         name: &str,
         other: &BenchResults,
     ) -> Result<()> {
-        let refuse = |what: &str, [mine, its]: [String; 2]| {
+        let refuse = |what: &str, [checked, baseline]: [String; 2]| {
             Err(Error::Failed(format!(
-                "{first} and {name} cannot be compared: rank-1, {what}: {mine} and {its} (leave rank-1 out, or \
+                "{first} and {name} cannot be compared: rank-1, {what}: {checked} and {baseline} (leave rank-1 out, or \
                  measure it with the same settings)"
             )))
         };
@@ -89,10 +89,10 @@ impl Compared {
         if results.header.seed != other.header.seed {
             return refuse(
                 "the seed",
-                [results, other].map(|results_| results_.header.seed.to_string()),
+                [results, other].map(|file| file.header.seed.to_string()),
             );
         }
-        let packs = [results, other].map(|results_| pack_of(&results_.header));
+        let packs = [results, other].map(|file| pack_of(&file.header));
         if packs[0] != packs[1] {
             return refuse("the people", packs);
         }
@@ -106,13 +106,13 @@ impl Compared {
         for (at, met) in all.iter().enumerate() {
             let Some(first) = all[..at]
                 .iter()
-                .find(|results_| results_.model.name == met.model.name)
+                .find(|file| file.model.name == met.model.name)
             else {
                 continue;
             };
-            let refuse = |what: &str, [mine, its]: [String; 2]| {
+            let refuse = |what: &str, [checked, baseline]: [String; 2]| {
                 Err(Error::Failed(format!(
-                    "{} of {} and of {} cannot be compared: {what}: {mine} and {its}",
+                    "{} of {} and of {} cannot be compared: {what}: {checked} and {baseline}",
                     met.model.name, first.board, met.board
                 )))
             };
@@ -120,17 +120,17 @@ impl Compared {
             if both[0].input != both[1].input {
                 return refuse("inputs", both.map(|model| format!("{:?}", model.input)));
             }
-            let [Some(mine), Some(its)] = both.map(|model| model.accuracy.as_ref()) else {
+            let [Some(checked), Some(baseline)] = both.map(|model| model.accuracy.as_ref()) else {
                 continue;
             };
-            if mine.protocol != its.protocol {
+            if checked.protocol != baseline.protocol {
                 return refuse(
                     "protocols of rank-1",
-                    [mine.protocol.clone(), its.protocol.clone()],
+                    [checked.protocol.clone(), baseline.protocol.clone()],
                 );
             }
-            if mine.viewpoints != its.viewpoints {
-                let both = [mine, its].map(|results_| results_.viewpoints.to_string());
+            if checked.viewpoints != baseline.viewpoints {
+                let both = [checked, baseline].map(|file| file.viewpoints.to_string());
                 return refuse("viewpoints of rank-1", both);
             }
         }
@@ -180,7 +180,7 @@ impl Compared {
         let all: Vec<Met<'_>> = self.met().collect();
         let of = |(at, met): (usize, &Met<'_>)| {
             let mut before = all[..at].iter();
-            let first = before.find(|results_| results_.is_like(met))?;
+            let first = before.find(|file| file.is_like(met))?;
             Some(Ratios {
                 heading: format!("{} {}", met.name, met.board),
                 against: first.board.to_owned(),
@@ -190,14 +190,14 @@ impl Compared {
                     .offline
                     .as_ref()
                     .zip(first.model.offline.as_ref())
-                    .filter(|(mine, its)| mine.batch == its.batch)
-                    .and_then(|(mine, its)| ratio(&mine.timing, &its.timing)),
+                    .filter(|(checked, baseline)| checked.batch == baseline.batch)
+                    .and_then(|(checked, baseline)| ratio(&checked.timing, &baseline.timing)),
                 load: exact(met.model.load_ms, first.model.load_ms),
                 peak: met
                     .model
                     .peak_rss_over_baseline_bytes
                     .zip(first.model.peak_rss_over_baseline_bytes)
-                    .and_then(|(mine, its)| exact(mine as f64, its as f64)),
+                    .and_then(|(checked, baseline)| exact(checked as f64, baseline as f64)),
             })
         };
         all.iter().enumerate().filter_map(of).collect()
@@ -230,17 +230,20 @@ fn p50_range(timing: &Timing) -> Option<(f64, f64)> {
 }
 
 /// Returns the ratio of two p50, and its range.
-fn ratio(mine: &Timing, its: &Timing) -> Option<String> {
-    let (mine_range, its_range) = (p50_range(mine)?, p50_range(its)?);
-    let value = mine.times.p50_us / its.times.p50_us;
-    let (low, high) = (mine_range.0 / its_range.1, mine_range.1 / its_range.0);
+fn ratio(checked: &Timing, baseline: &Timing) -> Option<String> {
+    let (checked_range, baseline_range) = (p50_range(checked)?, p50_range(baseline)?);
+    let value = checked.times.p50_us / baseline.times.p50_us;
+    let (low, high) = (
+        checked_range.0 / baseline_range.1,
+        checked_range.1 / baseline_range.0,
+    );
     value
         .is_finite()
         .then(|| format!("{value:.2} ({low:.2} - {high:.2})"))
 }
 
-fn exact(mine: f64, its: f64) -> Option<String> {
-    let ratio = mine / its;
+fn exact(checked: f64, baseline: f64) -> Option<String> {
+    let ratio = checked / baseline;
     ratio.is_finite().then(|| format!("{ratio:.2}"))
 }
 

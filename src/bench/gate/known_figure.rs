@@ -161,11 +161,12 @@ impl KnownFigure {
 
     /// Compares two rates of hits on the same people; none if the values are not such rates.
     fn paired(&self, old: &Self, key: &str, seed: u64) -> Option<Result<BaselineChange, String>> {
-        let (mine, its) = self.by_person.as_ref().zip(old.by_person.as_ref())?;
-        if key != "rank1" || mine.is_empty() || its.is_empty() {
+        let (checked, baseline) = self.by_person.as_ref().zip(old.by_person.as_ref())?;
+        if key != "rank1" || checked.is_empty() || baseline.is_empty() {
             return None;
         }
-        let Some(PairedRates { ratio, difference }) = paired_rates([mine, its], seed) else {
+        let Some(PairedRates { ratio, difference }) = paired_rates([checked, baseline], seed)
+        else {
             return Some(Err(
                 "expected a baseline with the same people and probes, found others".into(),
             ));
@@ -190,12 +191,12 @@ impl KnownFigure {
 /// Checks that a value may be divided by another. `is_one` states that it is the only divisor and
 /// counts once: then both are of iterations, or of elements.
 fn require_comparable(both: [&ResultFigure<'_>; 2], is_one: bool) -> Result<(), String> {
-    let [kind, its_kind] = both.map(|side| discriminant(&FigureKind::from_key(&side.key)));
-    let [counts, its_counts] = both.map(|side| side.beside("elements").is_some());
-    let [is_of_element, its] = both.map(|side| side.key == "per_element_ns");
-    let problem = if kind != its_kind {
+    let [kind, other_kind] = both.map(|side| discriminant(&FigureKind::from_key(&side.key)));
+    let [counts, other_counts] = both.map(|side| side.beside("elements").is_some());
+    let [is_of_element, other_is_of_element] = both.map(|side| side.key == "per_element_ns");
+    let problem = if kind != other_kind {
         "two times, two of throughput, or two others"
-    } else if is_one && (counts != its_counts || is_of_element != its) {
+    } else if is_one && (counts != other_counts || is_of_element != other_is_of_element) {
         "both or neither to count elements (criterion's Throughput)"
     } else {
         return Ok(());

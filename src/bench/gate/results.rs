@@ -102,39 +102,45 @@ impl ResultFile {
     /// # Errors
     /// If they are not, naming the first difference.
     pub(crate) fn require_like(&self, other: &Self) -> Result<()> {
-        let refuse = |what: &str, [mine, its]: [String; 2]| {
+        let refuse = |what: &str, [checked, baseline]: [String; 2]| {
             let [mine_at, its_at] =
                 [&self.path, &other.path].map(|path| path.display().to_string());
             Err(Error::input(
                 &other.path,
                 format!(
-                    "cannot be compared: {what} is {its}, and {mine} in {mine_at} (create {its_at} and \
+                    "cannot be compared: {what} is {baseline}, and {checked} in {mine_at} (create {its_at} and \
                      {mine_at} with the same command on the same data)"
                 ),
             ))
         };
-        let [mine, its] = [&self.header, &other.header];
-        if mine.command != its.command {
-            return refuse("the command", [mine.command.clone(), its.command.clone()]);
+        let [checked, baseline] = [&self.header, &other.header];
+        if checked.command != baseline.command {
+            return refuse(
+                "the command",
+                [checked.command.clone(), baseline.command.clone()],
+            );
         }
-        if mine.seed != its.seed {
-            return refuse("the seed", [mine.seed.to_string(), its.seed.to_string()]);
+        if checked.seed != baseline.seed {
+            return refuse(
+                "the seed",
+                [checked.seed.to_string(), baseline.seed.to_string()],
+            );
         }
-        let keys = mine.settings.keys().chain(its.settings.keys());
+        let keys = checked.settings.keys().chain(baseline.settings.keys());
         for key in keys.filter(|key| !NOT_COMPARED.contains(&key.as_str())) {
             let of = |header: &ResultHeader| match header.settings.get(key) {
                 Some(value) => value.to_string(),
                 None => "not stated".into(),
             };
-            if mine.settings.get(key) != its.settings.get(key) {
-                return refuse(&format!("the setting {key:?}"), [of(mine), of(its)]);
+            if checked.settings.get(key) != baseline.settings.get(key) {
+                return refuse(&format!("the setting {key:?}"), [of(checked), of(baseline)]);
             }
         }
-        let (mine, its) = (mine.data(), its.data());
-        if mine
+        let (checked, baseline) = (checked.data(), baseline.data());
+        if checked
             .iter()
             .map(|file| &file.sha256)
-            .ne(its.iter().map(|file| &file.sha256))
+            .ne(baseline.iter().map(|file| &file.sha256))
         {
             let of = |files: &[&InputFile]| match files {
                 [] => "built-in data only".to_owned(),
@@ -146,7 +152,7 @@ impl ResultFile {
             };
             return refuse(
                 "the data (with the start of its SHA-256)",
-                [of(&mine), of(&its)],
+                [of(&checked), of(&baseline)],
             );
         }
         Ok(())
@@ -190,11 +196,11 @@ impl ResultFile {
         let keys = ["model", "soc", "cpus", "architecture", "affinity"];
         let both = keys.map(|key| (of_board(self, key), of_board(other, key)));
         let threads = [self, other].map(|file| file.value.get("threads").cloned());
-        let [mine, its] = threads;
+        let [checked, baseline] = threads;
         both.into_iter()
-            .chain([(mine, its)])
+            .chain([(checked, baseline)])
             .all(|both| match both {
-                (Some(mine), Some(its)) => mine == its,
+                (Some(checked), Some(baseline)) => checked == baseline,
                 _ => true,
             })
     }
@@ -220,30 +226,31 @@ mod tests {
 
     #[test]
     fn other_models_and_other_places_can_be_compared() {
-        let mine = results("a.json", |_| {});
-        let its = results("b.json", |value| {
+        let checked = results("a.json", |_| {});
+        let baseline = results("b.json", |value| {
             value["inputs"] = json!([
                 { "path": "b/p.egp", "sha256": "02" }, { "path": "b/protocol.toml", "sha256": "03" },
                 { "path": "b/n.onnx", "sha256": "10" }, { "path": "b/n.toml", "sha256": "11" },
             ]);
             value["settings"]["pack"] = json!("b/p.egp");
         });
-        mine.require_like(&its).expect("they are alike");
-        let said = mine
-            .require_run_of(&its)
+        checked.require_like(&baseline).expect("they are alike");
+        let said = checked
+            .require_run_of(&baseline)
             .expect_err("other models")
             .to_string();
         assert!(
             said.starts_with("b.json: expected another run with the models of a.json"),
             "{said}"
         );
-        mine.require_run_of(&results("c.json", |_| {}))
+        checked
+            .require_run_of(&results("c.json", |_| {}))
             .expect("another run");
     }
 
     #[test]
     fn what_differs_is_named() {
-        let mine = results("a.json", |_| {});
+        let checked = results("a.json", |_| {});
         type Change = fn(&mut Value);
         let cases: [(Change, &str); 5] = [
             (
@@ -268,7 +275,7 @@ mod tests {
             ),
         ];
         for (change, words) in cases {
-            let said = mine
+            let said = checked
                 .require_like(&results("b.json", change))
                 .expect_err(words)
                 .to_string();

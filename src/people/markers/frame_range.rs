@@ -34,11 +34,11 @@ impl MarkerTracks {
 
     /// Returns the tracks of all markers of a segment on one side.
     pub(super) fn tracks(&self, segment: Segment, side: MarkerSide) -> Vec<&[DVec3]> {
-        let its =
+        let of_side =
             |mark: &&(Site, MarkerSide, Vec<DVec3>)| mark.0.segment() == segment && mark.1 == side;
         self.marks
             .iter()
-            .filter(its)
+            .filter(of_side)
             .map(|mark| mark.2.as_slice())
             .collect()
     }
