@@ -35,8 +35,10 @@ pub(super) const WALKER_COLUMNS: [&str; 7] = [
     "clothes",
 ];
 
-/// One row of `index.csv`: the person, walk and viewpoint that one GEI shows.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// One row of `index.csv`: the person, walk and viewpoint that one GEI shows. A user's own table
+/// needs only the person.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct IndexRow {
     /// The person's name.
     pub subject: String,
@@ -58,6 +60,7 @@ pub struct IndexRow {
     /// if the condition is fixed.
     pub alternative: String,
     /// The number of silhouettes that the GEI averages, at least 1.
+    #[serde(default = "one")]
     pub frames: u32,
     /// The seed that made this GEI.
     pub seed: u64,
@@ -128,129 +131,66 @@ pub struct WalkerRow {
     pub clothes: String,
 }
 
-/// A row of a user's own table, which needs only the person.
-#[derive(Deserialize)]
-struct PlainRow {
-    subject: String,
-    #[serde(default)]
-    walk: String,
-    #[serde(default)]
-    cycle: u32,
-    #[serde(default)]
-    variation: u32,
-    #[serde(default)]
-    speed_kmh: f64,
-    #[serde(default)]
-    azimuth_deg: f64,
-    #[serde(default)]
-    elevation_deg: f64,
-    #[serde(default)]
-    condition: String,
-    #[serde(default)]
-    alternative: String,
-    #[serde(default = "one")]
-    frames: u32,
-    #[serde(default)]
-    seed: u64,
-}
-
 const fn one() -> u32 {
     1
-}
-
-impl From<PlainRow> for IndexRow {
-    fn from(row: PlainRow) -> Self {
-        Self {
-            subject: row.subject,
-            walk: row.walk,
-            cycle: row.cycle,
-            variation: row.variation,
-            speed_kmh: row.speed_kmh,
-            azimuth_deg: row.azimuth_deg,
-            elevation_deg: row.elevation_deg,
-            condition: row.condition,
-            alternative: row.alternative,
-            frames: row.frames,
-            seed: row.seed,
-        }
-    }
 }
 
 /// Reads a user's own table: the person and any other columns of `index.csv`. Missing text is
 /// empty, missing numbers are 0, and missing `frames` is 1. Rejects what [`read_index`] rejects,
 /// except missing columns.
 pub(super) fn read_plain_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {
-    let mut reader = ReaderBuilder::new().from_reader(bytes);
-    let header = reader
-        .headers()
-        .map_err(|error| refusal(path, bytes, &StringRecord::new(), &error))?
-        .clone();
-    let refuse = |problem: String| Err(Error::at(path, FilePlace::Line(1), problem));
-    let mut names = header.iter().enumerate();
-    let other = names.find(|(at, name)| {
-        !COLUMNS.contains(name) || header.iter().take(*at).any(|before| before == *name)
-    });
-    if let Some((_, other)) = other {
-        return refuse(format!(
-            "expected the column subject and any others of {}, each at most once, found {other:?}",
-            COLUMNS.join(",")
-        ));
-    }
-    if !header.iter().any(|name| name == "subject") {
-        return refuse("expected a column subject, found none".into());
-    }
-    rows(path, bytes, &mut reader, &header, |record| {
-        record
-            .deserialize::<PlainRow>(Some(&header))
-            .map(IndexRow::from)
+    read(path, bytes, |header| {
+        let mut names = header.iter().enumerate();
+        let other = names.find(|(at, name)| {
+            !COLUMNS.contains(name) || header.iter().take(*at).any(|before| before == *name)
+        });
+        if let Some((_, other)) = other {
+            return Some(format!(
+                "expected the column subject and any others of {}, each at most once, found {other:?}",
+                COLUMNS.join(",")
+            ));
+        }
+        let has_subject = header.iter().any(|name| name == "subject");
+        (!has_subject).then(|| "expected a column subject, found none".into())
     })
 }
 
 /// Reads `index.csv`. Rejects other columns, values out of range and files that
 /// are not text, and names the line.
 pub(super) fn read_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {
+    read(path, bytes, |header| {
+        (*header != *COLUMNS.as_slice()).then(|| {
+            format!(
+                "expected the columns {}, found {} (make the dataset again, or add the missing columns: 0 as variation, nothing as alternative)",
+                COLUMNS.join(","),
+                header.iter().collect::<Vec<_>>().join(",")
+            )
+        })
+    })
+}
+
+/// Reads all rows of a table, unless its header has a problem.
+fn read(
+    path: &Path,
+    bytes: &[u8],
+    problem_of: impl Fn(&StringRecord) -> Option<String>,
+) -> Result<Vec<IndexRow>> {
     let mut reader = ReaderBuilder::new().from_reader(bytes);
     let header = reader
         .headers()
         .map_err(|error| refusal(path, bytes, &StringRecord::new(), &error))?
         .clone();
-    if header != *COLUMNS.as_slice() {
-        return Err(Error::at(
-            path,
-            FilePlace::Line(1),
-            format!(
-                "expected the columns {}, found {} (make the dataset again, or add the missing columns: 0 as variation, nothing as alternative)",
-                COLUMNS.join(","),
-                header.iter().collect::<Vec<_>>().join(",")
-            ),
-        ));
+    if let Some(problem) = problem_of(&header) {
+        return Err(Error::at(path, FilePlace::Line(1), problem));
     }
-    rows(path, bytes, &mut reader, &header, |record| {
-        record.deserialize(Some(&header))
-    })
-}
-
-/// Reads all rows, each converted by `of`.
-fn rows(
-    path: &Path,
-    bytes: &[u8],
-    reader: &mut csv::Reader<&[u8]>,
-    header: &StringRecord,
-    of: impl Fn(&StringRecord) -> csv::Result<IndexRow>,
-) -> Result<Vec<IndexRow>> {
+    let refuse = |error| refusal(path, bytes, &header, &error);
     let mut rows = Vec::new();
     let mut record = StringRecord::new();
-    while reader
-        .read_record(&mut record)
-        .map_err(|error| refusal(path, bytes, header, &error))?
-    {
-        let row = of(&record).map_err(|error| refusal(path, bytes, header, &error))?;
+    while reader.read_record(&mut record).map_err(refuse)? {
+        let row: IndexRow = record.deserialize(Some(&header)).map_err(refuse)?;
         if let Some(problem) = row.problem() {
-            return Err(Error::at(
-                path,
-                FilePlace::Line(line(bytes, record.position())),
-                problem,
-            ));
+            let line = line(bytes, record.position());
+            return Err(Error::at(path, FilePlace::Line(line), problem));
         }
         rows.push(row);
     }
