@@ -13,65 +13,54 @@ use crate::error::{Error, Result};
 pub(super) struct GrowingArray {
     pub array: Array,
     file: BufWriter<File>,
-    bytes: u64,
 }
 
 impl GrowingArray {
     /// Opens the array's file in a folder to append after `known` bytes, or creates it.
     pub(super) fn open(folder: &Path, array: Array, known: Option<u64>) -> Result<Self> {
         let path = folder.join(array.file());
-        let (file, bytes) = open(&path, known)?;
-        let mut growing = Self {
-            array,
-            file: BufWriter::with_capacity(1 << 16, file),
-            bytes,
-        };
-        if bytes == 0 {
+        let mut file = open(&path, known)?;
+        if known.unwrap_or(0) == 0 {
             let room = [0; NPY_HEADER];
-            growing
-                .push(&room)
+            file.write_all(&room)
                 .map_err(|source| Error::io(path, source))?;
         }
-        Ok(growing)
+        Ok(Self { array, file })
     }
 
     /// Appends the bytes of numbers.
     pub(super) fn push(&mut self, bytes: &[u8]) -> std::io::Result<()> {
-        self.file.write_all(bytes)?;
-        self.bytes += bytes.len() as u64;
-        Ok(())
+        self.file.write_all(bytes)
     }
 
     /// Flushes the file and returns its length, bytes.
     pub(super) fn flush(&mut self) -> std::io::Result<u64> {
         self.file.flush()?;
-        Ok(self.bytes)
+        self.file.stream_position()
     }
 
     /// Writes the header, now that the first dimension is known.
     pub(super) fn close(mut self) -> std::io::Result<()> {
-        self.file.flush()?;
-        let count = (self.bytes - NPY_HEADER as u64) / self.array.bytes() as u64;
+        let count = (self.flush()? - NPY_HEADER as u64) / self.array.bytes() as u64;
         let count = usize::try_from(count).map_err(std::io::Error::other)?;
         let shape = [&[count][..], &self.array.sides].concat();
-        let mut file = self
-            .file
-            .into_inner()
-            .map_err(std::io::IntoInnerError::into_error)?;
-        file.seek(SeekFrom::Start(0))?;
-        file.write_all(&npy_header(self.array.descr, &shape))
+        self.file.seek(SeekFrom::Start(0))?;
+        self.file.write_all(&npy_header(self.array.descr, &shape))?;
+        self.file.flush()
     }
 }
 
 /// Opens a file to append after `known` bytes, or creates it if there are none.
-pub(super) fn open(path: &Path, known: Option<u64>) -> Result<(File, u64)> {
-    let io = |source| Error::io(path, source);
-    let Some(bytes) = known else {
-        return Ok((File::create(path).map_err(io)?, 0));
+fn open(path: &Path, known: Option<u64>) -> Result<BufWriter<File>> {
+    let opened = match known {
+        None => File::create(path),
+        Some(bytes) => File::options().write(true).open(path).and_then(|mut file| {
+            file.seek(SeekFrom::Start(bytes))?;
+            Ok(file)
+        }),
     };
-    let mut file = File::options().write(true).open(path).map_err(io)?;
-    file.seek(SeekFrom::Start(bytes)).map_err(io)?;
-    Ok((file, bytes))
+    let file = opened.map_err(|source| Error::io(path, source))?;
+    Ok(BufWriter::with_capacity(1 << 16, file))
 }
 
 /// A CSV table that is being written.
@@ -79,7 +68,6 @@ pub(super) fn open(path: &Path, known: Option<u64>) -> Result<(File, u64)> {
 pub(super) struct GrowingTable {
     name: &'static str,
     file: BufWriter<File>,
-    bytes: u64,
 }
 
 impl GrowingTable {
@@ -90,13 +78,9 @@ impl GrowingTable {
         columns: &[&str],
         known: Option<u64>,
     ) -> Result<Self> {
-        let (file, bytes) = open(&folder.join(name), known)?;
-        let mut table = Self {
-            name,
-            file: BufWriter::with_capacity(1 << 16, file),
-            bytes,
-        };
-        if bytes == 0 {
+        let file = open(&folder.join(name), known)?;
+        let mut table = Self { name, file };
+        if known.unwrap_or(0) == 0 {
             table.push(&columns)?;
         }
         Ok(table)
@@ -124,14 +108,12 @@ impl GrowingTable {
     /// Appends rows that are already encoded.
     pub(super) fn append(&mut self, bytes: &[u8]) -> Result<()> {
         let written = self.file.write_all(bytes);
-        written.map_err(|source| Error::io(self.name, source))?;
-        self.bytes += bytes.len() as u64;
-        Ok(())
+        written.map_err(|source| Error::io(self.name, source))
     }
 
     /// Flushes the file and returns its length, bytes.
     pub(super) fn flush(&mut self) -> std::io::Result<u64> {
         self.file.flush()?;
-        Ok(self.bytes)
+        self.file.stream_position()
     }
 }
