@@ -53,6 +53,17 @@ pub enum Sex {
     Male,
 }
 
+impl Sex {
+    /// Returns the name in tables and results.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Female => "female",
+            Self::Male => "male",
+        }
+    }
+}
+
 /// A walk of a person: a gait cycle or an uncut motion, recorded or synthetic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WalkEntry<'a> {
@@ -79,6 +90,17 @@ pub enum Gait {
     Walk,
     /// There is a flight phase.
     Run,
+}
+
+impl Gait {
+    /// Returns the name in tables and results.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Walk => "walk",
+            Self::Run => "run",
+        }
+    }
 }
 
 impl<'a> Pack<'a> {

@@ -338,10 +338,7 @@ fn describe(
         else {
             continue;
         };
-        let sex = subject.sex.map_or("", |sex| match sex {
-            Sex::Female => "female",
-            Sex::Male => "male",
-        });
+        let sex = subject.sex.map_or("", Sex::name);
         let clothes = avatar.clothes();
         // The names in the index.
         let takes = design.takes.iter();

@@ -192,23 +192,26 @@ fn product(shape: &[usize]) -> Option<usize> {
 
 /// Reads the text of a header: a dictionary of Python with three entries in any order.
 fn entries(text: &str) -> Option<(String, bool, Vec<usize>)> {
-    let text = text.strip_suffix('\n')?.replace(char::is_whitespace, "");
-    let text = text.replace('"', "'");
-    let entries = text.strip_prefix('{')?.strip_suffix('}')?;
-    let (before, shape) = entries.split_once("'shape':(")?;
-    let (shape, after) = shape.split_once(')')?;
+    let text = text.strip_suffix('\n')?.replace('"', "'");
+    let entries = text.trim().strip_prefix('{')?.strip_suffix('}')?;
+    let (before, shape) = entries.split_once("'shape'")?;
+    let shape = shape.trim_start().strip_prefix(':')?.trim_start();
+    let (shape, after) = shape.strip_prefix('(')?.split_once(')')?;
     let (mut descr, mut is_fortran) = (None, None);
-    let others = before.split(',').chain(after.split(','));
+    let others = before.split(',').chain(after.split(',')).map(str::trim);
     for entry in others.filter(|entry| !entry.is_empty()) {
-        match entry.split_once(':')? {
+        let (key, value) = entry.split_once(':')?;
+        match (key.trim_end(), value.trim_start()) {
             ("'descr'", text) => descr = Some(text.to_owned()),
             ("'fortran_order'", "True") => is_fortran = Some(true),
             ("'fortran_order'", "False") => is_fortran = Some(false),
             _ => return None,
         }
     }
+    let shape = shape.trim_end();
     let sides = shape.strip_suffix(',').unwrap_or(shape).split(',');
-    let shape = sides.map(|side| side.parse().ok()).collect::<Option<_>>()?;
+    let sides = sides.map(|side| side.trim().parse().ok());
+    let shape = sides.collect::<Option<_>>()?;
     Some((descr?, is_fortran?, shape))
 }
 

@@ -84,6 +84,7 @@ struct BoneLink {
 }
 
 /// The contents of a file's sections, collected line by line.
+#[derive(Default)]
 struct Sections {
     bones: Vec<AsfBone>,
     root: AsfBone,
@@ -99,14 +100,7 @@ struct Sections {
 /// # Errors
 /// For incomplete bones, bones without a place in the hierarchy, cycles and unknown units.
 pub(super) fn read(mut lines: Lines) -> Result<AsfSkeleton> {
-    let mut sections = Sections {
-        bones: Vec::new(),
-        root: AsfBone::default(),
-        parents: Vec::new(),
-        length: None,
-        angle: None,
-        warnings: Vec::new(),
-    };
+    let mut sections = Sections::default();
     let mut section = String::new();
     let mut bone: Option<AsfBone> = None;
     while let Some(line) = lines.next_line()? {

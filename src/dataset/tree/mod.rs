@@ -64,7 +64,7 @@ pub struct TreeSequence {
 }
 
 /// The silhouettes of a sequence.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Silhouettes {
     /// The pixels `[frames][rows][columns]`; 0 or 255 if EdgeGait framed them.
     pub pixels: Vec<u8>,
@@ -232,12 +232,7 @@ impl Tree {
         framing: FramingMode,
     ) -> Result<Silhouettes> {
         let fit = PictureFraming::from_mode(framing)?;
-        let mut found = Silhouettes {
-            pixels: Vec::new(),
-            frames: 0,
-            empty: 0,
-            clipped_share: 0.0,
-        };
+        let mut found = Silhouettes::default();
         let mut clipped = 0.0;
         self.pictures(index, frames, |_, picture| {
             match picture.frame(size, fit, &mut found.pixels) {
@@ -277,12 +272,7 @@ impl Tree {
     /// # Panics
     /// If there is no such sequence.
     pub fn stored_of(&self, index: usize, frames: Range<usize>, size: Size) -> Result<Silhouettes> {
-        let mut found = Silhouettes {
-            pixels: Vec::new(),
-            frames: 0,
-            empty: 0,
-            clipped_share: 0.0,
-        };
+        let mut found = Silhouettes::default();
         self.pictures(index, frames, |path, picture| {
             let rows = picture.pixels.len() / picture.columns;
             let kept = kept(rows, picture.columns, size)

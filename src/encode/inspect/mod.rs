@@ -8,7 +8,7 @@ use crate::files::text_table::Column::{Left, Right};
 use crate::files::text_table::Table;
 use budget::BudgetSummary;
 use edgegait_core::avatar::Avatar;
-use edgegait_core::pack::{Gait, Pack, SubjectEntry, WalkEntry};
+use edgegait_core::pack::{Pack, Sex, SubjectEntry, WalkEntry};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -238,10 +238,7 @@ impl SubjectSummary {
         };
         Some(Self {
             name: subject.name.into(),
-            sex: subject.sex.map(|sex| match sex {
-                edgegait_core::pack::Sex::Female => "female",
-                edgegait_core::pack::Sex::Male => "male",
-            }),
+            sex: subject.sex.map(Sex::name),
             age_years: subject.age_years,
             clothes: avatar.clothes().map(|clothes| clothes.to_string()),
             stature_m,
@@ -279,10 +276,7 @@ impl ClipSummary {
                 .map(|clothes| clothes.to_string()),
             walk: walk.name.into(),
             cycle: walk.cycle,
-            gait: match walk.gait {
-                Gait::Walk => "walk",
-                Gait::Run => "run",
-            },
+            gait: walk.gait.name(),
             cadence_spm: clip
                 .as_loop()
                 .map(|cycle| rounded(120.0 / cycle.period_s(), 2)),

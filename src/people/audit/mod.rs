@@ -42,27 +42,16 @@ pub struct AuditLine {
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
 fn write_gait<S: Serializer>(gait: &Gait, to: S) -> Result<S::Ok, S::Error> {
-    to.serialize_str(gait_name(*gait))
+    to.serialize_str(gait.name())
 }
 
 fn write_sex<S: Serializer>(sex: &Option<Sex>, to: S) -> Result<S::Ok, S::Error> {
-    sex.map(|sex| match sex {
-        Sex::Female => "female",
-        Sex::Male => "male",
-    })
-    .serialize(to)
+    sex.map(Sex::name).serialize(to)
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
 fn write_measure<S: Serializer>(measure: &Measure, to: S) -> Result<S::Ok, S::Error> {
     to.serialize_str(measure.name())
-}
-
-const fn gait_name(gait: Gait) -> &'static str {
-    match gait {
-        Gait::Walk => "walk",
-        Gait::Run => "run",
-    }
 }
 
 /// The largest amount by which a spread may differ from the published one, as a share.
@@ -172,7 +161,7 @@ impl fmt::Display for Audit {
             "measure", "", "km/h", "sex", "people", "mean", "sd"
         )?;
         for line in &self.lines {
-            let gait = gait_name(line.gait);
+            let gait = line.gait.name();
             let sex = match line.sex {
                 Some(Sex::Female) => "F",
                 Some(Sex::Male) => "M",

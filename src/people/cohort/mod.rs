@@ -28,7 +28,7 @@ use crate::error::{Error, Result};
 use crate::people::{Body, Cycle, Subject, Track, Walk};
 use angles::gait_at;
 use anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
-use edgegait_core::pack::{Gait, Sex};
+use edgegait_core::pack::Sex;
 use edgegait_core::skeleton::Joint;
 use gait_style::GaitStyle;
 #[cfg(feature = "import")]
@@ -365,12 +365,8 @@ pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
         let changed = if take > 0 { dressed(take) } else { None };
         let walker = changed.as_ref().map_or(&person, |(person, _)| person);
         let gait = gait_at(speed);
-        let verb = match gait {
-            Gait::Walk => "walk",
-            Gait::Run => "run",
-        };
         Walk {
-            name: format!("{verb}-{speed}kmh"),
+            name: format!("{}-{speed}kmh", gait.name()),
             cycle: 0,
             gait,
             speed_mps: speed / 3.6,

@@ -74,12 +74,8 @@ impl PyPack {
         let known = |number: u16, unit: f64| (number > 0).then(|| f64::from(number) / unit);
         let one = |subject: edgegait_core::pack::SubjectEntry<'_>| {
             let dict = PyDict::new(py);
-            let sex = subject.sex.map(|sex| match sex {
-                Sex::Female => "female",
-                Sex::Male => "male",
-            });
             dict.set_item("name", subject.name)?;
-            dict.set_item("sex", sex)?;
+            dict.set_item("sex", subject.sex.map(Sex::name))?;
             dict.set_item("age_years", subject.age_years)?;
             dict.set_item("stature_m", known(subject.stature_mm, 1e3))?;
             dict.set_item("mass_kg", known(subject.mass_hg, 10.0))?;

@@ -15,6 +15,7 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 
 /// The figures of a study by part.
+#[derive(Default)]
 pub(super) struct Figures {
     likeness: Vec<StudyFigure>,
     overlays: Vec<StudyFigure>,
@@ -24,12 +25,7 @@ pub(super) struct Figures {
 
 impl Figures {
     pub(super) fn from_findings(findings: &Findings) -> Result<Self> {
-        let mut figures = Self {
-            likeness: Vec::new(),
-            overlays: Vec::new(),
-            components: Vec::new(),
-            accuracies: Vec::new(),
-        };
+        let mut figures = Self::default();
         for one in &findings.similarity {
             let Similarity {
                 view,
