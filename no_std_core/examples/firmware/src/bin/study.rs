@@ -153,7 +153,8 @@ impl Tools {
     /// Makes the tools in static memory, once. Separate from `main`, whose stack is never freed.
     #[inline(never)]
     fn take() -> Self {
-        let renderer = singleton!(: Renderer<Window> = Renderer::with_window(Window::new(Size::S50x30)));
+        let renderer =
+            singleton!(: Renderer<Window> = Renderer::with_window(Window::new(Size::S50x30)));
         Self {
             body: singleton!(: Room = CompactBody::EMPTY).expect("taken once"),
             renderer: renderer.expect("taken once"),
