@@ -90,7 +90,7 @@
 //!
 //! # Modules
 //!
-//! A module uses only the modules above it in this table:
+//! A module uses only the modules that stand before it in this table:
 //!
 //! | module | contents |
 //! |---|---|
