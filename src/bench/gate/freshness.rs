@@ -45,7 +45,7 @@ impl Freshness {
             let group = name.split('/').next().unwrap_or(name);
             let refuse = |expected: &str, found: &str| {
                 Err(format!(
-                    "{name}: expected a result of {expected}, found one {found} (run cargo bench --bench {group} again)"
+                    "{name}: expected a result of {expected}, found one {found} (run the benchmark {group} again)"
                 ))
             };
             if let Some(hours) = self.max_age_hours

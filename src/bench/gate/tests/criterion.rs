@@ -332,7 +332,7 @@ fn a_result_older_than_the_code_it_measured_is_refused() {
         fixture.write(changed, "", 9);
         let unknown = fixture.unknown(&ratio("8"));
         let named = changed.trim_start_matches("benches/");
-        let again = format!("{named} (run cargo bench --bench raster again)");
+        let again = format!("{named} (run the benchmark raster again)");
         assert!(unknown.contains(&again), "{unknown}");
     }
 }
