@@ -166,7 +166,7 @@ impl Estimate {
 
     /// Returns the sum with another estimate that counts a number of times.
     pub(crate) fn plus(self, other: Self, times: u32) -> Self {
-        let plus = |value_: f64, added: f64| value_ + f64::from(times) * added;
+        let plus = |first: f64, added: f64| first + f64::from(times) * added;
         Self {
             value: plus(self.value, other.value),
             low: plus(self.low, other.low),

@@ -223,7 +223,7 @@ impl PathStep {
                     "{path}: expected a choice of one of {} elements, such as [{}], found none: there are {}",
                     list.len(),
                     list.first()
-                        .map(|element_| identity(element_, list))
+                        .map(|first| identity(first, list))
                         .unwrap_or_default(),
                     others()
                 )),
