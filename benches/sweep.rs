@@ -1,5 +1,5 @@
-//! A sweep on the host: eight cycles of one person from 19 azimuths, on 1 and 2 threads and under
-//! confounders; and two cycles from the paper's 703 viewpoints, with one framing per cycle.
+//! A sweep on the host: eight cycles of one person from 19 azimuths, on 1 and 2 threads, twice
+//! beside each other, and under confounders; and two cycles from the paper's 703 viewpoints, with one framing per cycle.
 //!
 //! Criterion's elements are silhouettes: 8 cycles x 19 views x 32 frames = 4,864, and 2 cycles
 //! x 703 views x 32 frames = 44,992.
@@ -47,6 +47,23 @@ fn sweeps(criterion: &mut Criterion) {
             b.iter(|| pool.install(|| geis(black_box(&pack), CYCLES, &views.list, settings)));
         });
     }
+    // What two processors can give, whether or not they share a core: two sweeps that know nothing
+    // of each other, on a thread each.
+    let alone = || rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let pools = [(); 2].map(|()| alone().expect("one thread"));
+    let case = BenchmarkId::new("skia-beside", format!("{}-views", views.list.len()));
+    group.throughput(Throughput::Elements(2 * silhouettes));
+    group.bench_function(case, |b| {
+        let sweep_alone = || geis(black_box(&pack), CYCLES, &views.list, Settings::default());
+        b.iter(|| {
+            std::thread::scope(|scope| {
+                for pool in &pools {
+                    scope.spawn(|| pool.install(sweep_alone));
+                }
+            });
+        });
+    });
+    group.throughput(Throughput::Elements(silhouettes));
     // The costs of confounders of each stage: on hulls, on poses, on silhouettes.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let pool = pool.expect("one thread");

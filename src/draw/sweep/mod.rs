@@ -31,8 +31,10 @@ use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::AnySilhouette;
 use glam::Vec3;
 use posed_frames::PosedFrames;
-use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::{Mutex, mpsc};
 use walker::Dressed;
 
 /// Frames of an uncut motion that are posed together, if frames are independent: 9 MB.
@@ -225,24 +227,44 @@ fn sweep_from<'c, 'v, R: Send>(
     mut sink: impl FnMut(Job<'c>, R) -> Result<()>,
 ) -> Result<()> {
     request.check()?;
-    let chunk = 2 * rayon::current_num_threads();
-    for jobs in jobs.chunks(chunk.max(1)) {
-        let results: Vec<Result<R>> = jobs
-            .par_iter()
-            .map_init(
-                || Painter::new(&request.settings),
-                |painter, &job| {
-                    let views = views_of(job)?;
-                    let swept = swept(pack, job, request, &views, painter)?;
-                    map(job, views.list(), swept)
-                },
-            )
-            .collect();
-        for (&job, result) in jobs.iter().zip(results) {
-            sink(job, result?)?;
+    let painters = Mutex::new(Vec::new());
+    let draw = |job| {
+        let spare = painters.lock().expect("nobody panics here").pop();
+        let mut painter = spare.unwrap_or_else(|| Painter::new(&request.settings));
+        let views = views_of(job)?;
+        let swept = swept(pack, job, request, &views, &mut painter);
+        painters.lock().expect("nobody panics here").push(painter);
+        map(job, views.list(), swept?)
+    };
+    let (draw, window) = (&draw, 2 * rayon::current_num_threads());
+    let (done, finished) = mpsc::channel();
+    rayon::in_place_scope_fifo(|scope| {
+        let start = |index: usize| {
+            let Some(&job) = jobs.get(index) else { return };
+            let done = done.clone();
+            scope.spawn_fifo(move |_| {
+                let result = catch_unwind(AssertUnwindSafe(|| draw(job)));
+                done.send((index, result)).ok();
+            });
+        };
+        (0..window).for_each(start);
+        let mut early = BTreeMap::new();
+        for (index, &job) in jobs.iter().enumerate() {
+            let result = loop {
+                early.extend(finished.try_iter());
+                if let Some(result) = early.remove(&index) {
+                    break result;
+                }
+                // A thread of the pool draws a job instead of waiting.
+                if rayon::yield_local() != Some(rayon::Yield::Executed) {
+                    early.extend(finished.recv());
+                }
+            };
+            start(index + window);
+            sink(job, result.unwrap_or_else(|panic| resume_unwind(panic))?)?;
         }
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 /// A drawer that draws one job after another and keeps its buffers.
