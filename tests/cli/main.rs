@@ -18,6 +18,7 @@ mod commands;
 mod designs;
 mod digest;
 mod exports;
+mod faults;
 mod guide;
 mod keep_going;
 mod made;

@@ -1,0 +1,1 @@
+//! Recordings of motion: units, times, periods, people in one file.

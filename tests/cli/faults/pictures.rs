@@ -1,0 +1,1 @@
+//! Silhouettes and templates: the order of frames, their pixels, their gait cycles.

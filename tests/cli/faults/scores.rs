@@ -1,0 +1,1 @@
+//! Results that may not depend on what else is asked for.
