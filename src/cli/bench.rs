@@ -4,6 +4,7 @@ mod compare;
 mod doubts;
 mod video;
 
+use super::again::again;
 use super::args::{Common, FileArgs, ViewArgs};
 use super::drawing::DrawArgs;
 use super::hints::WithFlags;
@@ -11,6 +12,7 @@ use super::outputs::{Output, OutputKind};
 use super::progress::TimedProgress;
 use super::recognizers::{is_baseline, models, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
+use super::trial::try_out;
 use super::walks::{SelectionArgs, SourceArgs};
 use crate::bench::Task;
 use crate::bench::board::{Board, CpuList, load_of_others};
@@ -31,7 +33,6 @@ use serde::de::DeserializeOwned;
 use std::ffi::{OsStr, OsString};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::{Duration, SystemTime};
 use video::PathArgs;
 
@@ -114,9 +115,6 @@ pub(super) struct BenchArgs {
     draw: DrawArgs,
     #[command(flatten)]
     pub common: Common,
-    /// The program and first words that start this program again.
-    #[arg(skip)]
-    pub(super) program: Vec<OsString>,
     /// The words after the subcommand.
     #[arg(skip)]
     pub(super) words: Vec<OsString>,
@@ -247,17 +245,6 @@ impl BenchArgs {
         rising(self.batch.iter().map(|&batch| batch.into()).collect())
     }
 
-    /// Returns a command that starts this program in a process of its own.
-    fn again(&self) -> Result<Command> {
-        let [program, first @ ..] = &self.program[..] else {
-            let none = std::io::Error::other("its path is unknown");
-            return Err(Error::io("this program", none));
-        };
-        let mut command = Command::new(program);
-        command.args(first);
-        Ok(command)
-    }
-
     fn source(&self, pack: Option<PathBuf>) -> SourceArgs {
         SourceArgs::new(pack, self.selection.clone())
     }
@@ -303,6 +290,9 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     if !args.frames.is_empty() {
         models.iter().try_for_each(require_any_length)?;
     }
+    models
+        .iter()
+        .try_for_each(|model| try_out(model, &runtime))?;
     let header = header(args, &models)?
         .with("runtime", runtime.name().name)
         .with("provider", runtime.name().provider);
@@ -425,7 +415,7 @@ fn elsewhere<R: DeserializeOwned>(
     flags: &[&OsStr],
     told: &(dyn Fn(&MeasuringProgress) -> Result<()> + Sync),
 ) -> Result<R> {
-    let mut command = args.again()?;
+    let mut command = again()?;
     command
         .args(["bench", "--alone", &index.to_string()])
         .args(["--alone-name", &model.contract().name])

@@ -5,6 +5,7 @@ use super::args::{Common, FileArgs};
 use super::hints::WithFlags;
 use super::recognizers::with_contracts;
 use super::runtime::RuntimeChoice;
+use super::trial::try_out;
 use super::walks::{SelectionArgs, SourceArgs};
 use crate::bench::DrawnInputs;
 use crate::draw::sweep::{Settings, View, Views};
@@ -178,6 +179,7 @@ fn try_on_both(
     let mut best: Option<Entrant> = None;
     for engine in [RuntimeChoice::EMBEDDED, RuntimeChoice::ONNX_RUNTIME] {
         let found = engine.load(args.ort_lib.as_deref()).and_then(|runtime| {
+            try_out(model, &runtime)?;
             let entrant = Entrant::drawn(model, &runtime, settings)?;
             let checkup = Checkup::run(entrant.recognizer.as_ref(), inputs)?;
             Ok((entrant, checkup))

@@ -3,6 +3,7 @@
 //! Words are the arguments of the command line, without the program's name. Nothing is printed:
 //! results are returned as the JSON that `--json` writes.
 
+use super::again::{is_known, set_program};
 use super::hints::WithFlags;
 pub use super::stop::Stop;
 use super::{Cli, Command, command, run, score, sweep, with_threads};
@@ -47,12 +48,12 @@ pub fn results(words: &[OsString], held: EmbeddedInputs) -> Result<String> {
     // After the subcommand, as words after `--` are not flags.
     let flags = ["--quiet".into(), "--json".into(), json.clone().into()];
     words.splice(words.len().min(1)..words.len().min(1), flags);
+    set_program(held.program);
     match parsed(&words)? {
         Command::Bench(mut args) => {
-            if held.program.is_empty() {
+            if !is_known() {
                 return Err(Error::Usage("bench: measures each model in a process of its own, which this program does not know how to start: run it in a shell".into()));
             }
-            args.program = held.program;
             args.words = words.split_off(1);
             run(Command::Bench(args), &held.stop)?;
         }

@@ -1,5 +1,6 @@
 //! The command line, with one module for each subcommand.
 
+mod again;
 mod args;
 mod augment;
 mod bench;
@@ -53,10 +54,12 @@ mod sweep;
 #[cfg(feature = "train")]
 mod train;
 mod tree_cycles;
+mod trial;
 mod values;
 mod walks;
 
 use crate::error::Result;
+use again::set_program;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use hints::WithFlags;
 use std::ffi::OsString;
@@ -110,6 +113,8 @@ enum Command {
     Sweep(sweep::SweepArgs),
     #[cfg(feature = "train")]
     Train(train::TrainArgs),
+    #[command(hide = true)]
+    TryModel(trial::TryModelArgs),
 }
 
 /// Returns the command, with the settings that all subcommands share.
@@ -143,8 +148,8 @@ pub fn main() -> std::process::ExitCode {
 pub fn code_of(words: Vec<OsString>, program: Vec<OsString>) -> u8 {
     let matches = command().get_matches_from(&words);
     let mut cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    set_program(program);
     if let Command::Bench(args) = &mut cli.command {
-        args.program = program;
         args.words = words.into_iter().skip(2).collect();
     }
     match interrupt::listen().and_then(|()| run(cli.command, &Stop::default())) {
@@ -210,6 +215,7 @@ fn run(command: Command, stop: &Stop) -> Result<Ending> {
         Command::Sweep(args) => run!(sweep, args),
         #[cfg(feature = "train")]
         Command::Train(args) => run!(train, args),
+        Command::TryModel(args) => trial::run(&args),
     }
     .map(|()| Ending::Done)
 }

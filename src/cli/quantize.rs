@@ -5,6 +5,7 @@ use super::drawing::DrawArgs;
 use super::outputs::{Output, OutputKind};
 use super::recognizers::with_contracts;
 use super::runtime::RuntimeArgs;
+use super::trial::try_out;
 use super::walks::{SelectionArgs, SourceArgs};
 use crate::dataset::sequences::{Form, PackWalks, SequenceSource};
 use crate::draw::sweep::{Settings, View};
@@ -84,6 +85,7 @@ pub(super) fn run(args: &QuantizeArgs) -> Result<()> {
     } else {
         training_views(contract)?
     };
+    try_out(&model, &runtime)?;
     let recognizer = runtime.load(&model)?;
     let scores = AffineScores::measure(recognizer.as_ref(), args.common.seed)?;
     let bytes = form.write(&scores.map, &contract.classes)?;

@@ -1,6 +1,7 @@
 //! Loads the recognizers of a command: named models, the pixel baseline, or the shipped models.
 
 use super::contest::InputSource;
+use super::trial::try_out;
 use crate::dataset::sequences::is_pack_or_folder;
 use crate::error::{Error, Result};
 use crate::evaluate::contest::Entrant;
@@ -84,6 +85,7 @@ pub(super) fn load(
         let model = model.named(name);
         header.inputs.extend(model.inputs()?);
         header.warnings.extend(model.warnings());
+        try_out(&model, runtime)?;
         let entrant = entrant(&model, runtime, inputs)?;
         entrants.push(Entrant {
             recognizer: CachedRecognizer::wrap(entrant.recognizer, &model, cache)?,

@@ -43,10 +43,15 @@ fn is_own(manifest: &Manifest) -> bool {
 /// # Errors
 /// If `target` exists and must not be replaced ([`Existing`]), or cannot be read.
 pub fn check_replaceable(target: &Path, format: DatasetFormat, existing: Existing) -> Result<()> {
+    let refuse = |problem: String| Err(Error::Usage(format!("{}: {problem}", target.display())));
     if !target.exists() {
+        if target.is_symlink() {
+            return refuse(
+                "expected a folder, a file or nothing, found a link to nothing (remove it)".into(),
+            );
+        }
         return Ok(());
     }
-    let refuse = |problem: String| Err(Error::Usage(format!("{}: {problem}", target.display())));
     if format == DatasetFormat::Npz {
         let is_own = || npz::manifest(target).is_ok_and(|found| is_own(&found));
         return match (target.is_file(), existing) {

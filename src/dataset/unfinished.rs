@@ -8,8 +8,7 @@
 //! describes.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, TryLockError};
-use std::io::ErrorKind;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -18,10 +17,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::error::{ChoiceError, Error, Result};
-use crate::files::{SCHEMA, folder_of, together};
+use crate::files::{LOCK, LockedFolder, SCHEMA, folder_of, refuse_link, remove_locked, together};
 
 const JOURNAL: &str = "journal.json";
-const LOCK: &str = "lock";
+const NEXT: &str = "journal.next";
 const MADE: &str = "made";
 const FORMER: &str = "former";
 
@@ -54,12 +53,10 @@ pub(super) struct Journal {
 /// Unfinished work in its folder.
 #[derive(Debug)]
 pub(super) struct Unfinished {
-    folder: PathBuf,
+    folder: LockedFolder,
     target: PathBuf,
     pub journal: Journal,
     noted: Instant,
-    /// The lock, held until the end so that no other process works here.
-    _lock: File,
 }
 
 impl Unfinished {
@@ -67,54 +64,53 @@ impl Unfinished {
     ///
     /// # Errors
     /// If there is unfinished work and `resume` is false, it belongs to another run, another
-    /// process uses it, or the file system fails.
+    /// process uses it, it holds links, or the file system fails.
     pub(super) fn begin(target: &Path, run: Value, resume: bool) -> Result<Self> {
         let folder = path_beside(target)?;
-        let io = |source| Error::io(&folder, source);
         let parent = folder_of(target);
         fs::create_dir_all(&parent).map_err(|source| Error::io(&parent, source))?;
-        check_unfinished(target, resume)?;
-        fs::create_dir_all(&folder).map_err(io)?;
-        let lock = File::create(folder.join(LOCK)).map_err(io)?;
-        match lock.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                return Err(at_work(&folder));
+        let locked = take(&folder)?;
+        let journal = if is_work(&folder, target)? {
+            if !resume {
+                return Err(unfinished(folder, target));
             }
-            Err(TryLockError::Error(source)) => return Err(io(source)),
-        }
-        let journal = match read(&folder)? {
-            Some(journal) => {
-                if let Some(differs) = difference(&journal.run, &run) {
-                    return Err(Error::Usage(format!(
-                        "{}: it belongs to another run: {differs} (give the same settings as that run, or remove the folder)",
-                        folder.display()
-                    )));
-                }
-                journal
+            let journal = read(&folder)?;
+            if let Some(differs) = difference(&journal.run, &run) {
+                return Err(Error::Usage(format!(
+                    "{}: it belongs to another run: {differs} (give the same settings as that run, or remove the folder)",
+                    folder.display()
+                )));
             }
-            None => Journal {
+            journal
+        } else {
+            let cleared = locked.clear();
+            cleared.map_err(|source| Error::io(&folder, source))?;
+            Journal {
                 schema: SCHEMA,
                 run,
                 ..Journal::default()
-            },
+            }
         };
-        alive().insert(folder.clone(), journal.done > 0);
+        alive().insert(folder, journal.done > 0);
         let unfinished = Self {
-            folder: folder.clone(),
+            folder: locked,
             target: target.to_path_buf(),
             journal,
             noted: Instant::now(),
-            _lock: lock,
         };
-        fs::create_dir_all(unfinished.made()).map_err(io)?;
+        let made = unfinished.made();
+        fs::create_dir_all(&made).map_err(|source| Error::io(&made, source))?;
         unfinished.cut()?;
         Ok(unfinished)
     }
 
+    fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
     /// Returns the folder of the incomplete files.
     pub(super) fn made(&self) -> PathBuf {
-        self.folder.join(MADE)
+        self.path().join(MADE)
     }
 
     /// Cuts files to their lengths in the journal, and removes files that it does not list.
@@ -139,7 +135,7 @@ impl Unfinished {
                     &path,
                     format!(
                         "expected {length} bytes or more, as {JOURNAL} says (remove {} and start again)",
-                        self.folder.display()
+                        self.path().display()
                     ),
                 ));
             }
@@ -155,13 +151,13 @@ impl Unfinished {
 
     /// Writes the journal; all data that it lists must have been flushed before.
     pub(super) fn note(&mut self) -> Result<()> {
-        let io = |source| Error::io(&self.folder, source);
-        let next = self.folder.join("journal.next");
+        let io = |source| Error::io(self.path(), source);
+        let next = self.path().join(NEXT);
         fs::write(&next, serde_json::to_vec(&self.journal)?).map_err(io)?;
-        fs::rename(&next, self.folder.join(JOURNAL)).map_err(io)?;
+        fs::rename(&next, self.path().join(JOURNAL)).map_err(io)?;
         self.noted = Instant::now();
         if self.journal.done > 0 {
-            alive().insert(self.folder.clone(), true);
+            alive().insert(self.path().to_path_buf(), true);
         }
         Ok(())
     }
@@ -171,7 +167,7 @@ impl Unfinished {
     pub(super) fn finish(self, name: Option<&str>) -> Result<()> {
         let io = |source| Error::io(&self.target, source);
         let made = name.map_or_else(|| self.made(), |name| self.made().join(name));
-        let former = self.folder.join(FORMER);
+        let former = self.path().join(FORMER);
         together(|| {
             if self.target.exists() {
                 fs::rename(&self.target, &former).map_err(io)?;
@@ -179,12 +175,14 @@ impl Unfinished {
                     fs::rename(&former, &self.target).map_err(io)?;
                     return Err(io(source));
                 }
-                return Ok(());
+            } else {
+                fs::rename(&made, &self.target).map_err(io)?;
             }
-            fs::rename(&made, &self.target).map_err(io)
+            // Without it, nothing in the folder counts any more.
+            let journal = self.path().join(JOURNAL);
+            fs::remove_file(&journal).map_err(|source| Error::io(journal, source))
         })?;
-        // Nothing in it is needed any more.
-        alive().insert(self.folder.clone(), false);
+        alive().insert(self.path().to_path_buf(), false);
         Ok(())
     }
 }
@@ -193,9 +191,9 @@ impl Drop for Unfinished {
     fn drop(&mut self) {
         let mut alive = alive();
         // Empty work is removed; the process reports the rest at its end.
-        if alive.get(&self.folder) == Some(&false) {
-            alive.remove(&self.folder);
-            let _ = fs::remove_dir_all(&self.folder);
+        if alive.get(self.path()) == Some(&false) {
+            alive.remove(self.path());
+            let _ = remove_locked(self.path());
         }
     }
 }
@@ -208,32 +206,86 @@ pub fn unfinished_work() -> Vec<PathBuf> {
         if !**is_worth {
             // Retried because another thread may create a file in it meanwhile. Errors are ignored
             // because the process ends.
-            let _ = (0..3).any(|_| fs::remove_dir_all(folder).is_ok());
+            let _ = (0..3).any(|_| remove_locked(folder).is_ok());
         }
         **is_worth
     });
     kept.map(|(folder, _)| folder.clone()).collect()
 }
 
-/// Checks that no unfinished work lies beside a target, unless it is to be resumed.
+/// Checks that no unfinished work lies beside a target, unless it is to be resumed, and removes
+/// what a process left that was killed after its work.
 ///
 /// # Errors
-/// If unfinished work is there and `resume` is false; the message says what to do.
+/// If unfinished work is there and `resume` is false, or another process is at work.
 pub fn check_unfinished(target: &Path, resume: bool) -> Result<()> {
     let folder = path_beside(target)?;
-    // The process ended between the last two steps, so the target is complete.
-    if folder.is_dir() && !folder.join(MADE).exists() && !folder.join(FORMER).exists() {
-        fs::remove_dir_all(&folder).map_err(|source| Error::io(&folder, source))?;
+    if folder.symlink_metadata().is_err() {
+        return Ok(());
     }
-    if folder.exists() && !resume {
-        let lock = File::open(folder.join(LOCK));
-        if lock.is_ok_and(|lock| matches!(lock.try_lock(), Err(TryLockError::WouldBlock))) {
-            return Err(at_work(&folder));
+    let _locked = take(&folder)?;
+    if !is_work(&folder, target)? {
+        return remove_locked(&folder).map_err(|source| Error::io(folder, source));
+    }
+    if resume {
+        return Ok(());
+    }
+    Err(unfinished(folder, target))
+}
+
+/// Takes the folder of unfinished work for this process.
+fn take(folder: &Path) -> Result<LockedFolder> {
+    LockedFolder::take(folder)?.ok_or_else(|| at_work(folder))
+}
+
+/// Returns whether a folder, which this process holds, has work that can be resumed. Gives the
+/// target its former dataset back if the process ended while it was being replaced.
+///
+/// # Errors
+/// If the folder has links or other files, which could be anybody's, and errors of the system.
+fn is_work(folder: &Path, target: &Path) -> Result<bool> {
+    let io = |source| Error::io(folder, source);
+    for entry in fs::read_dir(folder).map_err(io)? {
+        let entry = entry.map_err(io)?;
+        refuse_link(&entry.path())?;
+        let name = entry.file_name();
+        if ![JOURNAL, NEXT, MADE, FORMER, LOCK]
+            .iter()
+            .any(|own| name == *own)
+        {
+            let problem = format!(
+                "expected only the files of an unfinished run in {} (remove or rename it)",
+                folder.display()
+            );
+            return Err(Error::input(entry.path(), problem));
         }
-        let target = target.to_path_buf();
-        return Err(ChoiceError::Unfinished { folder, target }.into());
+    }
+    let [journal, made, former] = [JOURNAL, MADE, FORMER].map(|name| folder.join(name));
+    if former.exists() && !target.exists() {
+        fs::rename(former, target).map_err(|source| Error::io(target, source))?;
+    }
+    if !journal.exists() || !made.exists() {
+        return Ok(false);
+    }
+    refuse_links_in(&made)?;
+    Ok(true)
+}
+
+fn refuse_links_in(folder: &Path) -> Result<()> {
+    let io = |source| Error::io(folder, source);
+    for entry in fs::read_dir(folder).map_err(io)? {
+        let path = entry.map_err(io)?.path();
+        refuse_link(&path)?;
+        if path.is_dir() {
+            refuse_links_in(&path)?;
+        }
     }
     Ok(())
+}
+
+fn unfinished(folder: PathBuf, target: &Path) -> Error {
+    let target = target.to_path_buf();
+    ChoiceError::Unfinished { folder, target }.into()
 }
 
 fn at_work(folder: &Path) -> Error {
@@ -253,13 +305,9 @@ fn path_beside(target: &Path) -> Result<PathBuf> {
     Ok(target.with_file_name(name))
 }
 
-fn read(folder: &Path) -> Result<Option<Journal>> {
+fn read(folder: &Path) -> Result<Journal> {
     let path = folder.join(JOURNAL);
-    let text = match fs::read(&path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(Error::io(path, error)),
-    };
+    let text = fs::read(&path).map_err(|source| Error::io(&path, source))?;
     let journal = serde_json::from_slice(&text);
     let journal: Journal = journal.map_err(|error| Error::json(&path, &error))?;
     if journal.schema != SCHEMA {
@@ -268,7 +316,7 @@ fn read(folder: &Path) -> Result<Option<Journal>> {
             format!("expected schema {SCHEMA}, found {}", journal.schema),
         ));
     }
-    Ok(Some(journal))
+    Ok(journal)
 }
 
 /// Returns the first difference between two values, for a message.

@@ -3,11 +3,13 @@
 
 pub mod cache;
 mod header;
+mod locked_folder;
 pub(crate) mod named_or_file;
 mod staging;
 pub(crate) mod text_table;
 
 pub use header::{InputFile, ResultHeader, SCHEMA};
+pub(crate) use locked_folder::{LOCK, LockedFolder, refuse_link, remove_locked};
 pub use staging::{Staging, remove_unfinished};
 pub(crate) use staging::{folder_of, together};
 

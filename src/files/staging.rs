@@ -6,18 +6,20 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use super::locked_folder::{LockedFolder, remove_locked};
 use crate::error::{Error, Result};
 
 /// The existing staging folders of this process.
 static ALIVE: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// A temporary folder, which is removed with its contents when it is dropped, and by
-/// [`remove_unfinished`].
+/// [`remove_unfinished`]. What a killed process left is removed by the next one that stages the
+/// same path.
 ///
 /// The folder and the files created in it have the permissions of the user's umask, and keep them.
 #[derive(Debug)]
 pub struct Staging {
-    folder: PathBuf,
+    folder: LockedFolder,
 }
 
 impl Staging {
@@ -33,8 +35,11 @@ impl Staging {
                 path.display()
             ))
         })?;
-        let prefix = format!(".{}.", name.to_string_lossy());
-        Self::new(&prefix, &folder_of(path)).map_err(|source| Error::io(path, source))
+        let place = folder_of(path);
+        // Not made here: a path that was mistyped is an error.
+        fs::metadata(&place).map_err(|source| Error::io(path, source))?;
+        let prefix = format!(".{}.unfinished-", name.to_string_lossy());
+        Self::new(&place, &prefix, true)
     }
 
     /// Creates a folder in the system's folder for temporary files.
@@ -42,26 +47,39 @@ impl Staging {
     /// # Errors
     /// If the system cannot create it.
     pub fn temporary() -> Result<Self> {
-        let place = std::env::temp_dir();
-        Self::new("edgegait.", &place).map_err(|source| Error::io(place, source))
+        let prefix = format!("edgegait.{}-", std::process::id());
+        Self::new(&std::env::temp_dir(), &prefix, false)
     }
 
-    fn new(prefix: &str, place: &Path) -> std::io::Result<Self> {
+    /// Takes the first folder of these that nobody uses. One that exists is a leftover, if
+    /// `reuse`; or else it may be anybody's.
+    fn new(place: &Path, prefix: &str, reuse: bool) -> Result<Self> {
         // Made and noted under one lock, so that none is forgotten.
         let mut alive = alive();
-        let mut number = alive.len();
-        loop {
-            let folder = place.join(format!("{prefix}{}-{number}", std::process::id()));
-            match fs::create_dir(&folder) {
-                Ok(()) => {
-                    alive.insert(folder.clone());
-                    return Ok(Self { folder });
+        let mut numbers = 0_u64..;
+        let folder = loop {
+            let number = numbers.next().unwrap_or_default();
+            let path = place.join(format!("{prefix}{number}"));
+            let is_there = path.symlink_metadata().is_ok();
+            if !reuse {
+                match fs::create_dir(&path) {
+                    Err(error) if error.kind() == ErrorKind::AlreadyExists => continue,
+                    made => made.map_err(|source| Error::io(&path, source))?,
                 }
-                // Another process's folder, or one that a former process of this number left.
-                Err(error) if error.kind() == ErrorKind::AlreadyExists => number += 1,
-                Err(error) => return Err(error),
             }
-        }
+            match LockedFolder::take(&path) {
+                Ok(Some(folder)) => break folder,
+                Err(error) if !is_there => return Err(error),
+                // Somebody else's.
+                _ => {}
+            }
+        };
+        alive.insert(folder.path().to_path_buf());
+        let cleared = folder.clear();
+        let staging = Self { folder };
+        drop(alive);
+        cleared.map_err(|source| Error::io(staging.path(), source))?;
+        Ok(staging)
     }
 
     /// Renames `made`, a file or folder in this folder, to `target`, replacing an existing one. The
@@ -71,7 +89,7 @@ impl Staging {
     /// If the system refuses; then the existing `target` stays.
     pub fn place(self, made: &str, target: &Path) -> Result<()> {
         let io = |source| Error::io(target, source);
-        let (made, former) = (self.folder.join(made), self.folder.join("former"));
+        let (made, former) = (self.path().join(made), self.path().join("former"));
         fs::create_dir_all(folder_of(target)).map_err(io)?;
         together(|| {
             let is_there = target.exists();
@@ -91,7 +109,7 @@ impl Staging {
     /// Returns the path of the folder.
     #[must_use]
     pub fn path(&self) -> &Path {
-        &self.folder
+        self.folder.path()
     }
 }
 
@@ -99,8 +117,8 @@ impl Drop for Staging {
     fn drop(&mut self) {
         // Forgotten only after its removal.
         let mut alive = alive();
-        let _ = fs::remove_dir_all(&self.folder);
-        alive.remove(&self.folder);
+        let _ = remove_locked(self.path());
+        alive.remove(self.path());
     }
 }
 
@@ -110,7 +128,7 @@ pub fn remove_unfinished() {
     let alive = alive();
     for folder in alive.iter() {
         // Retried, as another thread may make a file in it. Errors are ignored: the process ends.
-        let _ = (0..3).any(|_| fs::remove_dir_all(folder).is_ok());
+        let _ = (0..3).any(|_| remove_locked(folder).is_ok());
     }
     // The lock is never released: the process ends.
     std::mem::forget(alive);

@@ -5,6 +5,7 @@
 
 mod kernels;
 mod macs;
+mod memory;
 mod operands;
 mod rules;
 mod walk;

@@ -35,7 +35,7 @@ pub use find_runtime::find_library;
 pub use firmware::Firmware;
 pub use graph::{Dimension, Graph, Port};
 pub use input::{Distance, InputLayout, InputRange};
-pub use model::Model;
+pub use model::{Model, model_memory};
 pub(crate) use ports::list_of;
 pub use ports::{Batching, EMBEDDING, SCORES};
 pub use profile::{Arithmetic, OperatorTime, ProfiledOperations};

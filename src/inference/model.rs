@@ -20,8 +20,31 @@ const MAX_BYTES: u64 = 1 << 30;
 /// Multiply-accumulates of a batch: a fraction of a second on one core, some seconds on a small
 /// board. Our choice.
 const MACS_AT_ONCE: u64 = 2_000_000_000;
+/// The memory that a model may have, MB. Our choice.
+const MEMORY_MB: u64 = 2048;
+/// The variable of the environment that replaces it.
+const MEMORY_VARIABLE: &str = "EDGEGAIT_MODEL_MB";
 /// Inputs of a batch if the model's operations cannot be counted. Our choice.
 const UNCOUNTED_AT_ONCE: usize = 32;
+
+/// Returns the memory that a foreign model may have when it is tried, bytes: 2,048 MB, or what the
+/// variable `EDGEGAIT_MODEL_MB` of the environment says. A tensor of more is refused beforehand.
+///
+/// # Errors
+/// If the variable is not a number of 1 to 1,000,000.
+pub fn model_memory() -> Result<u64> {
+    let Some(stated) = std::env::var_os(MEMORY_VARIABLE) else {
+        return Ok(MEMORY_MB << 20);
+    };
+    let number = stated.to_str().and_then(|text| text.parse::<u64>().ok());
+    let number = number.filter(|number| (1..=1_000_000).contains(number));
+    number.map(|number| number << 20).ok_or_else(|| {
+        let stated = stated.to_string_lossy();
+        Error::Usage(format!(
+            "{MEMORY_VARIABLE}: expected megabytes of 1 to 1,000,000, found {stated:?}"
+        ))
+    })
+}
 
 /// A model whose inputs and outputs agree with its contract.
 #[derive(Clone, Debug)]
@@ -131,6 +154,11 @@ impl Model {
         let (ports, frames) =
             Ports::find(&graph, &contract).map_err(|problem| Error::input(path, problem))?;
         contract.frames = contract.frames.or(frames);
+        let shape = contract.input_shape(1, contract.frames.unwrap_or(1));
+        let shape: Vec<u64> = shape.iter().map(|&side| side as u64).collect();
+        graph
+            .check_memory(&shape, model_memory()?)
+            .map_err(|problem| Error::input(path, problem))?;
         if contract.name.is_empty() {
             let stem = path.file_stem().unwrap_or(path.as_os_str());
             contract.name = stem.to_string_lossy().into_owned();
@@ -183,6 +211,12 @@ impl Model {
     #[must_use]
     pub fn is_guessed(&self) -> bool {
         self.is_guessed
+    }
+
+    /// Returns whether it was read from a file, which can be anybody's.
+    #[must_use]
+    pub fn is_file(&self) -> bool {
+        self.is_file
     }
 
     /// Returns the file's content.

@@ -83,6 +83,10 @@ impl Ort {
         }
     }
 
+    pub(super) fn library(&self) -> &Path {
+        &self.library
+    }
+
     /// Checks that the library was built with this provider.
     pub(super) fn require(&self, provider: Provider) -> Result<()> {
         if is_built_with(provider) {

@@ -81,6 +81,15 @@ impl Runtime {
         }
     }
 
+    /// Returns the library of ONNX Runtime; none for the embedded runtime.
+    #[must_use]
+    pub fn library(&self) -> Option<&Path> {
+        match &self.engine {
+            Engine::Rten => None,
+            Engine::Ort(ort, _) => Some(ort.library()),
+        }
+    }
+
     /// Returns the tightest loop body around ONNX Runtime alone, as a reference for a recognizer.
     /// Each call runs `model` on the same input and returns the sum of the first numbers of its
     /// outputs, without copies or checks.

@@ -23,22 +23,7 @@ impl Graph {
     /// # Errors
     /// If an operation is of an unknown kind or shape; the error names the first one.
     pub fn macs(&self, input: &[u64]) -> Result<u64, String> {
-        let mut known = KnownTensors::of_initializers(self);
-        let (port, view) = match self.inputs.as_slice() {
-            [port] => (port, None),
-            [port, view] | [view, port] if view.is_pair() => (port, Some(view)),
-            _ => {
-                return Err(format!(
-                    "expected one input, or one and an input of viewpoints, found {}",
-                    self.inputs.len()
-                ));
-            }
-        };
-        known.bind(port.shape.as_deref(), input, &port.name)?;
-        known.learn(&port.name, input.to_vec());
-        if let Some(view) = view {
-            known.learn(&view.name, vec![input.first().copied().unwrap_or(1), 2]);
-        }
+        let mut known = KnownTensors::from_input(self, input)?;
         let mut macs = 0_u64;
         for node in &self.nodes {
             macs = macs.saturating_add(known.step(self, node)?);
@@ -48,6 +33,30 @@ impl Graph {
 }
 
 impl<'a> KnownTensors<'a> {
+    /// Returns the initialisers, and the inputs if the first has this shape.
+    ///
+    /// # Errors
+    /// If the graph has other inputs, or states another shape.
+    pub(super) fn from_input(graph: &'a Graph, input: &[u64]) -> Result<Self, String> {
+        let mut known = Self::of_initializers(graph);
+        let (port, view) = match graph.inputs.as_slice() {
+            [port] => (port, None),
+            [port, view] | [view, port] if view.is_pair() => (port, Some(view)),
+            _ => {
+                return Err(format!(
+                    "expected one input, or one and an input of viewpoints, found {}",
+                    graph.inputs.len()
+                ));
+            }
+        };
+        known.bind(port.shape.as_deref(), input, &port.name)?;
+        known.learn(&port.name, input.to_vec());
+        if let Some(view) = view {
+            known.learn(&view.name, vec![input.first().copied().unwrap_or(1), 2]);
+        }
+        Ok(known)
+    }
+
     pub(super) fn of_initializers(graph: &'a Graph) -> Self {
         let tensors = graph.initializers.iter();
         Self {
@@ -83,8 +92,9 @@ impl<'a> KnownTensors<'a> {
         for output in &node.outputs {
             let stated = graph.stated.get(output).map(Vec::as_slice);
             if let Some(tensor) = inferred.next() {
-                self.bind(stated, &tensor.shape, output)?;
+                let bound = self.bind(stated, &tensor.shape, output);
                 self.tensors.insert(output, tensor);
+                bound?;
             } else if let Some(shape) = stated.and_then(|stated| self.sizes(stated)) {
                 self.learn(output, shape);
             } else if Some(output) == first {

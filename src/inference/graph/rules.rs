@@ -49,6 +49,10 @@ fn shapes(of: &Operands<'_>) -> Option<Vec<Vec<u64>>> {
         "Flatten" => flatten(of),
         "Reshape" => reshape(of),
         "Expand" => expand(of),
+        "ConstantOfShape" => of.known(0).and_then(sizes),
+        "Tile" => tile(of),
+        "Resize" => resize(of),
+        "Range" => range(of),
         "Transpose" => transpose(of),
         "Squeeze" => squeeze(of),
         "Unsqueeze" => unsqueeze(of),
@@ -150,6 +154,30 @@ fn reshape(of: &Operands<'_>) -> Option<Vec<u64>> {
 
 fn expand(of: &Operands<'_>) -> Option<Vec<u64>> {
     broadcast(of.shape(0)?, &sizes(of.known(1)?)?)
+}
+
+fn tile(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let (shape, repeats) = (of.shape(0)?, sizes(of.known(1)?)?);
+    let sides = shape.iter().zip(&repeats);
+    (shape.len() == repeats.len()).then(|| sides.map(|(a, b)| a.saturating_mul(*b)).collect())
+}
+
+/// Returns the sizes that a Resize states; scales are numbers that are not kept.
+fn resize(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let (shape, sizes) = (of.shape(0)?, sizes(of.known(3)?)?);
+    let is_plain = of.list("axes").is_none() && sizes.len() == shape.len();
+    is_plain.then_some(sizes)
+}
+
+fn range(of: &Operands<'_>) -> Option<Vec<u64>> {
+    let single = |at: usize| match of.known(at)? {
+        [number] => Some(i128::from(*number)),
+        _ => None,
+    };
+    let (start, limit, delta) = (single(0)?, single(1)?, single(2)?);
+    let span = (limit - start) * delta.signum();
+    let count = (span + delta.abs() - 1).checked_div(delta.abs())?;
+    Some(vec![u64::try_from(count.max(0)).unwrap_or(u64::MAX)])
 }
 
 fn transpose(of: &Operands<'_>) -> Option<Vec<u64>> {

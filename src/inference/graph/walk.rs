@@ -17,8 +17,10 @@ const MAX_LABELS: usize = 1 << 16;
 /// The attribute in which classifiers of `ai.onnx.ml` name their classes.
 const CLASS_LABELS: &str = "classlabels_strings";
 
-/// `TensorProto.DataLocation.EXTERNAL`.
-const EXTERNAL: u64 = 1;
+/// The maximum number of elements that a file may state for a tensor: numbers of 16 bytes then
+/// have a size of 64 bits.
+const MAX_ELEMENTS: u64 = 1 << 58;
+
 /// `TensorProto.DataType.INT64`.
 const INT64: u64 = 7;
 
@@ -45,6 +47,13 @@ impl GraphWalk {
                 }
                 (8, ProtobufField::Bytes(set)) => self.operator_set(set)?,
                 (14, ProtobufField::Bytes(property)) => property.skim()?,
+                (20, ProtobufField::Bytes(mut training)) => {
+                    while let Some((number, field)) = training.next()? {
+                        if let (1 | 2, ProtobufField::Bytes(graph)) = (number, field) {
+                            self.graph(graph, 1)?;
+                        }
+                    }
+                }
                 (25, ProtobufField::Bytes(function)) => self.function(function)?,
                 _ => {}
             }
@@ -69,8 +78,10 @@ impl GraphWalk {
 
     fn function(&mut self, mut function: ProtobufReader<'_>) -> Read<()> {
         while let Some((number, field)) = function.next()? {
-            if let (7, ProtobufField::Bytes(node)) = (number, field) {
-                self.node(node, 1)?;
+            match (number, field) {
+                (7, ProtobufField::Bytes(node)) => self.node(node, 1)?,
+                (11, ProtobufField::Bytes(attribute)) => drop(self.attribute(attribute, 1)?),
+                _ => {}
             }
         }
         Ok(())
@@ -89,6 +100,7 @@ impl GraphWalk {
                         self.graph.initializers.insert(name, tensor);
                     }
                 }
+                (15, ProtobufField::Bytes(sparse)) => self.sparse(sparse)?,
                 (11..=13, ProtobufField::Bytes(info)) => {
                     let port = port(info)?;
                     match number {
@@ -165,8 +177,11 @@ impl GraphWalk {
                 (10, ProtobufField::Bytes(tensor)) => {
                     self.tensor(tensor)?;
                 }
+                (22 | 23, ProtobufField::Bytes(sparse)) => self.sparse(sparse)?,
                 (6 | 11, ProtobufField::Bytes(graph)) => self.graph(graph, depth + 1)?,
-                (8, field) => push_integers(field, &mut integers)?,
+                (8, field) => {
+                    push_integers(field, &mut integers)?;
+                }
                 (9, ProtobufField::Bytes(text)) if strings.len() < MAX_LABELS => strings.push(text),
                 _ => {}
             }
@@ -181,32 +196,50 @@ impl GraphWalk {
         Ok((name, value))
     }
 
-    /// Reads a tensor and counts its numbers. Returns its name and the part that is kept.
-    fn tensor(&mut self, mut tensor: ProtobufReader<'_>) -> Read<(String, StoredTensor)> {
-        let (mut found, mut element, mut name) = (StoredTensor::default(), 0, String::new());
-        let (mut sizes, mut integers) = (Vec::new(), Vec::new());
-        let (mut external, mut raw) = (false, None);
-        while let Some((number, field)) = tensor.next()? {
+    /// Reads a `SparseTensorProto`: its values and indices.
+    fn sparse(&mut self, mut sparse: ProtobufReader<'_>) -> Read<()> {
+        while let Some((number, field)) = sparse.next()? {
             match (number, field) {
-                (1, field) => push_integers(field, &mut sizes)?,
-                (2, ProtobufField::Number(kind)) => element = kind,
-                (7, field) => push_integers(field, &mut integers)?,
-                (8, ProtobufField::Bytes(text)) => name = text.text()?,
-                (9, ProtobufField::Bytes(bytes)) => raw = Some(bytes.bytes()),
-                (13, ProtobufField::Bytes(place)) => place.skim()?,
-                (14, ProtobufField::Number(location)) => external = location == EXTERNAL,
+                (1 | 2, ProtobufField::Bytes(tensor)) => drop(self.tensor(tensor)?),
+                (3, field) => sides(field, &mut Vec::new(), sparse)?,
                 _ => {}
             }
         }
-        check_rank(sizes.len(), tensor)?;
-        found.shape = sizes.into_iter().map(i64::cast_unsigned).collect();
-        let size = elements(&found.shape);
+        Ok(())
+    }
+
+    /// Reads a tensor and counts its numbers. Returns its name and the part that is kept.
+    fn tensor(&mut self, mut tensor: ProtobufReader<'_>) -> Read<(String, StoredTensor)> {
+        let (mut found, mut element, mut name) = (StoredTensor::default(), 0, String::new());
+        let (mut integers, mut entries) = (Vec::new(), 0);
+        let (mut external, mut raw) = (false, None);
+        while let Some((number, field)) = tensor.next()? {
+            match (number, field) {
+                (1, field) => sides(field, &mut found.shape, tensor)?,
+                (2, ProtobufField::Number(kind)) => element = enumerator(kind),
+                (4, field) => entries += fixed_entries(&field, 4),
+                (5 | 11, field) => entries += push_integers(field, &mut Vec::new())?,
+                (6, ProtobufField::Bytes(_)) => entries += 1,
+                (7, field) => entries += push_integers(field, &mut integers)?,
+                (8, ProtobufField::Bytes(text)) => name = text.text()?,
+                (9, ProtobufField::Bytes(bytes)) => raw = Some(bytes.bytes()),
+                (10, field) => entries += fixed_entries(&field, 8),
+                (13, ProtobufField::Bytes(place)) => place.skim()?,
+                (14, ProtobufField::Number(location)) => external = enumerator(location) != 0,
+                _ => {}
+            }
+        }
+        check_rank(found.shape.len(), tensor)?;
+        let size = checked_elements(&found.shape, tensor)?;
+        if external {
+            self.external.get_or_insert_with(|| name.clone());
+        } else {
+            let raw = raw.map(<[u8]>::len);
+            check_length(&name, size, element, raw, entries).map_err(|it| tensor.malformed(it))?;
+        }
         // FLOAT, UINT8, INT8, INT32 (biases of quantised models), FLOAT16, DOUBLE, BFLOAT16.
         if matches!(element, 1 | 2 | 3 | 6 | 10 | 11 | 16) {
             self.graph.parameters = self.graph.parameters.saturating_add(size);
-        }
-        if external {
-            self.external.get_or_insert_with(|| name.clone());
         }
         if element == INT64 && size <= MAX_INTEGERS {
             if let Some(raw) = raw {
@@ -216,6 +249,84 @@ impl GraphWalk {
             found.integers = Some(integers).filter(|integers| integers.len() as u64 == size);
         }
         Ok((name, found))
+    }
+}
+
+/// Returns an enumerator as every reader of protobuf takes it: its low 32 bits.
+const fn enumerator(number: u64) -> u64 {
+    number & 0xFFFF_FFFF
+}
+
+/// Appends the sides of a tensor.
+fn sides(field: ProtobufField<'_>, sides: &mut Vec<u64>, at: ProtobufReader<'_>) -> Read<()> {
+    let mut numbers = Vec::new();
+    push_integers(field, &mut numbers)?;
+    for side in numbers {
+        let side = u64::try_from(side);
+        sides.push(side.map_err(|_| at.malformed("a tensor has a side below 0"))?);
+    }
+    Ok(())
+}
+
+/// Counts the elements of a tensor. Both runtimes multiply without a check for overflow.
+fn checked_elements(shape: &[u64], at: ProtobufReader<'_>) -> Read<u64> {
+    let kept = shape.iter().filter(|&&side| side > 0);
+    let size = { kept }.try_fold(1_u64, |size, &side| size.checked_mul(side));
+    match size {
+        Some(size) if size <= MAX_ELEMENTS => Ok(elements(shape)),
+        _ => Err(at.malformed(format!(
+            "a tensor of shape {shape:?} has more than {MAX_ELEMENTS} numbers"
+        ))),
+    }
+}
+
+/// Checks that a tensor has as many numbers as its shape says.
+fn check_length(
+    name: &str,
+    size: u64,
+    element: u64,
+    raw: Option<usize>,
+    entries: u64,
+) -> Result<(), String> {
+    let Some(bits) = element_bits(element) else {
+        return Err(format!(
+            "the tensor {name:?} has elements of unknown type {element}"
+        ));
+    };
+    let (unit, expected, found) = match raw {
+        Some(raw) => ("bytes", (size * bits).div_ceil(8), raw as u64),
+        None if bits < 8 => ("entries", (size * bits).div_ceil(8), entries),
+        // COMPLEX64 and COMPLEX128 are pairs.
+        None if matches!(element, 14 | 15) => ("entries", 2 * size, entries),
+        None => ("entries", size, entries),
+    };
+    if expected == found {
+        return Ok(());
+    }
+    Err(format!(
+        "the tensor {name:?}: expected {expected} {unit} for its {size} numbers, found {found}"
+    ))
+}
+
+/// Returns the size of a `TensorProto.DataType`, bits; a string counts as a byte.
+const fn element_bits(element: u64) -> Option<u64> {
+    Some(match element {
+        2 | 3 | 8 | 9 | 17..=20 | 24 => 8,
+        4 | 5 | 10 | 16 => 16,
+        1 | 6 | 12 => 32,
+        7 | 11 | 13 | 14 => 64,
+        15 => 128,
+        21..=23 => 4,
+        _ => return None,
+    })
+}
+
+/// Counts the entries of a field of fixed-size numbers, of this many bytes each.
+fn fixed_entries(field: &ProtobufField<'_>, bytes: usize) -> u64 {
+    match field {
+        ProtobufField::Bytes(packed) => (packed.bytes().len() / bytes) as u64,
+        ProtobufField::Fixed => 1,
+        ProtobufField::Number(_) => 0,
     }
 }
 
@@ -231,8 +342,9 @@ pub(super) fn elements(shape: &[u64]) -> u64 {
     shape.iter().fold(1, |size, &dim| size.saturating_mul(dim))
 }
 
-/// Appends one integer, or packed ones.
-fn push_integers(field: ProtobufField<'_>, integers: &mut Vec<i64>) -> Read<()> {
+/// Appends one integer, or packed ones, and returns their number.
+fn push_integers(field: ProtobufField<'_>, integers: &mut Vec<i64>) -> Read<u64> {
+    let before = integers.len();
     match field {
         ProtobufField::Number(number) => integers.push(number.cast_signed()),
         ProtobufField::Bytes(mut packed) => {
@@ -242,7 +354,7 @@ fn push_integers(field: ProtobufField<'_>, integers: &mut Vec<i64>) -> Read<()> 
         }
         ProtobufField::Fixed => {}
     }
-    Ok(())
+    Ok((integers.len() - before) as u64)
 }
 
 fn is_default(domain: &str) -> bool {
@@ -296,6 +408,11 @@ fn tensor_type(mut tensor: ProtobufReader<'_>, port: &mut Port) -> Read<()> {
                     }
                 }
                 check_rank(dimensions.len(), shape)?;
+                let fixed = dimensions.iter().map(|dimension| match dimension {
+                    Dimension::Fixed(size) => *size,
+                    _ => 1,
+                });
+                checked_elements(&fixed.collect::<Vec<_>>(), shape)?;
             }
             _ => {}
         }
