@@ -5,11 +5,12 @@ mod doubts;
 mod video;
 
 use super::args::{Common, FileArgs, ViewArgs};
+use super::baselines::is_baseline;
 use super::drawing::DrawArgs;
 use super::hints::WithFlags;
 use super::outputs::{Output, OutputKind};
 use super::progress::TimedProgress;
-use super::recognizers::{is_baseline, models, sort_inputs, with_contracts};
+use super::recognizers::{models, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
 use super::walks::{SelectionArgs, SourceArgs};
 use crate::bench::Task;

@@ -2,6 +2,7 @@
 
 mod args;
 mod augment;
+mod baselines;
 mod bench;
 #[cfg(feature = "import")]
 mod body;
@@ -57,6 +58,7 @@ mod values;
 mod walks;
 
 use crate::error::Result;
+use clap::parser::ValueSource;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use hints::WithFlags;
 use std::ffi::OsString;
@@ -112,6 +114,19 @@ enum Command {
     Train(train::TrainArgs),
 }
 
+impl Cli {
+    /// Returns the arguments that were found, and which of them were not left out.
+    fn of_matches(matches: &clap::ArgMatches) -> clap::error::Result<Self> {
+        let mut cli = Self::from_arg_matches(matches)?;
+        if let (Command::Generate(args), Some((_, found))) =
+            (&mut cli.command, matches.subcommand())
+        {
+            args.is_seeded = found.value_source("seed") == Some(ValueSource::CommandLine);
+        }
+        Ok(cli)
+    }
+}
+
 /// Returns the command, with the settings that all subcommands share.
 fn command() -> clap::Command {
     Cli::command().mut_subcommands(|command| {
@@ -142,7 +157,7 @@ pub fn main() -> std::process::ExitCode {
 #[must_use]
 pub fn code_of(words: Vec<OsString>, program: Vec<OsString>) -> u8 {
     let matches = command().get_matches_from(&words);
-    let mut cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let mut cli = Cli::of_matches(&matches).unwrap_or_else(|error| error.exit());
     if let Command::Bench(args) = &mut cli.command {
         args.program = program;
         args.words = words.into_iter().skip(2).collect();
