@@ -6,11 +6,12 @@ mod video;
 
 use super::again::again;
 use super::args::{Common, FileArgs, ViewArgs};
+use super::baselines::is_baseline;
 use super::drawing::DrawArgs;
 use super::hints::WithFlags;
 use super::outputs::{Output, OutputKind};
 use super::progress::TimedProgress;
-use super::recognizers::{is_baseline, models, sort_inputs, with_contracts};
+use super::recognizers::{models, sort_inputs, with_contracts};
 use super::runtime::RuntimeArgs;
 use super::trial::try_out;
 use super::walks::{SelectionArgs, SourceArgs};

@@ -1,6 +1,7 @@
 //! `edgegait confounders`: the effect of each confounder on recognizers.
 
 use super::args::{Common, FileArgs, ViewArgs};
+use super::baselines::WantedBaselines;
 use super::cache::CacheArgs;
 use super::contest::InputSource;
 use super::drawing::DrawArgs;
@@ -158,7 +159,9 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
     let seed = args.common.seed;
     args.check()?;
     let runtime = args.runtime.runtime()?;
-    let (models, data) = sort_inputs(&args.inputs)?;
+    let (mut models, data) = sort_inputs(&args.inputs)?;
+    let mut baselines = WantedBaselines::default();
+    baselines.apart(&mut models, false);
     if let Some(folder) = data.as_ref().filter(|path| path.is_dir()) {
         return Err(Error::Usage(format!(
             "{}: expected a pack, found a folder, whose images cannot be drawn under other conditions",
@@ -172,7 +175,7 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
         stored: None,
     };
     let cache = args.cache.cache();
-    let entrants = load(&models, &runtime, &cache, inputs, &mut header)?;
+    let mut entrants = load(&models, &runtime, &cache, inputs, &mut header)?;
     let source_args = SourceArgs::new(data, args.selection.clone());
     let source = source_args.load(&args.common)?;
     let pack = Pack::parse(&source.bytes)?;
@@ -213,6 +216,7 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
         warnings,
         ..
     } = DrawnContest::new(&pack, &walks, &entrants, options)?;
+    baselines.add(&contest, &mut entrants, Some(&pack), &mut header)?;
     let sequences = contest.source().sequences().list.len();
     let progress = Progress::new(&args.common, "sequences", sequences * entrants.len());
     let outcome = contest.run(&entrants, seed, &mut |_| progress.step(), &mut |_| Ok(()))?;

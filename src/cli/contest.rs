@@ -1,6 +1,7 @@
 //! The flags that choose gallery and probes, and the contest that they describe.
 
 use super::args::{Common, ViewArgs, file_with};
+use super::baselines::WantedBaselines;
 use super::conditions::ConditionArgs;
 use super::drawing::DrawArgs;
 use super::keep_going::{KeepGoing, with_hint};
@@ -15,7 +16,7 @@ use crate::draw::sweep::Views;
 use crate::draw::template::Template;
 use crate::error::{Error, Result};
 use crate::evaluate::contest::{
-    Contest, ContestOptions, DrawnContest, Entrant, StoredTemplates, usual,
+    Contest, ContestOptions, DrawnContest, Entrant, StoredTemplates, unlike_protocols, usual,
 };
 use crate::evaluate::protocol::{PARTITION, Protocol};
 use crate::files::{InputFile, ResultHeader};
@@ -76,8 +77,8 @@ pub(super) struct Participants<'a> {
     pub common: &'a Common,
     /// Loads the recognizers, and states their files in the header.
     pub load: &'a dyn Fn(InputSource<'_>, &mut ResultHeader) -> Result<Vec<Entrant>>,
-    /// Whether the baselines take part as well.
-    pub with_baselines: bool,
+    /// The baselines that take part as well.
+    pub baselines: WantedBaselines,
     /// The viewpoints of probes if neither flags nor the protocol state them; without these, the
     /// viewpoints of the paper.
     pub views: Option<Views>,
@@ -166,7 +167,12 @@ impl ContestArgs {
         let protocol = match protocol {
             Some(protocol) => protocol,
             None if has_roles(&source) => Protocol::named(PARTITION)?,
-            None => usual(&entrants, subjects)?,
+            None => {
+                header
+                    .warnings
+                    .extend(unlike_protocols(&entrants, subjects));
+                usual(&entrants, subjects)?
+            }
         };
         let mut header = header.with("protocol", protocol.name.as_str());
         if let (SequenceSource::Tree(_), Some(entrant)) = (&source, entrants.first()) {
@@ -175,9 +181,8 @@ impl ContestArgs {
                 .with("framing", entrant.settings.framing.name());
         }
         let contest = Contest::new(source, protocol)?;
-        if field.with_baselines {
-            add_baselines(&contest, &mut entrants, None, common.seed, &mut header)?;
-        }
+        let baselines = field.baselines;
+        baselines.add(&contest, &mut entrants, None, &mut header)?;
         work(&contest, &entrants, header).map_err(hinted)
     }
 
@@ -232,9 +237,8 @@ impl ContestArgs {
             .with("subjects", self.selection.subjects.join(","))
             .with("probes", probes);
         header.warnings.extend(warnings);
-        if field.with_baselines {
-            add_baselines(&contest, &mut entrants, Some(&pack), seed, &mut header)?;
-        }
+        let baselines = field.baselines;
+        baselines.add(&contest, &mut entrants, Some(&pack), &mut header)?;
         if let Some(entrant) = entrants.first() {
             header = header.drawn(&entrant.settings);
         }
@@ -349,7 +353,8 @@ impl ContestArgs {
         Ok(SequenceSource::Tree(Box::new(recordings)))
     }
 
-    /// Cuts the recordings of a tree into gait cycles, if every recognizer takes templates.
+    /// Cuts the recordings of a tree into gait cycles for the recognizers that take templates; the
+    /// others are shown whole recordings.
     fn cut(
         &self,
         source: SequenceSource<'static>,
@@ -359,13 +364,17 @@ impl ContestArgs {
     ) -> Result<SequenceSource<'static>> {
         let takes_template =
             |entrant: &Entrant| entrant.recognizer.contract().template != Template::Silhouettes;
-        match source {
-            SequenceSource::Tree(recordings) if entrants.iter().all(takes_template) => {
-                let cut = self.cutting.cut(*recordings, header, common)?;
-                Ok(SequenceSource::Tree(Box::new(cut)))
-            }
-            other => Ok(other),
+        let SequenceSource::Tree(mut recordings) = source else {
+            return Ok(source);
+        };
+        if !entrants.iter().any(takes_template) {
+            return Ok(SequenceSource::Tree(recordings));
         }
+        if !entrants.iter().all(takes_template) {
+            *recordings = recordings.keeping_whole();
+        }
+        let cut = self.cutting.cut(*recordings, header, common)?;
+        Ok(SequenceSource::Tree(Box::new(cut)))
     }
 
     /// Opens a folder; of a dataset, also returns the form of its stored templates.
@@ -422,23 +431,6 @@ impl ContestArgs {
         *header = header.clone().with(kind, path.display().to_string());
         Ok((source, stored))
     }
-}
-
-/// Adds the baselines.
-///
-/// # Errors
-/// The same as [`Contest::baselines`].
-fn add_baselines(
-    contest: &Contest<'_>,
-    entrants: &mut Vec<Entrant>,
-    pack: Option<&Pack<'_>>,
-    seed: u64,
-    header: &mut ResultHeader,
-) -> Result<()> {
-    let baselines = contest.baselines(entrants, pack, seed)?;
-    entrants.extend(baselines.entrants);
-    header.warnings.extend(baselines.warnings);
-    Ok(())
 }
 
 /// Returns whether a partition of a tree chooses gallery and probes.

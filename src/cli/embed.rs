@@ -11,7 +11,6 @@ use crate::dataset::Items;
 use crate::dataset::sequences::PackSource;
 use crate::error::{Error, Result};
 use crate::inference::Recognizer;
-use clap::FromArgMatches as _;
 use std::ffi::OsString;
 use std::sync::Arc;
 
@@ -95,7 +94,7 @@ pub fn swept(words: &[OsString], pack: Option<PackSource>) -> Result<Items> {
 fn parsed(words: &[OsString]) -> Result<Command> {
     let words = std::iter::once("edgegait".into()).chain(words.iter().cloned());
     let matches = command().try_get_matches_from(words);
-    let cli = matches.and_then(|matches| Cli::from_arg_matches(&matches));
+    let cli = matches.and_then(|matches| Cli::of_matches(&matches));
     let cli = cli.map_err(|error| {
         let text = error.to_string();
         let text = text.strip_prefix("error: ").unwrap_or(&text);

@@ -13,7 +13,6 @@ use crate::draw::template::Template;
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, Result};
 use crate::files::{InputFile, ResultHeader};
-use crate::people::cohort::DEFAULT_SEED;
 use crate::people::variation::CYCLES_OF_A_TAKE;
 use edgegait_core::pack::{Pack, Sex};
 use edgegait_core::silhouette::Size;
@@ -26,7 +25,7 @@ use std::time::Instant;
 /// file of about twenty lines
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Built-in designs: casia-b-like (124 people, 11 viewpoints, NM, BG and CL), domain-random (1,000 dressed people of 18 to 80 years, everything varied together). A design of your own:\n\n  seed = 7\n  conditions = \"casia-b\"                # or [[conditions]], as `sweep --conditions` reads them\n  [population]\n  people = \"0..1000\"                    # or [splits]\n  age_years = [18, 80]\n  dressed = \"per-take\"                  # or \"for-good\" or \"never\"\n  [walks]\n  speeds_kmh = { uniform = [3, 7], walks = 2 }   # or [4, 5, 6]\n  takes = 2\n  cycles = 1                            # of each take\n  [views]\n  azimuth_deg = { uniform = [0, 360] }  # or [0, 45, 90]\n  elevation_deg = [0]\n  count = 8                             # sampled for each cycle\n  [images]\n  template = \"gei\"\n  size = \"64x44\"\n  raster = \"rows\"\n\nExamples:\n  edgegait generate casia-b-like --out casia --people 4\n  edgegait generate design.toml --out sets"
+    after_help = "Built-in designs: casia-b-like (124 people, 11 viewpoints, NM, BG and CL), domain-random (1,000 dressed people of 18 to 80 years, everything varied together). A design of your own:\n\n  seed = 7\n  conditions = \"casia-b\"                # or [[conditions]], as `sweep --conditions` reads them\n  [population]\n  people = \"0..1000\"                    # or [splits]\n  age_years = [18, 80]\n  dressed = \"per-take\"                  # or \"for-good\" or \"never\"\n  [walks]\n  speeds_kmh = { uniform = [3, 7], walks = 2 }   # or [4, 5, 6]\n  takes = 2\n  cycles = 1                            # of each take\n  [views]\n  azimuth_deg = { uniform = [0, 360] }  # or [0, 45, 90]\n  elevation_deg = [0]\n  count = 8                             # sampled for each cycle\n  [images]\n  template = \"gei\"\n  size = \"64x44\"\n  raster = \"rows\"\n\nOther people and walks of a built-in design come from --seed; a file states its seed.\n\nExamples:\n  edgegait generate casia-b-like --out casia --people 4\n  edgegait generate design.toml --out sets"
 )]
 pub(super) struct GenerateArgs {
     /// The name of a built-in design, or a .toml file
@@ -42,6 +41,9 @@ pub(super) struct GenerateArgs {
     export: ExportArgs,
     #[command(flatten)]
     pub common: Common,
+    /// Whether `--seed` was given, which a built-in design takes in place of its own.
+    #[arg(skip)]
+    pub is_seeded: bool,
 }
 
 /// Number of people that are made at the same time: enough for all cores, in a few megabytes.
@@ -62,9 +64,13 @@ struct GenerateResults {
 }
 
 impl GenerateArgs {
+    /// Returns whether the design is a file's, and no built-in one.
+    fn is_file(&self) -> bool {
+        Path::new(&self.design).extension().is_some()
+    }
+
     /// Returns the files that the command reads and writes.
     pub(super) fn files(&self) -> FileArgs {
-        let is_file = Path::new(&self.design).extension().is_some();
         let folders = match Design::named(&self.design) {
             Ok(design) => {
                 let parts = self.parts(&design).into_iter();
@@ -74,8 +80,7 @@ impl GenerateArgs {
             Err(_) => Vec::new(),
         };
         FileArgs {
-            inputs: is_file
-                .then(|| PathBuf::from(&self.design))
+            inputs: { self.is_file().then(|| PathBuf::from(&self.design)) }
                 .into_iter()
                 .collect(),
             outputs: folders
@@ -125,10 +130,15 @@ impl GenerateArgs {
     /// Reads the design, and applies the number of people and the format to it.
     fn design(&self) -> Result<Design> {
         let mut design = Design::named(&self.design)?;
-        if self.common.seed != DEFAULT_SEED && self.common.seed != design.settings.seed {
-            return Err(Error::Usage(
-                "--seed: a design states its own seed (change `seed` in a copy of it)".into(),
-            ));
+        let seed = self.common.seed;
+        if self.is_seeded && seed != design.settings.seed {
+            if self.is_file() {
+                return Err(Error::Usage(format!(
+                    "--seed {seed}: {} states its own seed, {} (change `seed` there; --seed is for built-in designs)",
+                    self.design, design.settings.seed
+                )));
+            }
+            design.settings.seed = seed;
         }
         if let Some(most) = self.people {
             for split in &mut design.splits {
@@ -184,10 +194,9 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
     if let Some(fps) = design.images.wanted.fps {
         header = header.with("fps", fps);
     }
-    header.inputs = match Path::new(&args.design).extension() {
-        Some(_) => vec![InputFile::read(&args.design)?],
-        None => Vec::new(),
-    };
+    if args.is_file() {
+        header.inputs.push(InputFile::read(&args.design)?);
+    }
     let mut shares = Vec::new();
     for part in &parts {
         let all: Vec<(usize, &str)> = part.people().collect();

@@ -3,6 +3,7 @@
 mod again;
 mod args;
 mod augment;
+mod baselines;
 mod bench;
 #[cfg(feature = "import")]
 mod body;
@@ -60,6 +61,7 @@ mod walks;
 
 use crate::error::Result;
 use again::set_program;
+use clap::parser::ValueSource;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use hints::WithFlags;
 use std::ffi::OsString;
@@ -117,6 +119,19 @@ enum Command {
     TryModel(trial::TryModelArgs),
 }
 
+impl Cli {
+    /// Returns the arguments that were found, and which of them were not left out.
+    fn of_matches(matches: &clap::ArgMatches) -> clap::error::Result<Self> {
+        let mut cli = Self::from_arg_matches(matches)?;
+        if let (Command::Generate(args), Some((_, found))) =
+            (&mut cli.command, matches.subcommand())
+        {
+            args.is_seeded = found.value_source("seed") == Some(ValueSource::CommandLine);
+        }
+        Ok(cli)
+    }
+}
+
 /// Returns the command, with the settings that all subcommands share.
 fn command() -> clap::Command {
     Cli::command().mut_subcommands(|command| {
@@ -147,8 +162,12 @@ pub fn main() -> std::process::ExitCode {
 #[must_use]
 pub fn code_of(words: Vec<OsString>, program: Vec<OsString>) -> u8 {
     let matches = command().get_matches_from(&words);
+<<<<<<< HEAD
     let mut cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     set_program(program);
+=======
+    let mut cli = Cli::of_matches(&matches).unwrap_or_else(|error| error.exit());
+>>>>>>> scores
     if let Command::Bench(args) = &mut cli.command {
         args.words = words.into_iter().skip(2).collect();
     }

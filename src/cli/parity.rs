@@ -4,10 +4,11 @@ mod text;
 
 use super::Ending;
 use super::args::{Common, FileArgs};
+use super::baselines::{WantedBaselines, is_baseline};
 use super::contest::{ContestArgs, InputSource, Participants};
 use super::keep_going::with_hint;
 use super::progress::Progress;
-use super::recognizers::{entrant, is_baseline, sort_inputs, with_contracts};
+use super::recognizers::{entrant, sort_inputs, with_contracts};
 use super::runtime::{RuntimeChoice, refuse_idle_library};
 use crate::draw::sweep::Views;
 use crate::error::{ChoiceError, Error, EvaluateError, Result, SettingError};
@@ -115,7 +116,7 @@ pub(super) fn run(args: &ParityArgs) -> Result<Ending> {
     let field = Participants {
         common: &args.common,
         load: &|inputs, _| load(&planned, inputs),
-        with_baselines: false,
+        baselines: WantedBaselines::default(),
         views: Some(Views::grid("10 of parity", AZIMUTHS_DEG, ELEVATIONS_DEG)?),
     };
     let results = args

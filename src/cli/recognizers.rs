@@ -1,5 +1,6 @@
 //! Loads the recognizers of a command: named models, the pixel baseline, or the shipped models.
 
+use super::baselines::is_baseline;
 use super::contest::InputSource;
 use super::trial::try_out;
 use crate::dataset::sequences::is_pack_or_folder;
@@ -9,7 +10,7 @@ use crate::files::cache::Cache;
 use crate::files::{InputFile, ResultHeader};
 use crate::inference::RuntimeName;
 use crate::inference::{
-    CachedRecognizer, Contract, Firmware, Model, Outputs, Recognizer, Runtime, baseline, shipped,
+    CachedRecognizer, Contract, Firmware, Model, Outputs, Recognizer, Runtime, shipped,
 };
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -37,11 +38,6 @@ pub(super) fn sort_inputs(inputs: &[PathBuf]) -> Result<(Vec<PathBuf>, Option<Pa
 pub(super) fn with_contracts(inputs: &[PathBuf]) -> Vec<PathBuf> {
     let beside = inputs.iter().map(|path| Contract::path_beside(path));
     inputs.iter().cloned().chain(beside).collect()
-}
-
-/// Returns whether a name stands for the pixel baseline.
-pub(super) fn is_baseline(path: &Path) -> bool {
-    path == Path::new(baseline::PIXELS) && !path.exists()
 }
 
 /// Loads the named models, or the shipped ones, with the form of their inputs: drawn according to

@@ -1,6 +1,7 @@
 //! `edgegait score`: scores recognizers.
 
 use super::args::{Common, FileArgs};
+use super::baselines::WantedBaselines;
 use super::cache::CacheArgs;
 use super::contest::{ContestArgs, Participants};
 use super::outputs::{Output, OutputKind};
@@ -84,7 +85,12 @@ pub(super) fn run(args: &ScoreArgs) -> Result<()> {
 pub(super) fn run_with(args: &ScoreArgs, held: &[Arc<dyn Recognizer>]) -> Result<()> {
     let started = Instant::now();
     let runtime = args.runtime.runtime()?;
-    let (models, data) = sort_inputs(&args.inputs)?;
+    let (mut models, data) = sort_inputs(&args.inputs)?;
+    let mut baselines = WantedBaselines {
+        has_all: !args.no_baselines,
+        ..WantedBaselines::default()
+    };
+    baselines.apart(&mut models, !held.is_empty());
     let header = ResultHeader::new("score", args.common.seed)
         .with("runtime", runtime.name().name)
         .with("provider", runtime.name().provider);
@@ -99,7 +105,7 @@ pub(super) fn run_with(args: &ScoreArgs, held: &[Arc<dyn Recognizer>]) -> Result
             };
             with_held(loaded, held, inputs)
         },
-        with_baselines: !args.no_baselines,
+        baselines,
         views: None,
     };
     let mut rows = args
@@ -172,9 +178,14 @@ fn judged(
     let (mut samples, mut others) = (Vec::new(), Vec::new());
     let mut pictures: Vec<Vec<SeenPicture>> = vec![Vec::new(); entrants.len()];
     let is_first = |&at: &usize| !(0..at).any(|other| entrants[at].is_shown_as(&entrants[other]));
-    let times_shown = (0..entrants.len()).filter(is_first).count();
-    let progress =
-        Progress::new(common, "sequences", times_shown * sequences.list.len()).advising(LESS);
+    let shown = |at: usize| {
+        let template = entrants[at].recognizer.contract().template;
+        let all = sequences.list.iter();
+        all.filter(|sequence| sequence.purpose.suits(template))
+            .count()
+    };
+    let shown: usize = (0..entrants.len()).filter(is_first).map(shown).sum();
+    let progress = Progress::new(common, "sequences", shown).advising(LESS);
     let mut tell = |answer: ProbeAnswer<'_>| match rows {
         Some(rows) => Ok(rows.serialize(answer)?),
         None => Ok(()),

@@ -31,8 +31,9 @@ impl AddAssign<&Self> for PairedHits {
 /// Returns the differences between all pairs of recognizers, the best one's first: on the leading
 /// probe sets and on each probe set, where both have the same probes.
 ///
-/// The best is chosen on these same probes, so its lead is slightly overestimated. `seed` is the
-/// seed for resampling people.
+/// Differences at each viewpoint are of the best of each group with the same probes: recognizers of
+/// another group change nothing. The best is chosen on these same probes, so its lead is slightly
+/// overestimated. `seed` is the seed for resampling people.
 pub(super) fn each_from_each(results: &[RecognizerResult], seed: u64) -> Vec<PairedResult> {
     let mut ranked: Vec<&RecognizerResult> =
         results.iter().filter(|result| result.probes > 0).collect();
@@ -45,22 +46,20 @@ pub(super) fn each_from_each(results: &[RecognizerResult], seed: u64) -> Vec<Pai
             .collect::<Vec<_>>()
     };
     let mut all: Vec<PairedResult> = ranked.iter().enumerate().flat_map(of).collect();
-    let Some((best, others)) = ranked.split_first() else {
-        return all;
-    };
-    let drawn = best
-        .hits_by_view
-        .tallies
-        .iter()
-        .map(Vec::len)
-        .sum::<usize>()
-        * others.len();
-    if drawn <= MOST_DRAWN {
+    for best in &ranked {
+        if all.iter().any(|pair| pair.other == best.name) {
+            continue;
+        }
         let of_best = all
             .iter_mut()
             .filter(|pair| pair.recognizer == best.name && pair.probe_set.is_none());
-        for pair in of_best {
-            if let Some(other) = others.iter().find(|other| other.name == pair.other) {
+        let mut of_best: Vec<&mut PairedResult> = of_best.collect();
+        let tallies = best.hits_by_view.tallies.iter().map(Vec::len);
+        if tallies.sum::<usize>() * of_best.len() > MOST_DRAWN {
+            continue;
+        }
+        for pair in &mut of_best {
+            if let Some(other) = ranked.iter().find(|other| other.name == pair.other) {
                 pair.by_viewpoint = at_viewpoints([&best.hits_by_view, &other.hits_by_view], seed);
             }
         }

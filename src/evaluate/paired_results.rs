@@ -105,8 +105,8 @@ pub struct PairedResult {
     pub low: Option<f64>,
     /// Upper end of the interval of the difference.
     pub high: Option<f64>,
-    /// Differences at each viewpoint. Only for the best recognizer and the headline probe sets;
-    /// empty where there are too many viewpoints and people for intervals.
+    /// Differences at each viewpoint. Only for the best recognizer on the same probes, and the
+    /// headline probe sets; empty where there are too many viewpoints and people for intervals.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub by_viewpoint: Vec<PairedViewpoint>,
 }

@@ -53,7 +53,7 @@ pub(super) fn judge(
     let [mut all, mut clean] = [(); 2].map(|()| PooledSums::none(sequences));
     let mut probe_sets = Vec::new();
     for (set, takes) in trial.protocol.probes.iter().zip(&trial.roles.probes) {
-        let probes: Vec<usize> = (0..sequences.list.len())
+        let probes: Vec<usize> = { trial.probes() }
             .filter(|&sequence| takes[sequences.list[sequence].take])
             .collect();
         if probes.is_empty() {

@@ -5,8 +5,9 @@ use super::protocol::{GalleryViews, Protocol, TakeRoles};
 use super::rank1::ProbeOutcome;
 use super::results::ProbeAnswer;
 use super::verification::Pairs;
-use crate::dataset::sequences::{Sequences, ViewLabel};
+use crate::dataset::sequences::{SequencePurpose, Sequences, ViewLabel};
 use crate::draw::sweep::View;
+use crate::draw::template::Template;
 use crate::error::{EvaluateError, Result};
 use crate::inference::Recognizer;
 use crate::inference::answers::Answers;
@@ -21,10 +22,22 @@ pub(crate) struct Trial<'a> {
     pub(super) protocol: &'a Protocol,
     pub(super) roles: &'a TakeRoles,
     pub(super) sequences: &'a Sequences,
+    /// The template that the recognizer takes.
+    pub(super) template: Template,
     /// The class of each person, if class scores decide.
     pub(super) classes: Option<Vec<usize>>,
     /// Sequences of the gallery by viewpoint, in rising order.
     pub(super) gallery: Vec<Vec<usize>>,
+}
+
+/// What the comparisons of a recognizer depend on, besides the protocol and the sequences.
+pub(super) struct TrialTerms {
+    /// The template that it takes.
+    pub template: Template,
+    /// The class of each person, if class scores decide.
+    pub classes: Option<Vec<usize>>,
+    /// The viewpoints of its gallery, beside all cameras with a name only; none for all.
+    pub gallery_views: Option<Vec<View>>,
 }
 
 /// The comparison of one probe with one gallery.
@@ -55,8 +68,8 @@ impl ProbeComparison {
 }
 
 impl<'a> Trial<'a> {
-    /// Returns the comparisons. If `gallery_views` is given, the gallery consists of these
-    /// viewpoints and of all cameras with a name only.
+    /// Returns the comparisons, which depend on nothing but these arguments: not on the other
+    /// recognizers.
     ///
     /// # Errors
     /// If the gallery is empty, or there are too many viewpoints to compare all pairs.
@@ -64,16 +77,23 @@ impl<'a> Trial<'a> {
         protocol: &'a Protocol,
         roles: &'a TakeRoles,
         sequences: &'a Sequences,
-        classes: Option<Vec<usize>>,
-        gallery_views: Option<Vec<View>>,
+        terms: TrialTerms,
     ) -> Result<Self> {
+        let TrialTerms {
+            template,
+            classes,
+            gallery_views,
+        } = terms;
         let is_seen = |label: &ViewLabel| match (&gallery_views, label.angles_deg()) {
             (Some(views), Some(at)) => views.iter().any(|view| view.angles_deg() == at),
             _ => true,
         };
         let mut gallery = vec![Vec::new(); sequences.views.len()];
         for (number, sequence) in sequences.list.iter().enumerate() {
-            if roles.gallery[sequence.take] && is_seen(&sequences.views[sequence.view]) {
+            if roles.gallery[sequence.take]
+                && sequence.purpose.suits(template)
+                && is_seen(&sequences.views[sequence.view])
+            {
                 gallery[sequence.view].push(number);
             }
         }
@@ -93,6 +113,7 @@ impl<'a> Trial<'a> {
             protocol,
             roles,
             sequences,
+            template,
             classes,
             gallery,
         })
@@ -101,7 +122,15 @@ impl<'a> Trial<'a> {
     /// Returns whether a sequence is a probe.
     #[must_use]
     pub(crate) fn is_probe(&self, sequence: usize) -> bool {
-        self.roles.is_probed(self.sequences.list[sequence].take)
+        let found = &self.sequences.list[sequence];
+        found.purpose != SequencePurpose::Gallery
+            && found.purpose.suits(self.template)
+            && self.roles.is_probed(found.take)
+    }
+
+    /// Returns the probes.
+    pub(crate) fn probes(&self) -> impl Iterator<Item = usize> {
+        (0..self.sequences.list.len()).filter(|&sequence| self.is_probe(sequence))
     }
 
     /// Returns whether the recognizer has to be shown a sequence.
@@ -121,7 +150,7 @@ impl<'a> Trial<'a> {
             (None, GalleryViews::Same) => self.gallery[self.sequences.list[sequence].view].len(),
             (None, _) => all,
         };
-        let probes = (0..self.sequences.list.len()).filter(|&sequence| self.is_probe(sequence));
+        let probes = self.probes();
         probes.map(|sequence| of_probe(sequence) as u64).sum()
     }
 

@@ -35,11 +35,13 @@ fn interval(one: &PairedResult) -> String {
     })
 }
 
-/// Returns the best recognizer's differences from the others.
-fn of_the_best(results: &ScoreResults) -> impl Iterator<Item = &PairedResult> {
-    let best = results.paired.first().map(|first| &first.recognizer);
-    let differences = results.paired.iter();
-    differences.filter(move |difference| Some(&difference.recognizer) == best)
+/// Returns the differences of each recognizer that is the best of those with the same probes.
+fn of_the_best(results: &ScoreResults) -> Vec<Vec<&PairedResult>> {
+    let all = &results.paired;
+    let is_best = |name: &str| all.iter().all(|pair| pair.other != name);
+    let pairs = all.chunk_by(|a, b| a.recognizer == b.recognizer);
+    let of_best = pairs.filter(|pairs| is_best(&pairs[0].recognizer));
+    of_best.map(|pairs| pairs.iter().collect()).collect()
 }
 
 /// Returns at how many viewpoints the best recognizer is better and worse; empty if that is
@@ -53,19 +55,26 @@ fn of_viewpoints(one: &PairedResult) -> String {
 }
 
 /// Returns the best recognizer's differences on the headline probe sets as text of at most 80
-/// columns; empty if there are none.
+/// columns, for each group of recognizers with the same probes; empty if there are none.
 #[must_use]
 pub(super) fn text(results: &ScoreResults) -> String {
-    let leading = || of_the_best(results).filter(|difference| difference.probe_set.is_none());
-    let Some(first) = leading().next() else {
+    let leading = |pairs: Vec<&PairedResult>| {
+        let leading = pairs.into_iter().filter(|pair| pair.probe_set.is_none());
+        text_of(&leading.collect::<Vec<_>>())
+    };
+    of_the_best(results).into_iter().map(leading).collect()
+}
+
+fn text_of(leading: &[&PairedResult]) -> String {
+    let Some(first) = leading.first() else {
         return String::new();
     };
-    let has_views = leading().any(|difference| difference.by_viewpoint.len() > 1);
+    let has_views = leading.iter().any(|pair| pair.by_viewpoint.len() > 1);
     let mut table = Table::new(&[Left(18), Right(8), Right(16), Left(15), Right(0)]);
     let best = shortened(&first.recognizer, 18);
     let heading = if has_views { "viewpoints +, -" } else { "" };
     table.row(["against", "points", "95 % interval", "", heading]);
-    for one in leading() {
+    for one in leading {
         table.row([
             shortened(&one.other, 18),
             points(one.difference),
@@ -81,22 +90,32 @@ pub(super) fn text(results: &ScoreResults) -> String {
     format!("\n{best}: lead in rank-1 on the same probes, paired by person\n{table}")
 }
 
-/// Returns all of the best recognizer's differences as an HTML table; empty if there are none.
+/// Returns all of the best recognizer's differences as an HTML table, for each group of recognizers
+/// with the same probes; empty if there are none.
 pub(super) fn section(results: &ScoreResults) -> Markup {
-    let Some(first) = results.paired.first() else {
+    let groups = of_the_best(results);
+    if groups.is_empty() {
         return html! {};
+    }
+    let names: Vec<&str> = groups
+        .iter()
+        .map(|pairs| pairs[0].recognizer.as_str())
+        .collect();
+    let best = match names[..] {
+        [_] => ", the best here, ",
+        _ => ", each the best on its probes, ",
     };
     html! {
         h2 { "Differences between the recognizers" }
         p.quiet {
-            "Rank-1 of " (first.recognizer) ", the best here, minus that of each other recognizer on the same probes, "
+            "Rank-1 of " (names.join(", ")) (best) "minus that of each other recognizer on the same probes, "
             "in percentage points, with the 95 % interval of the difference over people (paired bootstrap). "
             "If the interval contains 0, these people do not show a difference. Viewpoints are compared one by one; "
             "about five in a hundred are better or worse by chance alone."
         }
-        div.scroll { table.summary {
+        @for pairs in groups { div.scroll { table.summary {
             thead { tr {
-                th scope="col" { (first.recognizer) " against" }
+                th scope="col" { (pairs[0].recognizer) " against" }
                 th.text scope="col" { "probes" }
                 th scope="col" { "people" }
                 th scope="col" { "points" }
@@ -104,7 +123,7 @@ pub(super) fn section(results: &ScoreResults) -> Markup {
                 th.text scope="col" { "verdict" }
                 th scope="col" { "viewpoints better, worse" }
             } }
-            tbody { @for one in of_the_best(results) {
+            tbody { @for one in pairs {
                 tr {
                     th scope="row" { (one.other) }
                     td.text data-label="probes" { (one.probe_set.as_deref().unwrap_or("headline sets")) }
@@ -115,7 +134,7 @@ pub(super) fn section(results: &ScoreResults) -> Markup {
                     td data-label="viewpoints better, worse" { (of_viewpoints(one)) }
                 }
             } }
-        } }
+        } } }
     }
 }
 

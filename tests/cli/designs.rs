@@ -149,6 +149,7 @@ fn a_wrong_design_is_refused_before_anything_is_made() {
         1,
         &["d.toml:8", "found 5 and 3"],
     );
+    fs::write(at.join("own.toml"), SMALL.replace("PEOPLE", "0..6")).expect("a design");
     refused(at, &["generate", "none.toml"], 1, &["none.toml"]);
     refused(
         at,
@@ -158,9 +159,9 @@ fn a_wrong_design_is_refused_before_anything_is_made() {
     );
     refused(
         at,
-        &["generate", "casia-b-like", "--seed", "5"],
+        &["generate", "own.toml", "--seed", "5"],
         2,
-        &["--seed", "states its own"],
+        &["--seed 5", "own.toml states its own seed, 3"],
     );
-    assert_eq!(names(at), ["d.toml"]);
+    assert_eq!(names(at), ["d.toml", "own.toml"]);
 }

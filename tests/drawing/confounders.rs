@@ -412,7 +412,10 @@ fn confounders_are_measured_by_strength_whatever_the_protocol() {
         "--json",
         "-",
     ];
-    let results: Value = serde_json::from_str(&done(folder.path(), &measured)).expect("JSON");
+    let printed = done(folder.path(), &measured);
+    std::fs::write(folder.path().join("c.json"), &printed).expect("written");
+    crate::limits::holds(folder.path(), "c.json");
+    let results: Value = serde_json::from_str(&printed).expect("JSON");
     let strengths = |at: usize| -> Vec<f64> {
         let points = results["confounders"][at]["by_strength"]
             .as_array()

@@ -2,6 +2,8 @@
 
 #[path = "../helpers/command.rs"]
 mod command;
+#[path = "../helpers/limits.rs"]
+mod limits;
 #[path = "../helpers/npy.rs"]
 mod npy;
 #[path = "../helpers/parts.rs"]

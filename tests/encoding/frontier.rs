@@ -89,6 +89,7 @@ fn a_frontier_has_at_least_12_points_and_comes_as_json_csv_and_a_chart() {
     );
     let text = |name: &str| fs::read_to_string(written.join(name)).expect("a file");
     assert_eq!(json(&text("frontier.json")), results);
+    crate::limits::holds(&written, "frontier.json");
     let csv = text("frontier.csv");
     assert_eq!(csv.lines().count(), 1 + all.len());
     assert!(csv.starts_with("name,raster,jitter,hull_points,frames_per_cycle,track_error_mm,"));

@@ -4,6 +4,8 @@
 mod command;
 #[path = "../helpers/data.rs"]
 mod data;
+#[path = "../helpers/limits.rs"]
+mod limits;
 #[path = "../helpers/recording.rs"]
 mod recording;
 #[path = "../helpers/two.rs"]

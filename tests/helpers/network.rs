@@ -24,6 +24,25 @@ pub fn write_network(folder: &Path, name: &str, layers: usize, frames: Option<u6
     fs::write(path.with_extension("toml"), contract).expect("written");
 }
 
+/// Writes a network for sequences of silhouettes of 50x30, whose embedding has 30 numbers: the means
+/// of the columns over all frames and rows. It takes hardly any time.
+pub fn write_column_means(folder: &Path, name: &str) {
+    let axes = [field(1, b"axes"), number(8, 1), number(8, 2), number(20, 7)].concat();
+    let keepdims = [field(1, b"keepdims"), number(3, 0), number(20, 2)].concat();
+    let graph = [
+        field(1, &node("ReduceMean", &["x"], "y", &[axes, keepdims])),
+        field(2, b"g"),
+        field(11, &port("x", &[None, None, Some(50), Some(30)])),
+        field(12, &port("y", &[None, Some(30)])),
+    ]
+    .concat();
+    let bytes = [number(1, 8), field(7, &graph), field(8, &number(2, 17))].concat();
+    let path = folder.join(name);
+    fs::write(path.with_extension("onnx"), bytes).expect("written");
+    let contract = "template = \"silhouettes\"\nlayout = \"NTHW\"\nrows = 50\ncolumns = 30\n";
+    fs::write(path.with_extension("toml"), contract).expect("written");
+}
+
 /// Encodes the network by the descriptions of ONNX (onnx.proto3) and of protobuf's encoding.
 fn bytes(layers: usize, frames: Option<u64>) -> Vec<u8> {
     let mut seed = 1_u64;

@@ -1,7 +1,7 @@
 //! The baselines next to a recognizer, compared with distances that are computed here.
 
 use crate::command::done;
-use edgegait::evaluate::contest::Baselines;
+use edgegait::evaluate::contest::{BaselineKind, Baselines};
 use edgegait::people::cohort;
 use edgegait::{
     CohortOptions, ContestOptions, DrawnContest, Entrant, Job, MAX_ERROR_MM, Model, Pack, Protocol,
@@ -112,7 +112,12 @@ fn baselines_compare_with_the_training_or_the_gallery_of_a_recognizer() {
             warnings,
         } = drawn
             .contest
-            .baselines(&entrants, Some(&pack), SEED)
+            .baselines(
+                &entrants,
+                &[BaselineKind::Pixels, BaselineKind::Random],
+                Some(&pack),
+                SEED,
+            )
             .expect("baselines");
         assert_eq!(warnings, [""; 0]);
         entrants.extend(added);

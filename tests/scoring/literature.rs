@@ -2,6 +2,7 @@
 
 use crate::command::{done, refused};
 use serde_json::Value;
+use std::fs;
 
 fn words(command: &str) -> Vec<&str> {
     command.split_whitespace().collect()
@@ -13,7 +14,10 @@ fn the_table_is_what_score_finds_confounder_by_confounder() {
     let at = folder.path();
     let table =
         "literature --people 4 --training-people 3 --subspaces 5 --discriminants 2 --json -";
-    let table: Value = serde_json::from_str(&done(at, &words(table))).expect("JSON");
+    let table = done(at, &words(table));
+    fs::write(at.join("table.json"), &table).expect("written");
+    crate::limits::holds(at, "table.json");
+    let table: Value = serde_json::from_str(&table).expect("JSON");
     let rows = table["recognizers"].as_array().expect("rows");
     let names: Vec<&str> = rows.iter().filter_map(|row| row["name"].as_str()).collect();
     assert_eq!(names.len(), 15);
@@ -159,16 +163,16 @@ fn cycles_of_recorded_people_are_the_probes() {
         1,
         &["expected a tree of silhouettes"],
     );
-    std::fs::create_dir_all(at.join("named/ann/nm-01/front")).expect("made");
+    fs::create_dir_all(at.join("named/ann/nm-01/front")).expect("made");
     let from = at.join("tree");
     let picture = pictures(&from).into_iter().next().expect("a picture");
-    std::fs::copy(picture, at.join("named/ann/nm-01/front/001.png")).expect("copied");
+    fs::copy(picture, at.join("named/ann/nm-01/front/001.png")).expect("copied");
     refused(at, &words("literature named"), 1, &["at least 2 people"]);
 }
 
 /// Returns the images below a folder.
 fn pictures(folder: &std::path::Path) -> Vec<std::path::PathBuf> {
-    let entries = std::fs::read_dir(folder).expect("a folder");
+    let entries = fs::read_dir(folder).expect("a folder");
     let mut found = Vec::new();
     for entry in entries {
         let path = entry.expect("an entry").path();
@@ -203,7 +207,7 @@ fn a_view_transformation_is_given_the_viewpoint_and_knows_its_own_alone() {
             "train --method view-transformation --template frequency --cycles 2 {people} --azimuth-deg 0,90 --out vtm.onnx"
         )),
     );
-    let contract = std::fs::read_to_string(at.join("vtm.toml")).expect("a contract");
+    let contract = fs::read_to_string(at.join("vtm.toml")).expect("a contract");
     for line in ["view_input = \"view\"", "distance = \"view\""] {
         assert!(contract.contains(line), "{contract}");
     }
@@ -226,17 +230,17 @@ fn a_view_transformation_is_given_the_viewpoint_and_knows_its_own_alone() {
             "sweep --template frequency --cycles 2 {people} --azimuth-deg 0,90 --out pictures"
         )),
     );
-    std::fs::create_dir(at.join("again")).expect("made");
+    fs::create_dir(at.join("again")).expect("made");
     done(
         at,
         &words("train pictures --method view-transformation --out again/vtm.onnx"),
     );
     let [one, again] =
-        ["vtm.onnx", "again/vtm.onnx"].map(|name| std::fs::read(at.join(name)).expect("a model"));
+        ["vtm.onnx", "again/vtm.onnx"].map(|name| fs::read(at.join(name)).expect("a model"));
     assert!(one == again);
     // Without the line that names the input, the file is an error that states what to do.
     let without = contract.replace("view_input = \"view\"\ndistance = \"view\"\n", "");
-    std::fs::write(at.join("vtm.toml"), without).expect("written");
+    fs::write(at.join("vtm.toml"), without).expect("written");
     let named = "view_input = \"view\"";
     refused(
         at,
@@ -277,7 +281,7 @@ fn random_subspaces_vote_in_one_model_file() {
     // Another seed samples other subspaces.
     done(at, &words(&format!("{train} --seed 2 --out other.onnx")));
     let [one, other] =
-        ["votes.onnx", "other.onnx"].map(|name| std::fs::read(at.join(name)).expect("a model"));
+        ["votes.onnx", "other.onnx"].map(|name| fs::read(at.join(name)).expect("a model"));
     assert_ne!(one, other);
     for (command, code, said) in [
         (
@@ -299,7 +303,7 @@ fn chosen_row_widths_are_a_model() {
     let people = "--subjects F01,M01,F02,M02,F03,M03 --raster rows --views side";
     let worn = ["shoes", "hat", "wide-trousers"]
         .map(|name| format!("[[conditions]]\nname = {name:?}\nconfounders = {{ {name} = 1 }}\n"));
-    std::fs::write(at.join("worn.toml"), worn.concat()).expect("conditions");
+    fs::write(at.join("worn.toml"), worn.concat()).expect("conditions");
     done(
         at,
         &words(&format!(
@@ -310,7 +314,7 @@ fn chosen_row_widths_are_a_model() {
         at,
         &words("train dressed --method feature-choice --out rows.onnx"),
     );
-    let contract = std::fs::read_to_string(at.join("rows.toml")).expect("a contract");
+    let contract = fs::read_to_string(at.join("rows.toml")).expect("a contract");
     assert!(contract.contains("choice of features ("), "{contract}");
     let score = format!(
         "score rows.onnx pixels {people} --protocol first-take --conditions worn.toml --no-baselines --json -"
@@ -349,7 +353,7 @@ fn real_and_synthetic_templates_make_one_model_of_two_parts() {
         (&result["rank1"], &result["probes"]),
         (&1.0.into(), &3.into())
     );
-    let contract = std::fs::read_to_string(at.join("both.toml")).expect("a contract");
+    let contract = fs::read_to_string(at.join("both.toml")).expect("a contract");
     assert!(
         contract.contains("LDA of real and of synthetic templates"),
         "{contract}"

@@ -5,6 +5,8 @@ mod command;
 #[expect(dead_code, reason = "other targets also read the folder of more data")]
 #[path = "../helpers/data.rs"]
 mod data;
+#[path = "../helpers/limits.rs"]
+mod limits;
 #[path = "../helpers/network.rs"]
 mod network;
 #[path = "../helpers/npy.rs"]
@@ -17,10 +19,12 @@ mod signals;
 mod two;
 
 mod action;
+mod alone;
 mod baselines;
 mod bench;
 mod bench_path;
 mod contracts;
+mod first_limits;
 mod gate;
 mod literature;
 mod mix;

@@ -224,6 +224,7 @@ fn without_real_silhouettes_the_synthetic_part_runs_and_says_what_is_lacking() {
     );
     assert!(said.contains("warning: no real silhouettes"), "{said}");
     let study = json(&folder.path().join("s.json"));
+    crate::limits::holds(folder.path(), "s.json");
     // JSON readers keep an arbitrary one of two equal keys.
     let text = fs::read_to_string(folder.path().join("s.json")).expect("results");
     assert_eq!(text.matches("\n  \"warnings\":").count(), 1);

@@ -89,7 +89,9 @@ pub(crate) fn gate(
             header.warnings.push(warning);
             continue;
         }
-        if judged.without_baseline {
+        // What has a bound of its own is judged by it where there is no baseline.
+        let has_own = limit.bounds.iter().any(|bound| !bound.is_relative());
+        if judged.without_baseline || (judged.baselines.is_empty() && has_own) {
             let all = limit.bounds.len();
             limit.bounds.retain(|bound| !bound.is_relative());
             left_out += all - limit.bounds.len();

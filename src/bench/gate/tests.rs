@@ -289,15 +289,78 @@ fn a_starter_holds_for_the_results_that_it_is_from() {
         std::slice::from_ref(&one),
     );
     assert_eq!(found.expect("judged").outcome, Holds);
-    let scored = score([5; 10]);
+    // Alone too, on a busy machine and where a window has no interval.
+    let busy = bench(100.0, |value| {
+        value["models"][0]["others_busy"] = json!(0.5)
+    });
+    let one_window = bench(100.0, |value| {
+        value["models"][0]["window_mean_us"] = json!([100.0]);
+    });
+    for alone in [one, busy, one_window] {
+        let text = starter(&alone).expect("limits");
+        let found = report(&text, &[alone], &[]).expect("judged");
+        assert_eq!(found.outcome, Holds, "{text}");
+        assert_eq!(found.limits.len(), 4);
+    }
+    let mut scored = score([5; 10]);
+    scored.value["recognizers"][0]["non_finite"] = json!(3);
     let text = starter(&scored).expect("limits");
     assert!(text.contains("recognizers[m].rank1"), "{text}");
-    let parity = score([5; 10]);
-    let parity = ResultFile {
-        value: json!({}),
-        ..parity
+    let found = report(&text, &[scored], &[]).expect("judged");
+    assert_eq!((found.outcome, found.limits.len()), (Holds, 2));
+}
+
+#[test]
+fn other_results_have_a_limit_on_each_value_with_a_better_direction() {
+    let of = |value: Value| ResultFile {
+        value,
+        ..score([5; 10])
     };
-    assert!(starter(&parity).is_err());
+    let found = of(json!({
+        "points": [
+            { "name": "a", "pack_bytes": 1000, "jaccard": 0.91, "rank1_delta": -0.03, "frames": 8 },
+            { "name": "b", "pack_bytes": 1890, "jaccard": 0.98, "rank1_delta": 0.0, "frames": 16 },
+        ],
+        "a.b": { "geis_per_second": 41.0, "rank1": 0.5, "rank1_low": 0.4, "rank1_high": 0.6 },
+        "not": [{ "p50_us": null }, { "p50_us": 1.0 }],
+        "settings": { "size_bytes": 1 },
+    }));
+    let text = starter(&found).expect("limits");
+    let limits: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
+    // The worst of a list counts.
+    let expected = "
+[[limit]]
+figure = '\"a.b\".geis_per_second' # now 41
+at_least = 13
+ratio_at_least = 0.8
+
+[[limit]]
+figure = '\"a.b\".rank1' # now 0.5
+at_least = 0.48
+not_worse = true
+
+[[limit]]
+figure = \"points[*].jaccard\" # now 0.91
+at_least = 0.89
+not_worse = true
+
+[[limit]]
+figure = \"points[*].pack_bytes\" # now 1,890
+at_most = 2100
+
+[[limit]]
+figure = \"points[*].rank1_delta\" # now -0.03
+at_least = -0.05
+not_worse = true";
+    assert_eq!(limits.join("\n"), expected);
+    let judged = report(&text, &[found], &[]).expect("judged");
+    assert_eq!((judged.outcome, judged.limits.len()), (Holds, 8));
+    let nothing = of(json!({ "rows": 3, "settings": { "p50_us": 1.0 } }));
+    let said = starter(&nothing).expect_err("no values").to_string();
+    assert!(
+        said.contains("expected results with a time, a size or a rate, found those of score"),
+        "{said}"
+    );
 }
 
 #[test]

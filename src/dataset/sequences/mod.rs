@@ -19,6 +19,7 @@ pub(crate) use walks::{MadeTake, PackWalks};
 
 use crate::dataset::{Dataset, Tree, TreeLayout};
 use crate::draw::sweep::{Settings, View};
+use crate::draw::template::Template;
 use crate::error::{Error, Result};
 use edgegait_core::silhouette::Size;
 use serde::{Deserialize, Serialize};
@@ -98,6 +99,32 @@ impl fmt::Display for ViewLabel {
     }
 }
 
+/// What a sequence is for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SequencePurpose {
+    /// All recognizers, in the gallery and as a probe.
+    #[default]
+    Any,
+    /// Recognizers that take templates: a gait cycle of a recording.
+    Templates,
+    /// Recognizers that take silhouettes: a whole recording, beside its gait cycles.
+    Silhouettes,
+    /// The gallery only: it is seen from a viewpoint that is not one of the probes.
+    Gallery,
+}
+
+impl SequencePurpose {
+    /// Returns whether a recognizer that takes this template is shown the sequence.
+    #[must_use]
+    pub fn suits(self, template: Template) -> bool {
+        match self {
+            Self::Any | Self::Gallery => true,
+            Self::Templates => template != Template::Silhouettes,
+            Self::Silhouettes => template == Template::Silhouettes,
+        }
+    }
+}
+
 /// One cycle of a take, seen from one viewpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sequence {
@@ -107,6 +134,8 @@ pub struct Sequence {
     pub origin: usize,
     /// The number of the viewpoint in [`Sequences::views`].
     pub view: usize,
+    /// What the sequence is for.
+    pub purpose: SequencePurpose,
 }
 
 /// The labels of all sequences of a source.
@@ -219,8 +248,16 @@ impl Labels {
     }
 
     fn push(&mut self, take: usize, origin: usize, view: usize) {
-        let sequence = Sequence { take, origin, view };
-        self.sequences.list.push(sequence);
+        self.push_for(SequencePurpose::Any, take, origin, view);
+    }
+
+    fn push_for(&mut self, purpose: SequencePurpose, take: usize, origin: usize, view: usize) {
+        self.sequences.list.push(Sequence {
+            take,
+            origin,
+            view,
+            purpose,
+        });
     }
 }
 

@@ -1,7 +1,9 @@
 //! Sequences of a tree of silhouettes: whole recordings or gait cycles.
 
 use super::packs::{Selection, require};
-use super::{Form, Labels, SequenceOrigin, Sequences, ShownCounts, ViewLabel, mean};
+use super::{
+    Form, Labels, SequenceOrigin, SequencePurpose, Sequences, ShownCounts, ViewLabel, mean,
+};
 use crate::dataset::gait_cycles::{CycleFinder, whole_frames};
 use crate::dataset::{Partition, Tree, TreeLayout, TreeSequence};
 use crate::draw::sweep::Views;
@@ -33,6 +35,9 @@ pub struct Recordings {
     /// For each sequence of the tree its gait cycles; empty where none were searched or found.
     cycles: Vec<Vec<Range<usize>>>,
     as_stored: bool,
+    /// Whether a recording stays a sequence beside its gait cycles, for recognizers that take
+    /// silhouettes.
+    keeps_whole: bool,
     /// The gallery and probe sequences, if a partition states them.
     roles: Option<SequenceRoles>,
 }
@@ -82,6 +87,7 @@ impl Recordings {
             sequences: Sequences::default(),
             cycles: Vec::new(),
             as_stored: false,
+            keeps_whole: false,
             roles: None,
         };
         Ok(all.filter(|_, _| true))
@@ -109,21 +115,30 @@ impl Recordings {
                 Some((azimuth, elevation)) => ViewLabel::Angles(azimuth, elevation),
                 None => ViewLabel::Named(recording.view.clone()),
             });
-            let mut push = |cycle: Option<u32>, frames: Range<usize>| {
+            let mut push = |purpose, cycle: Option<u32>, frames: Range<usize>| {
                 let origin = labels.origin(SequenceOrigin {
                     walk: recording.take.clone(),
                     cycle,
                     variation: 0,
                     seed: 0,
                 });
-                labels.push(take, origin, view);
+                labels.push_for(purpose, take, origin, view);
                 parts.push(RecordingPart { number, frames });
             };
-            match self.cycles.get(number).map_or(&[][..], Vec::as_slice) {
-                [] => push(None, 0..usize::MAX),
-                cycles => (0..)
-                    .zip(cycles)
-                    .for_each(|(at, frames)| push(Some(at), frames.clone())),
+            let cycles = self.cycles.get(number).map_or(&[][..], Vec::as_slice);
+            let (of_cycle, of_whole) = match (cycles, self.keeps_whole) {
+                ([], _) => (SequencePurpose::Any, Some(SequencePurpose::Any)),
+                (_, false) => (SequencePurpose::Any, None),
+                (_, true) => (
+                    SequencePurpose::Templates,
+                    Some(SequencePurpose::Silhouettes),
+                ),
+            };
+            for (at, frames) in (0..).zip(cycles) {
+                push(of_cycle, Some(at), frames.clone());
+            }
+            if let Some(purpose) = of_whole {
+                push(purpose, None, 0..usize::MAX);
             }
         }
         Self {
@@ -374,6 +389,16 @@ impl Recordings {
             }
         }
         Ok((self.filter(|number, _| kept.contains(&number)), refused))
+    }
+
+    /// Keeps each recording beside the gait cycles into which it is split later: recognizers that
+    /// take silhouettes are shown the recording, the others its cycles.
+    #[must_use]
+    pub fn keeping_whole(self) -> Self {
+        Self {
+            keeps_whole: true,
+            ..self
+        }
     }
 
     /// Uses the pictures unchanged, since they are framed already, as OpenGait does.

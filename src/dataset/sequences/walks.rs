@@ -1,6 +1,6 @@
 //! Sequences of a pack's walks, which are drawn on demand.
 
-use super::{Form, Labels, SequenceOrigin, Sequences, ShownCounts};
+use super::{Form, Labels, SequenceOrigin, SequencePurpose, Sequences, ShownCounts};
 use crate::draw::confounders::Condition;
 use crate::draw::sweep::{Job, Moments, Settings, Shot, Swept, View, jobs, silhouettes, sweep};
 use crate::draw::template::Template;
@@ -200,18 +200,20 @@ impl<'a> WalkCycles<'a> {
     }
 
     /// Returns the sequences of the cycles from the viewpoints that `views` returns for each take.
-    /// The viewpoints in `first` are listed first; `seed` is the seed of the variations.
+    /// The viewpoints in `probed` are listed first; sequences from others are for the gallery only.
+    /// `seed` is the seed of the variations.
     #[must_use]
     pub fn seen(
         self,
-        first: &[View],
+        probed: &[View],
         seed: u64,
         views: impl Fn(usize) -> Vec<View>,
     ) -> PackWalks<'a> {
         let mut labels = Labels::default();
-        for &view in first {
+        for &view in probed {
             labels.view(view.into());
         }
+        let probed = labels.sequences.views.len();
         let mut begins = Vec::new();
         for (label, &job) in self.labels.iter().zip(&self.jobs) {
             let take = labels.take(&label.person, &label.take, &label.condition);
@@ -225,7 +227,12 @@ impl<'a> WalkCycles<'a> {
             begins.push((job, labels.sequences.list.len()));
             for view in views(take) {
                 let view = labels.view(view.into());
-                labels.push(take, origin, view);
+                let purpose = if view < probed {
+                    SequencePurpose::Any
+                } else {
+                    SequencePurpose::Gallery
+                };
+                labels.push_for(purpose, take, origin, view);
             }
         }
         PackWalks {

@@ -21,6 +21,15 @@ const MAX_WORK_OF_ALL: usize = 10_000_000_000;
 /// The maximum number of values in a baseline's answers: 256 MB.
 const MAX_KEPT: usize = 1 << 26;
 
+/// A kind of baseline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BaselineKind {
+    /// Compares the pictures themselves, pixel by pixel.
+    Pixels,
+    /// Compares random projections of them, in as few numbers as the recognizer's embedding has.
+    Random,
+}
+
 /// The baselines of a contest.
 #[derive(Default)]
 pub struct Baselines {
@@ -30,78 +39,99 @@ pub struct Baselines {
     pub warnings: Vec<String>,
 }
 
+/// Recognizers with the same input and the same reference pictures.
+struct BaselineGroup<'e> {
+    first: &'e Entrant,
+    /// The lengths of their embeddings, each with the first recognizer of that length.
+    dims: Vec<(&'e Entrant, usize)>,
+}
+
 /// Mean pictures of each class, one per row, and the class of each row.
 type ClassMeans = (Array2<f32>, Vec<usize>);
 
 impl Contest<'_> {
-    /// Returns the baselines for these recognizers: two for each group of recognizers with the same
-    /// input and the same reference pictures. Where embeddings decide, the reference pictures are
-    /// the protocol's gallery. Where class scores decide, they are the mean templates of the cycles
-    /// that a recognizer was trained on, by person and viewpoint, rendered from `pack`.
+    /// Returns the baselines of these kinds for recognizers: one of each kind for each group of
+    /// recognizers with the same input and the same reference pictures and, if it is random, with
+    /// embeddings of one length. So what a recognizer is compared with does not depend on the
+    /// others. Where embeddings decide, the reference pictures are the protocol's gallery. Where
+    /// class scores decide, they are the mean templates of the cycles that a recognizer was trained
+    /// on, by person and viewpoint, rendered from `pack`.
     ///
     /// # Errors
     /// If a recognizer fails, or the cycles that it was trained on cannot be rendered.
     pub fn baselines(
         &self,
         entrants: &[Entrant],
+        kinds: &[BaselineKind],
         pack: Option<&Pack<'_>>,
         seed: u64,
     ) -> Result<Baselines> {
-        let is_named = entrants
-            .iter()
-            .any(|entrant| entrant.recognizer.is_baseline());
-        let learnt: Vec<&Entrant> = entrants
-            .iter()
-            .filter(|entrant| !entrant.recognizer.is_baseline())
-            .collect();
-        let mut firsts: Vec<&Entrant> = Vec::new();
-        for &entrant in &learnt {
-            if !firsts.iter().any(|first| self.knows_alike(first, entrant)) {
-                firsts.push(entrant);
-            }
-        }
+        let groups = self.groups(entrants)?;
+        let lengths: usize = groups.iter().map(|group| group.dims.len()).sum();
         let mut baselines = Baselines::default();
-        for &first in &firsts {
-            let recognizer = first.recognizer.as_ref();
-            let name = |what: &str| match firsts.len() {
-                1 => what.to_owned(),
-                _ => format!("{what} as {}", recognizer.name()),
+        for group in &groups {
+            let first = group.first;
+            let contract = first.recognizer.contract();
+            let like = |what: &str, all: usize, beside: &Entrant| {
+                let name = match all {
+                    1 => what.to_owned(),
+                    _ => format!("{what} as {}", beside.recognizer.name()),
+                };
+                Baseline::like(Contract {
+                    name,
+                    ..plain(contract)
+                })
             };
             let known = match self.protocol.decision {
                 Decision::NearestEmbedding => None,
-                Decision::ClassScore => match known(first, pack, self.probes())? {
+                Decision::ClassScore => match known(first, pack, self.probes(contract)?)? {
                     Some(known) => Some(known),
                     None => {
                         baselines.warnings.push(format!(
                             "{}: no baselines beside it: the walks that it was trained on are not in a pack (score a pack that contains them, or use the protocol first-take)",
-                            recognizer.name()
+                            first.recognizer.name()
                         ));
                         continue;
                     }
                 },
             };
-            let like = |what| {
-                Baseline::like(Contract {
-                    name: name(what),
-                    ..contract(recognizer.contract())
-                })
-            };
-            let numbers = recognizer.contract().numbers();
-            if !is_named {
-                match self.refusal(recognizer.contract(), known.as_ref())? {
+            if kinds.contains(&BaselineKind::Pixels) {
+                let pixels = like(PIXELS, groups.len(), first);
+                match self.refusal(contract, known.as_ref())? {
                     Some(why) => baselines
                         .warnings
-                        .push(format!("{}: left out: {why}", name(PIXELS))),
-                    None => baselines
-                        .entrants
-                        .push(with(like(PIXELS), known.as_ref(), first)),
+                        .push(format!("{}: left out: {why}", pixels.name())),
+                    None => baselines.entrants.push(with(pixels, known.as_ref(), first)),
                 }
             }
-            let dims = embedding_dims(recognizer)?.min(numbers);
-            let random = like(RANDOM).projected(dims, seed);
-            baselines.entrants.push(with(random, known.as_ref(), first));
+            if kinds.contains(&BaselineKind::Random) {
+                for &(beside, dims) in &group.dims {
+                    let random = like(RANDOM, lengths, beside).projected(dims, seed);
+                    baselines.entrants.push(with(random, known.as_ref(), first));
+                }
+            }
         }
         Ok(baselines)
+    }
+
+    /// Returns the groups of recognizers that have baselines in common; baselines are in none.
+    fn groups<'e>(&self, entrants: &'e [Entrant]) -> Result<Vec<BaselineGroup<'e>>> {
+        let mut groups: Vec<BaselineGroup<'_>> = Vec::new();
+        let learnt = entrants.iter();
+        for entrant in learnt.filter(|entrant| !entrant.recognizer.is_baseline()) {
+            let dims = embedding_dims(entrant.recognizer.as_ref())?;
+            let dims = dims.min(entrant.recognizer.contract().numbers());
+            let is_alike = |group: &&mut BaselineGroup<'_>| self.knows_alike(group.first, entrant);
+            match groups.iter_mut().find(is_alike) {
+                Some(group) if group.dims.iter().any(|(_, other)| *other == dims) => {}
+                Some(group) => group.dims.push((entrant, dims)),
+                None => groups.push(BaselineGroup {
+                    first: entrant,
+                    dims: vec![(entrant, dims)],
+                }),
+            }
+        }
+        Ok(groups)
     }
 
     /// Returns whether two recognizers have the same input and the same reference pictures.
@@ -116,7 +146,8 @@ impl Contest<'_> {
                 };
                 of(a) == of(b)
             }
-            (Decision::NearestEmbedding, GalleryViews::Training) => {
+            // Results are summed by the angle from the training viewpoints, too.
+            (Decision::NearestEmbedding, GalleryViews::Training | GalleryViews::Same) => {
                 a.training.viewpoints == b.training.viewpoints
             }
             (Decision::NearestEmbedding, _) => true,
@@ -124,23 +155,21 @@ impl Contest<'_> {
         is_alike && one.is_shown_as(other)
     }
 
-    /// Returns the number of probe sequences.
-    fn probes(&self) -> usize {
-        let sequences = &self.source.sequences().list;
-        sequences
-            .iter()
-            .filter(|sequence| self.roles.is_probed(sequence.take))
-            .count()
+    /// Returns the number of probe sequences of a recognizer.
+    fn probes(&self, of: &Contract) -> Result<usize> {
+        Ok(self.trial(of)?.probes().count())
     }
 
     /// Returns why the pixels baseline would be too expensive, if so.
     fn refusal(&self, of: &Contract, known: Option<&ClassMeans>) -> Result<Option<String>> {
-        let (numbers, probes) = (of.numbers(), self.probes().max(1));
+        let (numbers, probes) = (of.numbers(), self.probes(of)?.max(1));
         let compared = match known {
             Some((known, _)) => known.nrows(),
             None => (self.trial(of)?.comparisons() / probes as u64) as usize,
         };
-        let kept = self.source.sequences().list.len().saturating_mul(numbers);
+        let sequences = self.source.sequences().list.iter();
+        let shown = sequences.filter(|sequence| sequence.purpose.suits(of.template));
+        let kept = shown.count().saturating_mul(numbers);
         let work = compared.saturating_mul(numbers);
         if work > MAX_WORK && work.saturating_mul(probes) > MAX_WORK_OF_ALL {
             return Ok(Some(format!(
@@ -153,7 +182,7 @@ impl Contest<'_> {
 }
 
 /// Returns a baseline's contract: the input and the training set of a recognizer's contract.
-fn contract(of: &Contract) -> Contract {
+fn plain(of: &Contract) -> Contract {
     let usual = Contract::default();
     Contract {
         input_range: usual.input_range,

@@ -6,6 +6,7 @@ use crate::draw::confounders::Condition;
 use crate::draw::sweep::{View, Views};
 use crate::error::{ChoiceError, EvaluateError, Result};
 use crate::evaluate::protocol::{Decision, GalleryViews, Protocol};
+use crate::inference::Contract;
 use edgegait_core::pack::Pack;
 
 /// Options of a contest with the walks of a pack.
@@ -59,11 +60,15 @@ impl<'a> DrawnContest<'a> {
         options: ContestOptions<'a>,
     ) -> Result<Self> {
         let mut cycles = PackWalks::recorded(pack, walks)?;
+        let mut warnings = Vec::new();
         let mut protocol = match options.protocol {
             Some(protocol) => protocol,
-            None => usual(entrants, &cycles.sequences().subjects)?,
+            None => {
+                let people = cycles.sequences().subjects;
+                warnings.extend(unlike_protocols(entrants, &people));
+                usual(entrants, &people)?
+            }
         };
-        let mut warnings = Vec::new();
         let mut probes = "recorded cycles".to_owned();
         if protocol.decision == Decision::ClassScore || cycles.are_of_one_take() {
             let made = protocol.made(options.cycles.unwrap_or(1))?;
@@ -87,7 +92,11 @@ impl<'a> DrawnContest<'a> {
                 let (azimuths, elevations) = (grid.azimuth_deg.clone(), grid.elevation_deg.clone());
                 Views::grid(protocol.name.as_str(), azimuths, elevations)?
             }
-            (None, None) => usual_views(entrants)?,
+            (None, None) => {
+                let (views, warning) = usual_views(entrants)?;
+                warnings.extend(warning);
+                views
+            }
         };
         let mut roles = protocol.roles(&cycles.sequences().takes)?;
         if protocol.conditions.is_none() && !options.conditions.is_empty() {
@@ -128,18 +137,36 @@ impl<'a> DrawnContest<'a> {
     }
 }
 
-/// Returns the default viewpoints: the training viewpoints of the first recognizer that takes a
-/// viewpoint as input, or else those of [`Views::paper`].
-fn usual_views(entrants: &[Entrant]) -> Result<Views> {
+/// Returns the default viewpoints: the training viewpoints that all recognizers that take a
+/// viewpoint as input have in common, or else those of [`Views::paper`]. Also returns a warning if
+/// other recognizers would have more of them alone.
+fn usual_views(entrants: &[Entrant]) -> Result<(Views, Option<String>)> {
     let contracts = entrants.iter().map(|entrant| entrant.recognizer.contract());
-    let mut taking = contracts.filter(|contract| contract.view_input.is_some());
-    match taking.next() {
-        Some(contract) if !contract.training.viewpoints.is_empty() => Ok(Views {
-            name: format!("viewpoints of {}", contract.name),
-            list: training_views(contract)?,
-        }),
-        _ => Views::paper(),
-    }
+    let is_bound = |contract: &&Contract| {
+        contract.view_input.is_some() && !contract.training.viewpoints.is_empty()
+    };
+    let bound: Vec<&Contract> = contracts.filter(is_bound).collect();
+    let Some(first) = bound.first() else {
+        return Ok((Views::paper()?, None));
+    };
+    let is_common = |view: &View| {
+        let at = Some(view.angles_deg());
+        bound.iter().all(|other| other.view_number(at).is_some())
+    };
+    let mut list = training_views(first)?;
+    list.retain(is_common);
+    let names: Vec<&str> = bound
+        .iter()
+        .map(|contract| contract.name.as_str())
+        .collect();
+    let names = names.join(", ");
+    let learnt = entrants.iter();
+    let learnt = learnt.filter(|entrant| !entrant.recognizer.is_baseline());
+    let warning = (learnt.count() > bound.len()).then(|| {
+        format!("all probes are seen from viewpoints of {names}, which takes no other viewpoints")
+    });
+    let name = format!("viewpoints of {names}");
+    Ok((Views { name, list }, warning))
 }
 
 /// Adds views that are not in the list yet.
@@ -156,9 +183,33 @@ fn add(views: &mut Vec<View>, more: impl IntoIterator<Item = View>) {
 /// # Errors
 /// Never.
 pub fn usual(entrants: &[Entrant], subjects: &[String]) -> Result<Protocol> {
-    let known = entrants.iter().all(|entrant| {
-        let classes = &entrant.recognizer.contract().classes;
-        subjects.iter().all(|subject| classes.contains(subject))
-    });
-    Protocol::named(if known { "closed-set" } else { "first-take" })
+    let is_known = entrants.iter().all(|entrant| knows(entrant, subjects));
+    Protocol::named(if is_known { "closed-set" } else { "first-take" })
+}
+
+/// Returns a warning if some recognizers have classes for all people, and others have not: then
+/// [`usual`] compares all of them by embeddings, and would not compare the first alone so.
+pub(crate) fn unlike_protocols(entrants: &[Entrant], subjects: &[String]) -> Option<String> {
+    let learnt = entrants.iter();
+    let learnt = learnt.filter(|entrant| !entrant.recognizer.is_baseline());
+    let (known, unknown): (Vec<&Entrant>, Vec<&Entrant>) =
+        learnt.partition(|entrant| knows(entrant, subjects));
+    if known.is_empty() || unknown.is_empty() {
+        return None;
+    }
+    let names = |entrants: &[&Entrant]| {
+        let names = entrants.iter().map(|entrant| entrant.recognizer.name());
+        names.collect::<Vec<_>>().join(", ")
+    };
+    Some(format!(
+        "the protocol is first-take, since these have no classes for all people: {}; without them it is closed-set for {}",
+        names(&unknown),
+        names(&known)
+    ))
+}
+
+/// Returns whether a recognizer has a class for each of these people.
+fn knows(entrant: &Entrant, subjects: &[String]) -> bool {
+    let classes = &entrant.recognizer.contract().classes;
+    subjects.iter().all(|subject| classes.contains(subject))
 }

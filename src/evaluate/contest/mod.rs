@@ -10,13 +10,15 @@ use super::paired_results::PairedResult;
 use super::protocol::{Decision, GalleryViews, Protocol, TakeRoles};
 use super::results::{ProbeAnswer, RecognizerResult};
 use super::totals::judge;
-use super::trial::Trial;
-use crate::dataset::sequences::{SequenceSource, ShownCounts};
+use super::trial::{Trial, TrialTerms};
+use crate::dataset::sequences::{SequencePurpose, SequenceSource, Sequences, ShownCounts};
 use crate::draw::sweep::{View, Views};
+use crate::draw::template::Template;
 use crate::error::{EvaluateError, Result};
 use crate::inference::Contract;
 use crate::inference::answers::{self, Answers, ask};
-pub use baselines::Baselines;
+pub use baselines::{BaselineKind, Baselines};
+pub(crate) use drawn::unlike_protocols;
 pub use drawn::{ContestOptions, DrawnContest, usual};
 pub use entrant::{Entrant, StoredTemplates};
 use seen_in_training::SeenInTraining;
@@ -172,6 +174,7 @@ impl<'a> Contest<'a> {
         let trials = self.trials(entrants)?;
         let doubts = self.protocol.doubts(&sequences.takes, &self.roles);
         let mut warnings: Vec<_> = doubts.into_iter().map(ContestWarning::general).collect();
+        warnings.extend(unlike_probes(entrants, sequences).map(ContestWarning::general));
         for (entrant, trial) in entrants.iter().zip(&trials) {
             if entrant.recognizer.is_baseline() {
                 continue;
@@ -295,13 +298,12 @@ impl<'a> Contest<'a> {
             GalleryViews::Training => Some(training_views(contract)?),
             _ => None,
         };
-        let trial = Trial::new(
-            &self.protocol,
-            &self.roles,
-            sequences,
+        let terms = TrialTerms {
+            template: contract.template,
             classes,
             gallery_views,
-        )?;
+        };
+        let trial = Trial::new(&self.protocol, &self.roles, sequences, terms)?;
         let comparisons = trial.comparisons();
         if comparisons > MAX_COMPARISONS {
             return Err(EvaluateError::TooManyComparisons {
@@ -313,6 +315,27 @@ impl<'a> Contest<'a> {
         }
         Ok(trial)
     }
+}
+
+/// Returns why some recognizers have other probes than others, if they have.
+fn unlike_probes(entrants: &[Entrant], sequences: &Sequences) -> Option<String> {
+    let mut purposes = sequences.list.iter().map(|sequence| sequence.purpose);
+    purposes.find(|purpose| *purpose == SequencePurpose::Silhouettes)?;
+    let names = |of_silhouettes: bool| {
+        let takes = |entrant: &&Entrant| {
+            let recognizer = &entrant.recognizer;
+            let is_of = recognizer.contract().template == Template::Silhouettes;
+            !recognizer.is_baseline() && is_of == of_silhouettes
+        };
+        let names = entrants.iter().filter(takes);
+        let names: Vec<&str> = names.map(|entrant| entrant.recognizer.name()).collect();
+        names.join(", ")
+    };
+    Some(format!(
+        "probes are whole recordings for {}, which take silhouettes, and their gait cycles for {}, which take templates: only recognizers with the same probes are compared with each other",
+        names(true),
+        names(false)
+    ))
 }
 
 /// Returns the caveats of a recognizer's result.

@@ -86,7 +86,9 @@ impl SeenInTraining {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::sequences::{Sequence, SequenceOrigin, SequenceTake, ViewLabel};
+    use crate::dataset::sequences::{
+        Sequence, SequenceOrigin, SequencePurpose, SequenceTake, ViewLabel,
+    };
     use crate::inference::Training;
 
     /// Returns one sequence for each (person, walk, stored cycle, variation, seed).
@@ -116,6 +118,7 @@ mod tests {
                     take,
                     origin,
                     view: 0,
+                    purpose: SequencePurpose::Any,
                 })
                 .collect(),
         }
