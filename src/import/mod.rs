@@ -19,6 +19,7 @@ mod files;
 mod gltf;
 mod lines;
 pub(crate) mod obj;
+mod time_column;
 mod trc;
 
 /// The extensions of motion files, lower case.
@@ -245,7 +246,7 @@ impl FileContents {
                 let clip = clip.map_or(gltf::WantedAnimation::Only, gltf::WantedAnimation::Named);
                 Self::Motion(gltf::read(path, clip)?)
             }
-            "bvh" => Self::Motion(bvh::read(lines::Lines::open(path)?)?),
+            "bvh" => Self::Motion(bvh::read(lines::Lines::open(path)?, options.sample_rate_hz)?),
             "amc" => {
                 let asf = match &options.asf {
                     Some(asf) => asf.clone(),
@@ -260,8 +261,8 @@ impl FileContents {
                     "a skeleton without motion; give the .amc",
                 ));
             }
-            "c3d" => Self::Markers(c3d::read(path)?),
-            "trc" => Self::Markers(trc::read(lines::Lines::open(path)?)?),
+            "c3d" => Self::Markers(c3d::read(path, options.sample_rate_hz)?),
+            "trc" => Self::Markers(trc::read(lines::Lines::open(path)?, options.sample_rate_hz)?),
             _ => {
                 return Err(Error::input(
                     path,
@@ -296,7 +297,9 @@ impl FileContents {
         if let Some(rate) = options.sample_rate_hz {
             *stated_hz = rate;
         } else if format == MotionFormat::AsfAmc {
-            warnings.push("an AMC states no frame rate: 120 Hz assumed".into());
+            warnings.push(format!(
+                "an AMC states no frame rate: {stated_hz} Hz assumed"
+            ));
         }
         Ok(source)
     }
