@@ -149,11 +149,7 @@ impl TimeColumn {
     }
 
     /// Returns the rate of even rows, Hz.
-    fn rate_hz(
-        &self,
-        stated: StatedRates<'_>,
-        warnings: &mut Vec<String>,
-    ) -> Result<f64, String> {
+    fn rate_hz(&self, stated: StatedRates<'_>, warnings: &mut Vec<String>) -> Result<f64, String> {
         if let Some(given) = stated.given_hz {
             return Ok(given);
         }

@@ -49,7 +49,10 @@ pub(super) fn read(mut lines: Lines, given_hz: Option<f64>) -> Result<Markers> {
         return Err(lines.error("the file has no frames (is it truncated?)"));
     }
     if let Some(line) = ends_early
-        && header.frames.parse().is_ok_and(|stated: usize| stated > rows.len())
+        && header
+            .frames
+            .parse()
+            .is_ok_and(|stated: usize| stated > rows.len())
     {
         let problem = format!(
             "the last row ends early, after {} of `{}` frames (is the file truncated?)",

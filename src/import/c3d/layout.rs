@@ -212,9 +212,10 @@ impl Statement<'_> {
         if beyond.is_none() && room > LARGEST_WORD && !self.fills(start, stride, count) {
             let is_saturated =
                 self.header.last_frame == u16::MAX || usual.is_some_and(|it| it >= LARGEST_WORD);
-            let mut unwrapped = [header, usual].into_iter().flatten().map(|count| {
-                count + 65_536.0 * ((room - count) / 65_536.0).floor().max(0.0)
-            });
+            let mut unwrapped = [header, usual]
+                .into_iter()
+                .flatten()
+                .map(|count| count + 65_536.0 * ((room - count) / 65_536.0).floor().max(0.0));
             let unwrapped = unwrapped.find(|it| self.fills(start, stride, *it));
             if unwrapped.is_some() || is_saturated {
                 let frames = unwrapped.unwrap_or(room);
