@@ -58,6 +58,11 @@ fn way_out(error: &Error, runtime: &str) -> Option<String> {
         } => match remedy {
             Remedy::OnnxRuntime => return Some(format!("use {runtime}")),
             Remedy::NameAnimation => "use --clip",
+            Remedy::StateFrameRate => "state the frame rate with --fps",
+            Remedy::NamePerson => "choose one with --person",
+            Remedy::NameJoints => {
+                "--joints FILE states them, with lines such as \"Bone_07\" = \"left thigh\""
+            }
             Remedy::FolderIsSubject => {
                 "--subject-from folder uses the folder's name for the subject"
             }

@@ -14,9 +14,9 @@ use crate::files::text_table::Column::{Left, Right};
 use crate::files::text_table::Table;
 use crate::files::{InputFile, ResultHeader, write_bytes};
 use crate::import::EXTENSIONS;
-use crate::people::Subject;
 use crate::people::cutting::stance::FootSlide;
 use crate::people::recorded::{Keep, ReadOptions, Recording, Smoothing, SubjectName};
+use crate::people::{Subject, Track, Walk};
 use clap::ValueEnum;
 use edgegait_core::clip::Clip;
 use edgegait_core::pack::Pack;
@@ -56,6 +56,10 @@ pub(super) struct ImportArgs {
     /// Animation of the .glb and .gltf files [default: the only one in each]
     #[arg(long, value_name = "NAME")]
     clip: Option<String>,
+    /// Person, if files hold several: the prefix of their markers (Anna of Anna:LASI), or the node
+    /// above their skeleton [default: the only one in each]
+    #[arg(long, value_name = "NAME")]
+    person: Option<String>,
     #[command(flatten)]
     body: BodyArgs,
     /// Cut-off of the zero-lag low-pass filter in Hz; 0 leaves the motion as recorded
@@ -144,6 +148,7 @@ struct ClipResult {
     cycles: usize,
     /// Cadence of cycles; an uncut motion has no cadence, stride, duty factor and closure.
     cadence_spm: Option<f64>,
+    /// Speed on the walker's body, which the pack stores.
     speed_mps: f64,
     stride_m: Option<f64>,
     duty_factor: Option<f64>,
@@ -218,6 +223,7 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
         },
         asf: args.asf.clone(),
         clip: args.clip.clone(),
+        person: args.person.clone(),
         sample_rate_hz: args.fps,
         smoothing: match args.low_pass_hz {
             None => Smoothing::Usual,
@@ -402,11 +408,15 @@ fn clip_results(
         let subject = people
             .iter()
             .find(|person| person.name == recording.subject);
-        let skates: Vec<FootSlide> = subject.map_or_else(Vec::new, |subject| {
+        let walks: Vec<&Walk> = subject.map_or_else(Vec::new, |subject| {
             let walks = subject.walks.iter();
-            let own = walks.filter(|walk| walk.name == recording.name);
-            own.filter_map(|walk| walk.skate(&subject.body)).collect()
+            walks.filter(|walk| walk.name == recording.name).collect()
         });
+        let skates: Vec<FootSlide> = subject.map_or_else(Vec::new, |subject| {
+            let skates = walks.iter().filter_map(|walk| walk.skate(&subject.body));
+            skates.collect()
+        });
+        let travel = Travel::mean(&walks);
         let skates = (!skates.is_empty()).then_some(skates);
         let own = subject.map_or_else(Vec::new, |subject| recording.own_skates(&subject.body));
         let mean = |skates: &[FootSlide]| {
@@ -422,8 +432,8 @@ fn clip_results(
             low_pass_hz: recording.take.cut_off_hz,
             cycles: cut.map_or(0, |cut| cut.found),
             cadence_spm: cut.map(|cut| cut.cadence_spm),
-            speed_mps: recording.speed_mps(),
-            stride_m: cut.map(|cut| cut.stride_m),
+            speed_mps: travel.map_or_else(|| recording.speed_mps(), |travel| travel.speed_mps),
+            stride_m: cut.map(|cut| travel.map_or(cut.stride_m, |travel| travel.stride_m)),
             duty_factor: cut.map(|cut| cut.duty_factor),
             lean_deg: recording.take.lean_deg(),
             residual_mm: recording.take.residual_mm,
@@ -441,6 +451,33 @@ fn clip_results(
         }
     });
     Ok(rows.collect())
+}
+
+/// The speed of a take on its walker's body, and the length of its strides; of an uncut motion, of
+/// the whole.
+#[derive(Clone, Copy)]
+struct Travel {
+    speed_mps: f64,
+    stride_m: f64,
+}
+
+impl Travel {
+    /// Returns the mean over the walks of a take; none without walks.
+    fn mean(walks: &[&Walk]) -> Option<Self> {
+        let (mut travel_m, mut seconds) = (0.0, 0.0);
+        for walk in walks {
+            let walk_s = match &walk.motion {
+                Track::Loop(cycle) => cycle.period_s,
+                Track::Uncut(_) => 1.0,
+            };
+            travel_m += walk.speed_mps * walk_s;
+            seconds += walk_s;
+        }
+        (!walks.is_empty()).then(|| Self {
+            speed_mps: travel_m / seconds,
+            stride_m: travel_m / walks.len() as f64,
+        })
+    }
 }
 
 /// Collects the warnings about the files, by their paths.

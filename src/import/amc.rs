@@ -2,7 +2,7 @@
 //!
 //! The values of a bone follow the degrees of freedom of its skeleton; `rx ry rz` means
 //! Rz * Ry * Rx. A frame that lacks a bone is an error, and so is a gap in the frame numbers, which
-//! would silently compress the timing.
+//! would silently compress the timing. Numbers may advance by a constant step.
 
 use std::collections::HashMap;
 
@@ -16,6 +16,9 @@ use crate::error::{Error, Result};
 /// Assumed frame rate of an AMC, which states none: CMU's usual rate.
 const DEFAULT_RATE_HZ: f64 = 120.0;
 
+/// Largest constant step of frame numbers: one frame a second at the usual rate.
+const LARGEST_STEP: i64 = 120;
+
 /// A frame that is being filled.
 struct Partial {
     number: i64,
@@ -27,8 +30,8 @@ struct Partial {
 /// Reads a whole file.
 ///
 /// # Errors
-/// For unknown or repeated bones, incomplete frames, gaps in the frame numbers, and values that are
-/// not finite numbers.
+/// For unknown or repeated bones, incomplete frames, uneven frame numbers, and values that are not
+/// finite numbers.
 pub(super) fn read(mut lines: Lines, skeleton: AsfSkeleton) -> Result<Motion> {
     let AsfSkeleton {
         joints,
@@ -45,6 +48,7 @@ pub(super) fn read(mut lines: Lines, skeleton: AsfSkeleton) -> Result<Motion> {
     let mut stated_angle = None;
     let mut frames = Vec::new();
     let mut partial: Option<Partial> = None;
+    let mut step: Option<i64> = None;
     while let Some(line) = lines.next_line()? {
         if line.starts_with('#') {
             continue;
@@ -74,8 +78,10 @@ pub(super) fn read(mut lines: Lines, skeleton: AsfSkeleton) -> Result<Motion> {
                     .collect(),
             };
             if let Some(done) = partial.replace(started) {
-                if done.number.checked_add(1) != Some(number) {
-                    let expected = done.number.saturating_add(1);
+                let found = number.saturating_sub(done.number);
+                let step = *step.get_or_insert(found.clamp(1, LARGEST_STEP));
+                if found != step {
+                    let expected = done.number.saturating_add(step);
                     return Err(lines.error(format!("expected frame {expected}, found {number}")));
                 }
                 frames.push(complete(&lines, done, &joints)?);
@@ -116,10 +122,16 @@ pub(super) fn read(mut lines: Lines, skeleton: AsfSkeleton) -> Result<Motion> {
     if stated_angle.is_none() {
         warnings.push("the AMC states no unit of angle: the ASF's is used".into());
     }
+    let step = step.unwrap_or(1);
+    if step > 1 {
+        warnings.push(format!(
+            "frame numbers advance by {step}: one of {step} frames was kept"
+        ));
+    }
     Ok(Motion {
         format: MotionFormat::AsfAmc,
         joints,
-        sample_rate_hz: DEFAULT_RATE_HZ,
+        sample_rate_hz: DEFAULT_RATE_HZ / step as f64,
         frames,
         unit_m,
         skin: None,

@@ -12,7 +12,7 @@ use glam::{DQuat, DVec3};
 
 use super::lines::{Lines, finite, shown};
 use super::{Motion, MotionFormat, SourceFrame, SourceJoint};
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 
 /// The maximum number of joints accepted. Our choice: an avatar with face and fingers has 101.
 const MAX_JOINTS: usize = 4096;
@@ -67,16 +67,16 @@ enum OpenBlock {
     End(usize),
 }
 
-/// Reads a whole file.
+/// Reads a whole file. A frame rate from the user prevails over the file's frame time.
 ///
 /// # Errors
 /// For anything but a complete hierarchy with full rows of finite numbers, and for more declared
 /// rows than present (a truncated file).
-pub(super) fn read(mut lines: Lines) -> Result<Motion> {
-    let hierarchy = read_hierarchy(&mut lines)?;
+pub(super) fn read(mut lines: Lines, given_hz: Option<f64>) -> Result<Motion> {
+    let mut hierarchy = read_hierarchy(&mut lines)?;
     let mut warnings = name_warnings(&hierarchy.joints);
     let declared = read_frame_count(&mut lines)?;
-    let frame_time_s = read_frame_time(&mut lines)?;
+    let sample_rate_hz = read_rate_hz(&mut lines, given_hz)?;
     let mut frames = Vec::new();
     while let Some(row) = lines.next_line()? {
         frames.push(read_row(&lines, &hierarchy, &row, frames.len())?);
@@ -95,10 +95,11 @@ pub(super) fn read(mut lines: Lines) -> Result<Motion> {
             "{declared} frames declared, {found} present: all are used"
         ));
     }
+    settle_bones(&mut hierarchy, &mut frames, &mut warnings);
     Ok(Motion {
         format: MotionFormat::Bvh,
         joints: hierarchy.joints,
-        sample_rate_hz: 1.0 / frame_time_s,
+        sample_rate_hz,
         frames,
         unit_m: None,
         skin: None,
@@ -258,14 +259,21 @@ fn read_frame_count(lines: &mut Lines) -> Result<u64> {
     })
 }
 
-fn read_frame_time(lines: &mut Lines) -> Result<f64> {
+/// Reads the frame time and returns the frame rate, Hz.
+fn read_rate_hz(lines: &mut Lines, given_hz: Option<f64>) -> Result<f64> {
     let value = read_header(lines, "Frame Time")?;
+    if let Some(given_hz) = given_hz {
+        return Ok(given_hz);
+    }
     match finite(&value) {
-        Ok(seconds) if (1e-4..=1.0).contains(&seconds) => Ok(seconds),
-        _ => Err(lines.error(format!(
-            "expected a frame time of 0.0001 to 1 seconds, found `{}`",
-            shown(&value)
-        ))),
+        Ok(seconds) if (1e-4..=1.0).contains(&seconds) => Ok(1.0 / seconds),
+        _ => {
+            let problem = format!(
+                "expected a frame time of 0.0001 to 1 seconds, found `{}`",
+                shown(&value)
+            );
+            Err(lines.error(problem).with_remedy(Remedy::StateFrameRate))
+        }
     }
 }
 
@@ -312,6 +320,54 @@ fn read_row(lines: &Lines, hierarchy: &Hierarchy, row: &str, frame: usize) -> Re
         rotations,
         offsets: moved.then_some(offsets),
     })
+}
+
+/// Settles the lengths of bones that OFFSETs and position channels state differently.
+///
+/// Converters of FBX leave either at zero. An OFFSET of zero below position channels that hold
+/// still is replaced with their place. Position channels that are zero in all joints and frames are
+/// not used.
+fn settle_bones(hierarchy: &mut Hierarchy, frames: &mut [SourceFrame], warnings: &mut Vec<String>) {
+    /// Largest motion of a bone's end over its length; more is a walker in a moving frame. Our
+    /// choice.
+    const STILL: f64 = 0.05;
+    let mut moved: Vec<usize> = hierarchy
+        .columns
+        .iter()
+        .filter(|(joint, channel)| *joint > 0 && matches!(channel, BvhChannel::Position(_)))
+        .map(|(joint, _)| *joint)
+        .collect();
+    moved.dedup();
+    let joints = &hierarchy.joints;
+    let offset = |frame: &SourceFrame, joint: usize| {
+        frame.offsets.as_ref().map_or(DVec3::ZERO, |all| all[joint])
+    };
+    let is_zero = |joint: &usize| frames.iter().all(|it| offset(it, *joint) == DVec3::ZERO);
+    let has_bone = |joint: &usize| joints[*joint].offset != DVec3::ZERO;
+    if !moved.is_empty() && moved.iter().all(is_zero) && moved.iter().any(has_bone) {
+        warnings.push(
+            "the position channels below the root are all 0: the OFFSETs are used instead".into(),
+        );
+        for frame in frames {
+            frame.offsets = None;
+        }
+        return;
+    }
+    moved.retain(|joint| !has_bone(joint));
+    let mut placed = 0;
+    for joint in moved {
+        let mean = frames.iter().map(|it| offset(it, joint)).sum::<DVec3>() / frames.len() as f64;
+        let apart = frames.iter().map(|it| offset(it, joint).distance(mean));
+        if mean != DVec3::ZERO && apart.fold(0.0, f64::max) <= STILL * mean.length() {
+            placed += 1;
+            hierarchy.joints[joint].offset = mean;
+        }
+    }
+    if placed > 0 {
+        warnings.push(format!(
+            "the OFFSETs of {placed} joints are 0: their position channels give the bones"
+        ));
+    }
 }
 
 /// Returns warnings about names that several joints share.
@@ -365,10 +421,8 @@ Frame Time: 0.01
 ";
 
     fn parse(text: &str) -> Result<Motion> {
-        read(Lines::over(
-            Path::new("t.bvh"),
-            Box::new(Cursor::new(text.to_owned().into_bytes())),
-        ))
+        let bytes = Cursor::new(text.to_owned().into_bytes());
+        read(Lines::over(Path::new("t.bvh"), Box::new(bytes)), None)
     }
 
     fn problem(text: &str) -> String {

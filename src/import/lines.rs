@@ -4,10 +4,10 @@
 //! Shift-JIS, and sometimes as one line of 100 MB. This reader accepts all but the last, which it
 //! rejects before it is in memory.
 
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
+use super::files::open_file;
 use crate::error::{Error, FilePlace, Result};
 
 /// Longest accepted line, bytes. Our choice: a row of 4,096 joints fits.
@@ -30,7 +30,7 @@ pub(super) struct Lines {
 impl Lines {
     /// Opens the file at `path`.
     pub(super) fn open(path: &Path) -> Result<Self> {
-        let file = File::open(path).map_err(|source| Error::io(path, source))?;
+        let file = open_file(path).map_err(|source| Error::io(path, source))?;
         Ok(Self::over(path, Box::new(BufReader::new(file))))
     }
 

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Remedy, Result};
 
 mod amc;
 mod asf;
@@ -19,6 +19,7 @@ mod files;
 mod gltf;
 mod lines;
 pub(crate) mod obj;
+mod time_column;
 mod trc;
 
 /// The extensions of motion files, lower case.
@@ -171,6 +172,9 @@ pub struct ImportOptions {
     pub asf: Option<PathBuf>,
     /// The name of the animation of a glTF, which may hold several.
     pub clip: Option<String>,
+    /// The name of one of several people: the prefix of their markers in a C3D or a TRC (`Anna` of
+    /// `Anna:LASI`), or the node above their skeleton in a glTF.
+    pub person: Option<String>,
 }
 
 impl Skin {
@@ -202,6 +206,42 @@ impl Skin {
             })
             .collect()
     }
+}
+
+impl Markers {
+    /// Drops all markers without this prefix.
+    fn keep_person(&mut self, person: &str) -> std::result::Result<(), String> {
+        let is_theirs: Vec<bool> = (self.names.iter())
+            .map(|name| person_of(name) == Some(person))
+            .collect();
+        if !is_theirs.contains(&true) {
+            let mut known: Vec<&str> = self
+                .names
+                .iter()
+                .filter_map(|name| person_of(name))
+                .collect();
+            known.sort_unstable();
+            known.dedup();
+            return Err(match known.as_slice() {
+                [] => format!(
+                    "no person {person}: expected markers such as {person}:LASI, found none with a prefix"
+                ),
+                known => format!("no person {person}; there are: {}", known.join(", ")),
+            });
+        }
+        let mut kept = is_theirs.iter().copied();
+        self.names.retain(|_| kept.next() == Some(true));
+        for frame in &mut self.frames {
+            let mut kept = is_theirs.iter().copied();
+            frame.retain(|_| kept.next() == Some(true));
+        }
+        Ok(())
+    }
+}
+
+/// Returns the prefix of a marker's name, which names the person who wears it.
+pub(crate) fn person_of(marker: &str) -> Option<&str> {
+    marker.rsplit_once(':').map(|(person, _)| person)
 }
 
 impl FileContents {
@@ -243,9 +283,12 @@ impl FileContents {
             "glb" | "gltf" => {
                 let clip = options.clip.as_deref();
                 let clip = clip.map_or(gltf::WantedAnimation::Only, gltf::WantedAnimation::Named);
-                Self::Motion(gltf::read(path, clip)?)
+                Self::Motion(gltf::read(path, clip, options.person.as_deref())?)
             }
-            "bvh" => Self::Motion(bvh::read(lines::Lines::open(path)?)?),
+            "bvh" => Self::Motion(bvh::read(
+                lines::Lines::open(path)?,
+                options.sample_rate_hz,
+            )?),
             "amc" => {
                 let asf = match &options.asf {
                     Some(asf) => asf.clone(),
@@ -260,8 +303,11 @@ impl FileContents {
                     "a skeleton without motion; give the .amc",
                 ));
             }
-            "c3d" => Self::Markers(c3d::read(path)?),
-            "trc" => Self::Markers(trc::read(lines::Lines::open(path)?)?),
+            "c3d" => Self::Markers(c3d::read(path, options.sample_rate_hz)?),
+            "trc" => Self::Markers(trc::read(
+                lines::Lines::open(path)?,
+                options.sample_rate_hz,
+            )?),
             _ => {
                 return Err(Error::input(
                     path,
@@ -272,6 +318,17 @@ impl FileContents {
                 ));
             }
         };
+        match (&mut source, &options.person) {
+            (Self::Markers(markers), Some(person)) => markers
+                .keep_person(person)
+                .map_err(|problem| Error::input(path, problem).with_remedy(Remedy::NamePerson))?,
+            (Self::Motion(motion), Some(person)) if motion.format != MotionFormat::Gltf => {
+                let problem =
+                    format!("no person {person}: .{extension} files hold one, without a name");
+                return Err(Error::input(path, problem));
+            }
+            _ => {}
+        }
         if let Self::Markers(markers) = &mut source {
             let distinct: HashSet<&String> = markers.names.iter().collect();
             let repeated = markers.names.len() - distinct.len();
@@ -296,7 +353,9 @@ impl FileContents {
         if let Some(rate) = options.sample_rate_hz {
             *stated_hz = rate;
         } else if format == MotionFormat::AsfAmc {
-            warnings.push("an AMC states no frame rate: 120 Hz assumed".into());
+            warnings.push(format!(
+                "an AMC states no frame rate: {stated_hz} Hz assumed"
+            ));
         }
         Ok(source)
     }
@@ -364,7 +423,7 @@ pub fn is_gltf(path: &Path) -> bool {
 /// # Errors
 /// If the file cannot be read or holds no skinned mesh.
 pub fn skinned_body(path: &Path) -> Result<Motion> {
-    let motion = gltf::read(path, gltf::WantedAnimation::Nothing)?;
+    let motion = gltf::read(path, gltf::WantedAnimation::Nothing, None)?;
     match motion.skin {
         Some(_) => Ok(motion),
         None => Err(Error::input(

@@ -1,26 +1,21 @@
 //! Reader of the track row column format (TRC): marker positions as a table in text.
 //!
 //! Motion Analysis' Cortex writes it, and the guide of `OpenSim` describes it ("Marker (.trc)
-//! Files"). Cells are between tabs and may be blank; rows without tabs are split at spaces and have
-//! no blanks. The header's counts are often wrong, so the names decide how many cells a row has,
-//! and the time column decides the rate.
+//! Files"). Cells are between tabs and may be blank or, at the end of a row, missing; rows without
+//! tabs are split at spaces and have no blanks. The header's counts are often wrong, so the names
+//! decide how many cells a row has, and the [time column](super::time_column) decides the rate.
 
 use glam::DVec3;
 
 use super::lines::{Lines, finite, shown};
+use super::time_column::{StatedRates, TimeColumn};
 use super::{MAX_POSITIONS, Markers, MotionFormat, RATE_HZ, metres};
-use crate::error::{Error, Result};
+use crate::error::{Error, FilePlace, Remedy, Result};
 
 /// The value that some writers put for a coordinate that was not seen.
 const NOT_SEEN: f64 = 9_999_999.0;
 
-/// Largest relative difference between the header's rate and the time column's. Our choice.
-const RATE_TOLERANCE: f64 = 0.005;
-
-/// Largest error of the time between two rows, seconds: times are rounded, often to a millisecond.
-const ROUNDING_S: f64 = 0.001;
-
-/// The values of the header that are used, as text.
+/// The values of the header that are used, as text; empty if there is none.
 struct TrcHeader {
     rate: String,
     frames: String,
@@ -28,52 +23,46 @@ struct TrcHeader {
     unit: Option<String>,
 }
 
-/// Reads a whole file.
+/// The rows of a file and their times.
+struct TrcRows {
+    rows: Vec<Vec<Option<DVec3>>>,
+    column: TimeColumn,
+    /// The line of the last row, if that row ends early.
+    ends_early: Option<usize>,
+}
+
+/// Reads a whole file. A frame rate from the user prevails over the file's.
 ///
 /// # Errors
-/// For rows without three cells for each name, frames out of order, and cells that are neither a
-/// finite number nor missing.
-pub(super) fn read(mut lines: Lines) -> Result<Markers> {
+/// For rows without three cells for each name, frames out of order, cells that are neither a finite
+/// number nor missing, and times and headers that give no frame rate.
+pub(super) fn read(mut lines: Lines, given_hz: Option<f64>) -> Result<Markers> {
     let header = read_header(&mut lines)?;
     let names = read_names(&mut lines)?;
     let mut warnings = Vec::new();
-    let (mut frames, mut times) = (Vec::new(), Vec::new());
-    let mut before = None;
-    while let Some(row) = lines.next_row()? {
-        let cells = cells(&row);
-        let expected = 2 + 3 * names.len();
-        let surplus = cells.get(expected..).unwrap_or_default();
-        if cells.len() < expected || surplus.iter().any(|cell| !cell.is_empty()) {
-            return Err(lines.error(format!(
-                "expected {expected} cells in the row (frame, time and 3 for each of {} names), found {}",
-                names.len(),
-                cells.len()
-            )));
-        }
-        let number = finite(cells[0]).map_err(|problem| lines.error(problem))?;
-        let time_s = finite(cells[1]).map_err(|problem| lines.error(problem))?;
-        if let Some((number_before, time_before)) = before
-            && (number != number_before + 1.0 || time_s <= time_before)
-        {
-            return Err(lines.error(format!(
-                "expected frame {} later than {time_before} s, found frame {number} at {time_s} s",
-                number_before + 1.0
-            )));
-        }
-        before = Some((number, time_s));
-        times.push(time_s);
-        frames.push(read_row(&lines, &cells[2..expected])?);
-        if frames.len() * names.len() > MAX_POSITIONS {
-            return Err(lines.error(format!(
-                "more than {MAX_POSITIONS} positions: cut the recording"
-            )));
-        }
-    }
-    if frames.is_empty() {
+    let TrcRows {
+        rows,
+        column,
+        ends_early,
+    } = read_rows(&mut lines, names.len(), given_hz.is_some())?;
+    if rows.is_empty() {
         return Err(lines.error("the file has no frames (is it truncated?)"));
     }
+    if let Some(line) = ends_early
+        && header
+            .frames
+            .parse()
+            .is_ok_and(|stated: usize| stated > rows.len())
+    {
+        let problem = format!(
+            "the last row ends early, after {} of `{}` frames (is the file truncated?)",
+            rows.len(),
+            shown(&header.frames)
+        );
+        return Err(Error::at(lines.path(), FilePlace::Line(line), problem));
+    }
     for (what, stated, found) in [
-        ("frames", &header.frames, frames.len()),
+        ("frames", &header.frames, rows.len()),
         ("markers", &header.markers, names.len()),
     ] {
         if stated.parse() != Ok(found) {
@@ -83,21 +72,122 @@ pub(super) fn read(mut lines: Lines) -> Result<Markers> {
             ));
         }
     }
-    let unit_m = match &header.unit {
+    // A number is the value of a later key, after a blank cell between spaces.
+    let unit = header.unit.filter(|unit| unit.parse::<f64>().is_err());
+    let unit_m = match &unit {
         Some(unit) => metres(unit, &mut warnings),
         None => {
             warnings.push("the file states no unit of length".into());
             None
         }
     };
+    let stated = StatedRates {
+        header: &shown(&header.rate),
+        header_hz: finite(&header.rate)
+            .ok()
+            .filter(|rate| RATE_HZ.contains(rate)),
+        given_hz,
+    };
+    let most = MAX_POSITIONS / names.len();
+    let even = column.even_rows(rows, stated, most, &mut warnings);
+    let even = even.map_err(|problem| {
+        Error::input(lines.path(), problem).with_remedy(Remedy::StateFrameRate)
+    })?;
     Ok(Markers {
         format: MotionFormat::Trc,
         names,
-        sample_rate_hz: rate_hz(&lines, &header, &times, &mut warnings)?,
-        frames,
+        sample_rate_hz: even.rate_hz,
+        frames: even.rows,
         unit_m,
         warnings,
     })
+}
+
+/// Reads the rows below the header. Times may be anything if a frame rate is given.
+fn read_rows(lines: &mut Lines, markers: usize, is_rate_given: bool) -> Result<TrcRows> {
+    let expected = 2 + 3 * markers;
+    let mut all = TrcRows {
+        rows: Vec::new(),
+        column: TimeColumn {
+            times: Vec::new(),
+            numbers: Vec::new(),
+            resolution: 1.0,
+        },
+        ends_early: None,
+    };
+    let mut resolution = 1.0_f64;
+    while let Some(row) = lines.next_row()? {
+        let mut cells = cells(&row);
+        let surplus = cells.get(expected..).unwrap_or_default();
+        let is_surplus = surplus.iter().any(|cell| !cell.is_empty());
+        let lacks = expected.saturating_sub(cells.len());
+        // Editors strip the tabs of markers that were not seen from the ends of lines.
+        let is_stripped = cells.len() >= 2 && lacks.is_multiple_of(3) && row.contains('\t');
+        if is_surplus || (lacks > 0 && !is_stripped) {
+            return Err(lines.error(format!(
+                "expected {expected} cells in the row (frame, time and 3 for each of {markers} names), found {}",
+                cells.len()
+            )));
+        }
+        all.ends_early = (lacks > 0).then(|| lines.number());
+        cells.resize(expected, "");
+        let number = finite(cells[0]).map_err(|problem| lines.error(problem))?;
+        let time = match finite(cells[1]) {
+            Ok(time) => time,
+            Err(_) if is_rate_given => f64::NAN,
+            Err(problem) => {
+                return Err(lines.error(problem).with_remedy(Remedy::StateFrameRate));
+            }
+        };
+        resolution = resolution.min(last_digit(cells[1]));
+        let column = &mut all.column;
+        column.numbers.push(number);
+        column.times.push(time);
+        if let Some(problem) = out_of_order(column, is_rate_given) {
+            let remedy = Remedy::StateFrameRate;
+            return Err(lines.error(problem).with_remedy(remedy));
+        }
+        all.rows.push(read_row(lines, &cells[2..])?);
+        if all.rows.len() * markers > MAX_POSITIONS {
+            return Err(lines.error(format!(
+                "more than {MAX_POSITIONS} positions: cut the recording"
+            )));
+        }
+    }
+    all.column.resolution = resolution;
+    Ok(all)
+}
+
+/// Returns what is wrong with the last row's place: it must be later than the one before, by a
+/// constant step of frame numbers, or by the time of the frames between.
+fn out_of_order(column: &TimeColumn, is_rate_given: bool) -> Option<String> {
+    let (&[.., number_before, number], &[.., time_before, time]) =
+        (column.numbers.as_slice(), column.times.as_slice())
+    else {
+        return None;
+    };
+    let usual = column.numbers[1] - column.numbers[0];
+    let (step, step_s) = (number - number_before, time - time_before);
+    let frame_s = (column.times[1] - column.times[0]) / usual;
+    let is_in_time = (step_s - step * frame_s).abs() < 0.5 * frame_s;
+    let is_next = step > 0.0 && (step == usual || is_in_time);
+    let is_later = step_s > 0.0 || is_rate_given;
+    (!is_next || !is_later).then(|| {
+        let expected = number_before + if usual > 0.0 { usual } else { 1.0 };
+        format!(
+            "expected frame {expected} later than {time_before} s, found frame {number} at {time} s"
+        )
+    })
+}
+
+/// Returns the value of 1 in the last digit of a decimal number; 1 for others.
+fn last_digit(cell: &str) -> f64 {
+    match cell.split_once('.') {
+        Some((_, decimals)) if decimals.bytes().all(|byte| byte.is_ascii_digit()) => {
+            libm::exp10(-(decimals.len() as f64))
+        }
+        _ => 1.0,
+    }
 }
 
 /// Reads the three lines before the names.
@@ -109,25 +199,42 @@ fn read_header(lines: &mut Lines) -> Result<TrcHeader> {
         }
         None => return Err(Error::input(lines.path(), "the file is empty")),
     }
-    let keys = lines.next_line()?.unwrap_or_default();
-    let Some(values) = lines.next_line()? else {
+    let keys = lines.next_row()?.unwrap_or_default();
+    let Some(values) = lines.next_row()? else {
         return Err(lines.error("expected the header's values, found the end of the file"));
     };
+    let [keys, values] = header_cells(&keys, &values);
     let value = |name: &str| {
-        let at = keys
-            .split_whitespace()
-            .position(|key| key.eq_ignore_ascii_case(name))?;
-        values.split_whitespace().nth(at).map(ToOwned::to_owned)
+        let at = keys.iter().position(|key| key.eq_ignore_ascii_case(name))?;
+        values
+            .get(at)
+            .filter(|value| !value.is_empty())
+            .map(|value| (*value).to_owned())
     };
     let needed = |name: &str| {
         value(name).ok_or_else(|| lines.error(format!("the header has no value of {name}")))
     };
     Ok(TrcHeader {
-        rate: needed("DataRate")?,
+        rate: value("DataRate").unwrap_or_default(),
         frames: needed("NumFrames")?,
         markers: needed("NumMarkers")?,
         unit: value("Units"),
     })
+}
+
+/// Returns the header's keys and values. They are words, since some writers put several tabs
+/// between them; if a value is blank, they are the cells between tabs.
+fn header_cells<'a>(keys: &'a str, values: &'a str) -> [Vec<&'a str>; 2] {
+    let words = [keys, values].map(|row| row.split_whitespace().collect::<Vec<_>>());
+    if words[0].len() == words[1].len() {
+        return words;
+    }
+    let cells = [keys, values].map(|row| {
+        let cells = row.trim_end().split('\t');
+        cells.map(str::trim).collect::<Vec<_>>()
+    });
+    let is_table = cells[0].len() == cells[1].len() && !cells[0].contains(&"");
+    if is_table { cells } else { words }
 }
 
 /// Reads the line of names and the line of axes below it.
@@ -195,51 +302,6 @@ fn coordinate(cell: &str) -> std::result::Result<Option<f64>, String> {
     Ok((value.abs() < NOT_SEEN).then_some(value))
 }
 
-/// Returns the header's rate if the time column agrees, else the time column's rate.
-fn rate_hz(
-    lines: &Lines,
-    header: &TrcHeader,
-    times: &[f64],
-    warnings: &mut Vec<String>,
-) -> Result<f64> {
-    let stated = finite(&header.rate)
-        .ok()
-        .filter(|rate| RATE_HZ.contains(rate));
-    let span_s = times
-        .last()
-        .zip(times.first())
-        .map_or(0.0, |(last, first)| last - first);
-    let measured = (span_s > 0.0).then(|| (times.len() - 1) as f64 / span_s);
-    let tolerance = (ROUNDING_S / span_s).max(RATE_TOLERANCE);
-    if let Some(measured) = measured
-        && let Some(step_s) = times
-            .windows(2)
-            .map(|pair| pair[1] - pair[0])
-            .max_by(f64::total_cmp)
-        && step_s > 1.5 / measured + ROUNDING_S
-    {
-        warnings.push(format!(
-            "the time column is uneven: {step_s:.4} s between two rows, {:.4} s on average",
-            1.0 / measured
-        ));
-    }
-    match (stated, measured) {
-        (Some(stated), None) => Ok(stated),
-        (Some(stated), Some(measured)) if (measured / stated - 1.0).abs() < tolerance => Ok(stated),
-        (_, Some(measured)) if RATE_HZ.contains(&measured) => {
-            warnings.push(format!(
-                "the header states `{}` Hz, the time column {measured:.2} Hz: the time column is used",
-                shown(&header.rate)
-            ));
-            Ok(measured)
-        }
-        _ => Err(lines.error(format!(
-            "expected a frame rate of 1 to 10000 Hz, found `{}`",
-            shown(&header.rate)
-        ))),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::io::Cursor;
@@ -259,10 +321,8 @@ Frame#\tTime\tLANK\t\t\tR.Heel\t\t
 ";
 
     fn parse(text: &str) -> Result<Markers> {
-        read(Lines::over(
-            Path::new("t.trc"),
-            Box::new(Cursor::new(text.to_owned().into_bytes())),
-        ))
+        let bytes = Cursor::new(text.to_owned().into_bytes());
+        read(Lines::over(Path::new("t.trc"), Box::new(bytes)), None)
     }
 
     fn replaced(from: &str, to: &str) -> Result<Markers> {

@@ -7,6 +7,7 @@ use super::cohort::body;
 use super::cutting::events::{CutTake, cut};
 use super::cutting::flat_feet::{lifts, stand_flat};
 use super::cutting::stance::{FeetMotion, FootSlide};
+use super::markers::people;
 use super::measured::{MeasuredPeople, MeasuredPerson};
 use super::retarget::{DEFAULT_CUT_OFF_HZ, RetargetedMotion, leg_length_m};
 use super::trunk_lean::stand_upright;
@@ -90,6 +91,8 @@ pub struct ReadOptions {
     pub asf: Option<PathBuf>,
     /// The animation of a glTF file.
     pub clip: Option<String>,
+    /// One of several people in a file, as in [`ImportOptions::person`].
+    pub person: Option<String>,
     /// Frames a second; overrides the file's rate.
     pub sample_rate_hz: Option<f64>,
     /// The low-pass filter of motions.
@@ -106,6 +109,7 @@ impl Default for ReadOptions {
             subject: SubjectName::File,
             asf: None,
             clip: None,
+            person: None,
             sample_rate_hz: None,
             smoothing: Smoothing::Usual,
             mend: true,
@@ -148,6 +152,7 @@ impl Recording {
                 sample_rate_hz: options.sample_rate_hz,
                 asf: options.asf.clone(),
                 clip: options.clip.clone(),
+                person: options.person.clone(),
             },
         )?;
         let (format, has_skin, read_warnings) = match &source {
@@ -156,6 +161,15 @@ impl Recording {
             }
             FileContents::Markers(markers) => (markers.format, false, &markers.warnings),
         };
+        if let FileContents::Markers(markers) = &source
+            && let people @ [_, _, ..] = people(markers).as_slice()
+        {
+            let problem = format!(
+                "markers of several people, expected the name of one; there are: {}",
+                people.join(", ")
+            );
+            return Err(Error::input(path, problem).with_remedy(Remedy::NamePerson));
+        }
         let cut_off_hz = options.smoothing.cut_off_hz(format);
         let take = match &source {
             FileContents::Motion(motion) => RetargetedMotion::from_motion(motion, cut_off_hz),
@@ -389,11 +403,12 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
         let subject = &mut subjects[index];
         let own = &recording.take.offsets;
         let lifts = lifts(recording.standing_m, own, &subject.body);
-        let mut add = |cycle, speed_mps, motion| {
+        // People of other sizes walk the same way at other speeds: the gait is the recorded one's.
+        let mut add = |cycle, recorded_mps, speed_mps, motion| {
             subject.walks.push(Walk {
                 name: recording.name.clone(),
                 cycle,
-                gait: gait(speed_mps, leg_length_m(own)),
+                gait: gait(recorded_mps, leg_length_m(own)),
                 speed_mps,
                 worn: None,
                 motion,
@@ -403,13 +418,14 @@ pub fn subjects(recordings: &[Recording], options: &BodyOptions) -> Result<Vec<S
             Some(cut) => {
                 for (number, cut) in (0u16..).zip(&cut.cycles) {
                     let cycle = cut.cycle.onto(own, &subject.body.offsets, lifts);
-                    add(number, cut.speed_mps, Track::Loop(cycle));
+                    let speed_mps = cycle.drift_m / cycle.period_s;
+                    add(number, cut.speed_mps, speed_mps, Track::Loop(cycle));
                 }
             }
             None => {
                 let span = UncutMotion::from_take(&recording.take);
                 let moved = span.onto(own, &subject.body.offsets, lifts);
-                add(0, span.speed_mps(), Track::Uncut(moved));
+                add(0, span.speed_mps(), moved.speed_mps(), Track::Uncut(moved));
             }
         }
     }

@@ -20,7 +20,7 @@ use glam::{DQuat, DVec3};
 use joint_roles::JointRoles;
 use missing_joints::completed;
 use rest_pose::{Globals, RestCalibration, nearest_axis, source_points};
-use unit::{choose_unit, leg_of};
+use unit::{UnitFamily, choose_unit, leg_of};
 
 /// Ankle height over hip-to-ankle length: 0.039 / 0.491 (Winter 2009, figure 4.1, after
 /// Drillis & Contini 1966).
@@ -98,7 +98,12 @@ impl RetargetedMotion {
         let motion = &*completed(motion)?;
         let mut warnings = motion.warnings.clone();
         let mut roles = JointRoles::find(&motion.joints)?;
-        let unit_m = choose_unit(leg_of(motion, &roles), motion.unit_m, &mut warnings)?;
+        let unit_m = choose_unit(
+            leg_of(motion, &roles),
+            motion.unit_m,
+            UnitFamily::from_motion(motion),
+            &mut warnings,
+        )?;
         let roots: Vec<DVec3> = (0..motion.frames.len())
             .map(|i| motion.globals(i).0[roles.pelvis])
             .collect();

@@ -5,25 +5,24 @@
 //! Points that are not positions (angles, forces, moments, powers) are left out by the lists in the
 //! file that name them. Names of subjects are not read.
 
-use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use glam::DVec3;
 
+use super::files::open_file;
 use super::{MAX_POSITIONS, Markers, MotionFormat, RATE_HZ, metres};
-use crate::error::{Error, FilePlace, Result};
+use crate::error::{Error, FilePlace, Remedy, Result};
 
+mod layout;
 mod machine;
 mod parameters;
 #[cfg(test)]
 mod tests;
 
+use layout::{BLOCK, C3dHeader, PointsLayout, Statement};
 use machine::NumberFormat;
-use parameters::{C3dParameters, ParameterSection, unsigned};
-
-/// Size of a block, in which the format counts places, bytes.
-const BLOCK: usize = 512;
+use parameters::{C3dParameters, ParameterSection};
 
 /// The second byte of every C3D file.
 const KEY: u8 = 80;
@@ -39,67 +38,25 @@ const NOT_POSITIONS: [&str; 7] = [
     "MODELED_MARKERS",
 ];
 
-/// The words of the header that are used, in the order of the file.
-struct C3dHeader {
-    points: u16,
-    analog_samples: u16,
-    first_frame: u16,
-    last_frame: u16,
-    scale: f64,
-    data_block: u16,
-    rate_hz: f64,
-}
-
-impl C3dHeader {
-    fn parse(block: &[u8; BLOCK], machine: NumberFormat) -> Self {
-        let word = |at: usize| machine.word([block[at], block[at + 1]]);
-        let real =
-            |at: usize| machine.real([block[at], block[at + 1], block[at + 2], block[at + 3]]);
-        Self {
-            points: word(2),
-            analog_samples: word(4),
-            first_frame: word(6),
-            last_frame: word(8),
-            scale: real(12),
-            data_block: word(16),
-            rate_hz: real(20),
-        }
-    }
-
-    /// Returns the number of frames from the first and last; none if 16 bits may not suffice.
-    fn frames(&self) -> Option<f64> {
-        let is_sound = self.last_frame >= self.first_frame && self.last_frame < u16::MAX;
-        is_sound.then(|| f64::from(self.last_frame) - f64::from(self.first_frame) + 1.0)
-    }
-}
-
-/// The layout of frames of points in the data section.
-struct PointsLayout {
-    machine: NumberFormat,
-    /// Byte at which the first frame begins.
-    start: u64,
-    frames: usize,
-    points: usize,
-    /// Bytes of a frame, analog samples included.
-    stride: usize,
-    /// Source units in one count; `None` for floats.
-    scale: Option<f64>,
-}
-
-/// Reads a whole file.
+/// Reads a whole file. A frame rate from the user prevails over the file's.
 ///
 /// # Errors
 /// For incomplete files: damaged parameters, fewer frames than stated, no markers.
-pub(super) fn read(path: &Path) -> Result<Markers> {
-    let file = File::open(path).map_err(|source| Error::io(path, source))?;
+pub(super) fn read(path: &Path, given_hz: Option<f64>) -> Result<Markers> {
+    let file = open_file(path).map_err(|source| Error::io(path, source))?;
     let length = file
         .metadata()
         .map_err(|source| Error::io(path, source))?
         .len();
-    read_from(path, BufReader::new(file), length)
+    read_from(path, BufReader::new(file), length, given_hz)
 }
 
-fn read_from(path: &Path, mut file: impl Read + Seek, length: u64) -> Result<Markers> {
+fn read_from(
+    path: &Path,
+    mut file: impl Read + Seek,
+    length: u64,
+    given_hz: Option<f64>,
+) -> Result<Markers> {
     let mut block = [0; BLOCK];
     fill(path, &mut file, &mut block, 0, length)?;
     if block[1] != KEY || block[0] < 2 {
@@ -145,9 +102,18 @@ fn read_from(path: &Path, mut file: impl Read + Seek, length: u64) -> Result<Mar
     let mut warnings = parameters.warnings.clone();
     let wrong = |problem: String| Error::input(path, problem);
 
-    let layout = layout(&header, &parameters, machine, &mut warnings).map_err(wrong)?;
+    let statement = Statement {
+        header: &header,
+        parameters: &parameters,
+        length,
+    };
+    let layout = statement.layout(machine, &mut warnings).map_err(wrong)?;
     let (names, kept) = names(&parameters, layout.points, &mut warnings).map_err(wrong)?;
-    let sample_rate_hz = rate_hz(&header, &parameters, &mut warnings).map_err(wrong)?;
+    let sample_rate_hz = match given_hz {
+        Some(given_hz) => given_hz,
+        None => rate_hz(&header, &parameters, &mut warnings)
+            .map_err(|problem| wrong(problem).with_remedy(Remedy::StateFrameRate))?,
+    };
     let expected = layout.frames as u64 * layout.stride as u64;
     if layout.start.saturating_add(expected) > length {
         let present = length.saturating_sub(layout.start) / (layout.stride as u64).max(1);
@@ -167,7 +133,14 @@ fn read_from(path: &Path, mut file: impl Read + Seek, length: u64) -> Result<Mar
             kept.len()
         )));
     }
-    let frames = read_frames(path, &mut file, &layout, &kept)?;
+    let mut frames = read_frames(path, &mut file, &layout, &kept)?;
+    if layout.is_filled {
+        // The rest of the last block may look like frames without markers.
+        let padding = (BLOCK - 1) / layout.stride;
+        let seen = |frame: &Vec<Option<DVec3>>| frame.iter().any(Option::is_some);
+        let last = frames.iter().rposition(seen).unwrap_or(0);
+        frames.truncate((last + 1).max(frames.len() - padding));
+    }
     let unit_m = match parameters.texts("POINT:UNITS").first() {
         Some(unit) => metres(unit, &mut warnings),
         None => {
@@ -214,101 +187,6 @@ fn fill(
     file.seek(SeekFrom::Start(start as u64))
         .and_then(|_| file.read_exact(bytes))
         .map_err(|source| Error::io(path, source))
-}
-
-/// Returns the layout of the data from header and parameters, which must agree.
-fn layout(
-    header: &C3dHeader,
-    parameters: &C3dParameters,
-    machine: NumberFormat,
-    warnings: &mut Vec<String>,
-) -> std::result::Result<PointsLayout, String> {
-    let points = header.points;
-    if let Some(used) = parameters.count("POINT:USED")
-        && used != f64::from(points)
-    {
-        return Err(format!(
-            "the header counts {points} points, POINT:USED {used}: expected the same"
-        ));
-    }
-    if points == 0 {
-        return Err("no markers: the file has 0 points".into());
-    }
-    let scale = parameters.number("POINT:SCALE").unwrap_or(header.scale);
-    if scale.is_nan() || scale == 0.0 || (scale < 0.0) != (header.scale < 0.0) {
-        return Err(format!(
-            "expected one scale of points, positive for integers or negative for floats, found {} in the header and {scale} in POINT:SCALE",
-            header.scale
-        ));
-    }
-    let start = match header.data_block {
-        0 => parameters.count("POINT:DATA_START").unwrap_or_default(),
-        block => block.into(),
-    };
-    if start < 2.0 {
-        return Err(format!("expected the data from block 2 on, found {start}"));
-    }
-    let width = if scale < 0.0 { 4 } else { 2 };
-    Ok(PointsLayout {
-        machine,
-        start: (whole(start) as u64 - 1) * BLOCK as u64,
-        frames: whole(frame_count(header, parameters, warnings)?),
-        points: points.into(),
-        stride: width * (4 * usize::from(points) + usize::from(header.analog_samples)),
-        scale: (scale > 0.0).then_some(scale),
-    })
-}
-
-/// Returns a count as an index, clamped to the range of indices.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "saturates, and the result is compared with the file's length"
-)]
-fn whole(count: f64) -> usize {
-    count as usize
-}
-
-/// Returns the header's count of frames, or one from the parameters if its 16 bits do not suffice.
-fn frame_count(
-    header: &C3dHeader,
-    parameters: &C3dParameters,
-    warnings: &mut Vec<String>,
-) -> std::result::Result<f64, String> {
-    // Two words, the low one first, or one number.
-    let field = |name| match *parameters.numbers(name) {
-        [low, high, ..] => Some(unsigned(low) + 65_536.0 * unsigned(high)),
-        [number] => Some(unsigned(number)),
-        [] => None,
-    };
-    let trial = field("TRIAL:ACTUAL_START_FIELD")
-        .zip(field("TRIAL:ACTUAL_END_FIELD"))
-        .map(|(start, end)| end - start + 1.0);
-    let long = parameters.number("POINT:LONG_FRAMES");
-    let added = [trial, long, parameters.count("POINT:FRAMES")];
-    let plausible = |count: &f64| *count >= 1.0 && count.is_finite();
-    let beyond = [trial, long]
-        .into_iter()
-        .flatten()
-        .find(|&count| count > 65_535.0);
-    let count = beyond
-        .or(header.frames())
-        .or(added.into_iter().flatten().find(plausible))
-        .filter(plausible)
-        .ok_or_else(|| {
-            format!(
-                "expected at least one frame, found frames {} to {}",
-                header.first_frame, header.last_frame
-            )
-        })?;
-    // POINT:FRAMES is one word and cannot state larger counts.
-    let others = [trial, long, added[2].filter(|_| count < 65_535.0)];
-    if let Some(other) = others.into_iter().flatten().find(|&other| other != count) {
-        warnings.push(format!(
-            "the stated numbers of frames differ, {count} and {other}: {count} are used"
-        ));
-    }
-    Ok(count)
 }
 
 /// Returns the names and indices of the points that are markers.

@@ -135,7 +135,12 @@ impl Fixture {
 
 fn parse(bytes: &[u8]) -> Result<Markers> {
     let length = bytes.len() as u64;
-    read_from(Path::new("t.c3d"), Cursor::new(bytes.to_vec()), length)
+    read_from(
+        Path::new("t.c3d"),
+        Cursor::new(bytes.to_vec()),
+        length,
+        None,
+    )
 }
 
 fn problem(bytes: &[u8]) -> String {

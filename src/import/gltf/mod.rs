@@ -21,6 +21,8 @@ use crate::error::{Error, Remedy, Result};
 
 mod buffers;
 mod clip;
+mod extensions;
+mod people;
 mod skin;
 #[cfg(test)]
 mod tests;
@@ -56,26 +58,30 @@ pub(super) enum WantedAnimation<'a> {
 /// Reads a file.
 ///
 /// # Errors
-/// If the file is not a complete glTF with one skinned skeleton that only rotates and moves, or has
-/// no such animation.
-pub(super) fn read(path: &Path, clip: WantedAnimation<'_>) -> Result<Motion> {
+/// If the file is not a complete glTF with one skinned skeleton (or one of this name) that only
+/// rotates and moves, or has no such animation.
+pub(super) fn read(path: &Path, clip: WantedAnimation<'_>, person: Option<&str>) -> Result<Motion> {
     let bytes = read_file(path).map_err(|error| Error::io(path, error))?;
     let fail = |problem: String| Error::input(path, problem);
     let incomplete = |error: gltf::Error| fail(format!("not a complete glTF 2.0 file: {error}"));
     let gltf::Gltf { document, blob } =
         gltf::Gltf::from_slice_without_validation(&bytes).map_err(incomplete)?;
     drop(bytes);
-    let root = document.into_json();
+    let mut root = document.into_json();
     check_targets(&root).map_err(fail)?;
+    extensions::settle(&mut root).map_err(fail)?;
     let document = Document::from_json(root).map_err(incomplete)?;
     if let (WantedAnimation::Only, count @ 2..) = (clip, document.animations().count()) {
         let names = names(&document);
         let problem = format!("{count} animations, expected the name of one: {names}");
         return Err(fail(problem).with_remedy(Remedy::NameAnimation));
     }
+    let graph = NodeGraph::from_document(&document).map_err(fail)?;
+    let skins = people::chosen(&document, &graph, used_skins(&document), person)
+        .map_err(|problem| fail(problem).with_remedy(Remedy::NamePerson))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     Buffers::load(&document, blob, folder)
-        .and_then(|buffers| motion(&document, &buffers, clip))
+        .and_then(|buffers| motion(&document, &buffers, &graph, &skins, clip))
         .map_err(fail)
 }
 
@@ -109,18 +115,18 @@ fn check_targets(root: &gltf::json::Root) -> std::result::Result<(), String> {
 fn motion(
     document: &Document,
     buffers: &Buffers,
+    graph: &NodeGraph,
+    skins: &[gltf::Skin],
     clip: WantedAnimation<'_>,
 ) -> std::result::Result<Motion, String> {
-    let graph = NodeGraph::from_document(document)?;
-    let skins = used_skins(document);
-    let order = graph.skeleton(&skins)?;
+    let order = graph.skeleton(skins)?;
     let mut warnings = Vec::new();
     let mut numbers = vec![None; graph.nodes.len()];
     for (number, &node) in order.iter().enumerate() {
         numbers[node] = Some(number);
     }
     let carriers = graph.path_to_top(order[0]);
-    let binds = binds(&graph, &order, &numbers, &skins, buffers)?;
+    let binds = binds(graph, &order, &numbers, skins, buffers)?;
     let upright = upright(graph.global(&carriers) * binds[0].inverse());
     let joints = SkinJoints {
         numbers,
@@ -129,7 +135,8 @@ fn motion(
     if !joints.rest.iter().all(DAffine3::is_finite) {
         return Err("the nodes' scales are too large".into());
     }
-    let mesh = skin::read(document, buffers, &joints, &mut warnings)?;
+    let others = |skin: &gltf::Skin| skins.iter().all(|own| own.index() != skin.index());
+    let mesh = skin::read(document, buffers, &joints, &others, &mut warnings)?;
     let rest: Vec<DVec3> = joints.rest.iter().map(|m| m.translation).collect();
     let mut skeleton: Vec<SourceJoint> = Vec::with_capacity(order.len());
     for (number, &node) in order.iter().enumerate() {
@@ -158,7 +165,7 @@ fn motion(
             let mut moved = carriers[1..].to_vec();
             moved.extend(&order);
             let clip = GltfAnimation::read(&animation, buffers, &moved)?;
-            let frames = frames(&graph, &order, &clip, &skeleton, &joints)?;
+            let frames = frames(graph, &order, &clip, &skeleton, &joints)?;
             warnings.extend(clip.warnings);
             (frames, clip.sample_rate_hz)
         }
@@ -351,7 +358,7 @@ impl NodeGraph {
 }
 
 /// Returns the global transforms of the joints in the bind pose. Joints of no skin get theirs from
-/// a child.
+/// a child, and joints of skins that state no bind pose from their nodes.
 fn binds(
     graph: &NodeGraph,
     order: &[usize],
@@ -360,7 +367,10 @@ fn binds(
     buffers: &Buffers,
 ) -> std::result::Result<Vec<DAffine3>, String> {
     let mut binds: Vec<Option<DAffine3>> = vec![None; order.len()];
-    for skin in skins {
+    for skin in skins
+        .iter()
+        .filter(|it| it.inverse_bind_matrices().is_some())
+    {
         for (joint, inverse) in skin.joints().zip(skin::inverse_binds(skin, buffers)?) {
             if let Some(number) = numbers[joint.index()] {
                 binds[number].get_or_insert(inverse.inverse());
@@ -374,10 +384,19 @@ fn binds(
             binds[parent].get_or_insert(bind * local.inverse());
         }
     }
-    let known = binds.into_iter().collect::<Option<Vec<DAffine3>>>();
-    known
-        .filter(|binds| binds.iter().all(DAffine3::is_finite))
-        .ok_or_else(|| "a joint has no bind pose".into())
+    let mut known: Vec<DAffine3> = Vec::with_capacity(order.len());
+    for (bind, &node) in binds.into_iter().zip(order) {
+        let parent = graph.parents[node].and_then(|parent| numbers[parent]);
+        let placed = match parent.and_then(|parent| known.get(parent)) {
+            Some(parent) => *parent * graph.nodes[node].affine(),
+            None => graph.global(&graph.path_to_top(node)),
+        };
+        known.push(bind.unwrap_or(placed));
+    }
+    match known.iter().all(DAffine3::is_finite) {
+        true => Ok(known),
+        false => Err("a joint has no bind pose".into()),
+    }
 }
 
 /// Returns the transform from the space of the bind pose to the world, given its placement in the

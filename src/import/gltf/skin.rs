@@ -61,11 +61,13 @@ pub(super) fn inverse_binds(skin: &gltf::Skin, buffers: &Buffers) -> Result<Vec<
     }
 }
 
-/// Joins all skinned meshes; `None` if there are none. Warnings name the meshes that are left out.
+/// Joins all skinned meshes but those of other people's skins; `None` if there are none. Warnings
+/// name the meshes that are left out.
 pub(super) fn read(
     document: &Document,
     buffers: &Buffers,
     joints: &SkinJoints,
+    is_other: &dyn Fn(&gltf::Skin) -> bool,
     warnings: &mut Vec<String>,
 ) -> Result<Option<Skin>, String> {
     let mut joined = Skin {
@@ -81,6 +83,9 @@ pub(super) fn read(
             warnings.push(format!("mesh {name} has no skin: left out"));
             continue;
         };
+        if is_other(&skin) {
+            continue;
+        }
         if mesh.primitives().any(|part| part.morph_targets().len() > 0) {
             warnings.push(format!("mesh {name}: its morph targets are left out"));
         }

@@ -99,40 +99,6 @@ pub(in crate::people) fn step_s(left: &FootEvents, right: &FootEvents, rate: f64
     steps.get(steps.len() / 2).copied()
 }
 
-/// Returns the two most similar poses about `stride_s` apart (within 8 %), in frames, for
-/// recordings so short that no event occurs twice. None if they are not similar.
-pub(in crate::people) fn recurrence(take: &RetargetedMotion, stride_s: f64) -> Option<(f64, f64)> {
-    /// Largest mean difference of the limbs' rotations in similar poses, radians. Our choice.
-    const ALIKE: f64 = 0.2;
-    let limbs: Vec<usize> = [
-        Joint::LeftThigh,
-        Joint::LeftShank,
-        Joint::LeftFoot,
-        Joint::RightThigh,
-        Joint::RightShank,
-        Joint::RightFoot,
-        Joint::LeftUpperArm,
-        Joint::RightUpperArm,
-    ]
-    .map(Joint::index)
-    .to_vec();
-    let difference = |a: usize, b: usize| {
-        let sum: f64 = limbs
-            .iter()
-            .map(|&joint| take.rotations[a][joint].angle_between(take.rotations[b][joint]))
-            .sum();
-        sum / limbs.len() as f64
-    };
-    let stride = stride_s * take.sample_rate_hz;
-    let lengths = (0.92 * stride) as usize..=((1.08 * stride) as usize).min(take.len() - 1);
-    lengths
-        .flat_map(|length| (0..take.len() - length).map(move |from| (from, from + length)))
-        .map(|(from, to)| (difference(from, to), from, to))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .filter(|(difference, ..)| *difference < ALIKE)
-        .map(|(_, from, to)| (from as f64, to as f64))
-}
-
 /// Returns the horizontal unit vector that the pelvis faces, averaged over about a stride, by
 /// frame.
 pub(in crate::people) fn facing(take: &RetargetedMotion) -> Vec<DVec3> {
@@ -318,14 +284,5 @@ pub(in crate::people) mod tests {
         close(&left.contacts, &[25.0, 125.0, 225.0, 325.0]);
         close(&right.contacts, &[75.0, 175.0, 275.0]);
         close(&left.lifts, &right.contacts);
-    }
-
-    #[test]
-    fn a_recording_without_a_repeated_event_still_has_a_repeated_pose() {
-        let mut take = walker(1.0, 1.0, 0.0, 1.2);
-        take.roots.truncate(115);
-        take.rotations.truncate(115);
-        let (from, to) = recurrence(&take, 1.05).unwrap();
-        assert_eq!(to - from, 100.0);
     }
 }

@@ -7,8 +7,9 @@ use glam::DVec3;
 pub use crate::people::cutting::closing::CYCLE_FRAMES;
 use crate::people::cutting::closing::{close, mean_cycle, rise_m, travels};
 use crate::people::cutting::contacts::{
-    belt_mps, facing, foot_events, over_ground, recurrence, step_s, strides,
+    belt_mps, facing, foot_events, over_ground, step_s, strides,
 };
+use crate::people::cutting::recurrence::{Period, period};
 use crate::people::cutting::stance::FeetMotion;
 use crate::people::retarget::RetargetedMotion;
 use crate::people::{Cycle, forward_kinematics};
@@ -83,8 +84,8 @@ impl Strides {
 /// Cuts a motion into closed cycles of [`CYCLE_FRAMES`] frames, from left contact to left contact.
 ///
 /// A motion too short for that is cut between the first events that occur twice: right contacts,
-/// left lifts, right lifts, else the two most similar poses a stride apart. If at least 85 % of a
-/// stride is recorded, the rest is interpolated. In every case phase 0 is the left contact: cycles
+/// left lifts, right lifts, else the two most similar poses a stride apart. If 85 to 100 % of a
+/// stride are recorded, the rest is interpolated. In every case phase 0 is the left contact: cycles
 /// are rotated to begin there.
 ///
 /// # Errors
@@ -238,10 +239,12 @@ fn only_stride(
     stride_s: f64,
     warnings: &mut Vec<String>,
 ) -> Result<(Strides, Option<RetargetedMotion>), String> {
-    let stride = stride_s * take.sample_rate_hz;
-    if let Some(span) = recurrence(take, stride_s) {
-        return Ok((Strides::one(span, "similar poses"), None));
-    }
+    let stride = match period(take, stride_s * take.sample_rate_hz) {
+        Period::Recurs { from, to } => {
+            return Ok((Strides::one((from, to), "similar poses"), None));
+        }
+        Period::Beyond(stride) => stride,
+    };
     let Some(longer) = completed(take, stride) else {
         return Err(format!(
             "no gait cycle: no full stride is recorded ({:.0} steps/min at {:.1} Hz)",
@@ -249,10 +252,15 @@ fn only_stride(
             take.sample_rate_hz
         ));
     };
-    warnings.push(format!(
-        "only {:.0} % of a stride is recorded: the rest is interpolated",
-        100.0 * take.len() as f64 / stride
-    ));
+    warnings.push(if take.len() as f64 + 0.5 > stride {
+        "the last pose is a frame before the first one recurs: the motion is taken as one cycle"
+            .into()
+    } else {
+        format!(
+            "only {:.0} % of a stride is recorded: the rest is interpolated",
+            100.0 * take.len() as f64 / stride
+        )
+    });
     let stride = Strides::one((0.0, stride), "the first frame and a stride later");
     Ok((stride, Some(longer)))
 }

@@ -5,4 +5,5 @@ pub(crate) mod closing;
 pub(crate) mod contacts;
 pub mod events;
 pub(crate) mod flat_feet;
+mod recurrence;
 pub(crate) mod stance;

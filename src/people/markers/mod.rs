@@ -30,6 +30,7 @@ use self::joints::{MarkerJoints, each};
 use self::names::{Segment, Site};
 use self::neutral::Neutral;
 use self::pelvis::{Pelvis, pair};
+pub(super) use self::set::people;
 use self::set::{Marks, median};
 use super::cleaning::low_pass::LowPass;
 use super::recorded::LEG_SHARE;

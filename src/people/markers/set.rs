@@ -3,9 +3,9 @@
 use glam::{DQuat, DVec3};
 
 use super::names::{MarkerPlace, MarkerSide, Segment, Site, place_of};
-use crate::import::Markers;
+use crate::import::{Markers, person_of};
 use crate::people::retarget::rest_pose::nearest_axis;
-use crate::people::retarget::unit::choose_unit;
+use crate::people::retarget::unit::{UnitFamily, choose_unit};
 
 /// Hip-to-knee-to-ankle length over the distance from the middle of the anterior iliac spines to
 /// the ankle marker: medians of 0.895 to 0.933 in six clips in which Plug-in Gait states the joint
@@ -48,15 +48,62 @@ pub(super) struct Marks {
     pub(super) all: Vec<Mark>,
 }
 
+/// Returns the people whose pelvis is marked, by the prefixes of their markers, in order of name.
+pub(in crate::people) fn people(markers: &Markers) -> Vec<&str> {
+    let worn = |wanted: MarkerSide| {
+        let names = markers.names.iter();
+        names.filter(move |name| place_of(name) == Some((Site::Asis, wanted)))
+    };
+    let person = |name: &'_ String| person_of(name).unwrap_or_default().to_owned();
+    let right: Vec<String> = worn(MarkerSide::Right).map(person).collect();
+    let left = worn(MarkerSide::Left).map(|name| person_of(name).unwrap_or_default());
+    let mut people: Vec<&str> = left
+        .filter(|left| right.iter().any(|right| right == left))
+        .collect();
+    people.sort_unstable();
+    people.dedup();
+    people
+}
+
+/// Returns the columns of a file's markers without those of strangers, whose prefixes have a marker
+/// on a place that the only person's own markers have.
+fn columns_of_one(markers: &Markers) -> Result<Vec<usize>, String> {
+    let people = people(markers);
+    let person = match people.as_slice() {
+        [] => return Ok((0..markers.names.len()).collect()),
+        [person] => *person,
+        people => {
+            return Err(format!(
+                "several people, expected the name of one; there are: {}",
+                people.join(", ")
+            ));
+        }
+    };
+    let prefix = |column: &usize| person_of(&markers.names[*column]).unwrap_or_default();
+    let place = |column: &usize| place_of(&markers.names[*column]);
+    let all = 0..markers.names.len();
+    let (own, others): (Vec<usize>, Vec<usize>) =
+        all.clone().partition(|column| prefix(column) == person);
+    let is_taken = |column: &&usize| {
+        let taken = place(column);
+        taken.is_some() && own.iter().any(|own| place(own) == taken)
+    };
+    let strangers: Vec<&str> = others.iter().filter(is_taken).map(prefix).collect();
+    Ok(all
+        .filter(|column| !strangers.contains(&prefix(column)))
+        .collect())
+}
+
 impl Marks {
     /// Picks the markers whose names are known. A second knee or ankle marker of the same name
     /// (names cut to four letters) is the medial one.
     ///
     /// # Errors
-    /// If no name is known.
+    /// If no name is known, or there are several people.
     pub(super) fn find(markers: &Markers, warnings: &mut Vec<String>) -> Result<Self, String> {
         let mut all: Vec<Mark> = Vec::new();
-        for (column, name) in markers.names.iter().enumerate() {
+        for column in columns_of_one(markers)? {
+            let name = &markers.names[column];
             let Some((mut site, side)) = place_of(name) else {
                 continue;
             };
@@ -75,10 +122,11 @@ impl Marks {
                 continue;
             }
             let bare = |name: &str| name.rsplit(':').next().unwrap_or(name).to_lowercase();
-            if all.iter().any(|mark| bare(&mark.name) == bare(name)) {
+            if let Some(first) = all.iter().find(|mark| bare(&mark.name) == bare(name)) {
+                let is_same_person = person_of(&first.name) == person_of(name);
                 site = match site {
-                    Site::Knee => Site::KneeMedial,
-                    Site::Ankle => Site::AnkleMedial,
+                    Site::Knee if is_same_person => Site::KneeMedial,
+                    Site::Ankle if is_same_person => Site::AnkleMedial,
                     _ => {
                         warnings.push(format!("marker {name} occurs twice: the first is used"));
                         continue;
@@ -194,7 +242,7 @@ impl Marks {
             );
         }
         let leg = LEG_OF_PELVIS_TO_ANKLE * median(&mut legs);
-        let unit_m = choose_unit(leg, stated, warnings)?;
+        let unit_m = choose_unit(leg, stated, UnitFamily::Other, warnings)?;
         let up = nearest_axis(DVec3::from_array(
             along.map(|mut values| median(&mut values)),
         ));

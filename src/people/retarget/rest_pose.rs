@@ -7,7 +7,7 @@
 
 use crate::import::Motion;
 use crate::people::retarget::joint_roles::JointRoles;
-use crate::people::retarget::unit::{choose_unit, leg_of};
+use crate::people::retarget::unit::{UnitFamily, choose_unit, leg_of};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DMat3, DQuat, DVec3};
 
@@ -151,7 +151,12 @@ fn best_standing(frames: &[Globals], roles: &JointRoles, up: DVec3) -> usize {
 /// If a joint that gait needs is missing, or the rest pose does not stand.
 pub(in crate::people) fn standing_points(motion: &Motion) -> Result<[DVec3; JOINTS], String> {
     let mut roles = JointRoles::find(&motion.joints)?;
-    let unit_m = choose_unit(leg_of(motion, &roles), motion.unit_m, &mut Vec::new())?;
+    let unit_m = choose_unit(
+        leg_of(motion, &roles),
+        motion.unit_m,
+        UnitFamily::from_motion(motion),
+        &mut Vec::new(),
+    )?;
     let mut own = identity_pose(motion);
     if let Some(skin) = &motion.skin {
         for position in &mut own.positions {
