@@ -162,12 +162,8 @@ pub fn main() -> std::process::ExitCode {
 #[must_use]
 pub fn code_of(words: Vec<OsString>, program: Vec<OsString>) -> u8 {
     let matches = command().get_matches_from(&words);
-<<<<<<< HEAD
-    let mut cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     set_program(program);
-=======
     let mut cli = Cli::of_matches(&matches).unwrap_or_else(|error| error.exit());
->>>>>>> scores
     if let Command::Bench(args) = &mut cli.command {
         args.words = words.into_iter().skip(2).collect();
     }
