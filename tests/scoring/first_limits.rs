@@ -101,8 +101,12 @@ fn results_of_each_command_hold_their_first_limits() {
     // No subcommand is left out.
     let help = done(at, &["--help"]);
     let lines = help.lines().skip_while(|line| *line != "Commands:").skip(1);
-    let listed = lines.map_while(|line| line.split_whitespace().next());
-    let mut listed: Vec<&str> = listed.filter(|name| *name != "help").collect();
+    let lines = lines.take_while(|line| !line.is_empty());
+    // The text of a command may go on in a line that is indented further.
+    let listed = lines.filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
+    let mut listed: Vec<&str> = { listed }
+        .filter(|name| !name.is_empty() && *name != "help")
+        .collect();
     listed.sort_unstable();
     named.sort_unstable();
     assert_eq!(named, listed);
