@@ -68,7 +68,9 @@ impl FigureKind {
             ])
         {
             Self::Steady(Some(BetterDirection::Less))
-        } else if key.starts_with("rank") || is(&["map", "minp", "auc", "tar", "hits", "jaccard"]) {
+        } else if key.starts_with("rank")
+            || is(&["accuracy", "map", "minp", "auc", "tar", "hits", "jaccard"])
+        {
             Self::Steady(Some(BetterDirection::More))
         } else {
             Self::Steady(None)

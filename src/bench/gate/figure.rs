@@ -314,7 +314,8 @@ fn identity(element: &Value, list: &[Value]) -> String {
             break;
         }
     }
-    if alike(&keys) == 1 {
+    // The only element of a list may have no such key.
+    if alike(&keys) == 1 && !keys.is_empty() {
         words(&keys)
     } else {
         number()

@@ -291,7 +291,7 @@ fn a_starter_holds_for_the_results_that_it_is_from() {
     assert_eq!(found.expect("judged").outcome, Holds);
     // Alone too, on a busy machine and where a window has no interval.
     let busy = bench(100.0, |value| {
-        value["models"][0]["others_busy"] = json!(0.5)
+        value["models"][0]["others_busy"] = json!(0.5);
     });
     let one_window = bench(100.0, |value| {
         value["models"][0]["window_mean_us"] = json!([100.0]);

@@ -116,6 +116,14 @@ fn elements_that_nothing_tells_apart_have_numbers() {
     for one in all {
         assert_eq!(found(&one.0), Ok(vec![one]));
     }
+    let one = json!({ "list": [{ "x": 5 }] });
+    let places = FigurePath::parse("list.x").and_then(|path| {
+        let places = path.places(&one)?;
+        FigurePath::parse(&places[0].path)?
+            .places(&one)
+            .map(|again| again[0].path.clone())
+    });
+    assert_eq!(places.as_deref(), Ok("list[#0].x"));
     assert!(found("list[#4].x").is_err_and(|said| said.contains("below 4, found #4")));
     let many: Vec<Value> = (0..2000)
         .map(|at| json!({ "name": format!("n{at}"), "x": at }))
