@@ -172,8 +172,6 @@ pub enum Remedy {
     StateFrameRate,
     /// Choose one of the people in a recording.
     NamePerson,
-    /// State which of a skeleton's joints are the thighs, the shanks and so on.
-    NameJoints,
     /// Use the names of folders as names of subjects.
     FolderIsSubject,
     /// Frame a tree's images again instead of using them as they are stored.

@@ -60,9 +60,6 @@ fn way_out(error: &Error, runtime: &str) -> Option<String> {
             Remedy::NameAnimation => "use --clip",
             Remedy::StateFrameRate => "state the frame rate with --fps",
             Remedy::NamePerson => "choose one with --person",
-            Remedy::NameJoints => {
-                "--joints FILE states them, with lines such as \"Bone_07\" = \"left thigh\""
-            }
             Remedy::FolderIsSubject => {
                 "--subject-from folder uses the folder's name for the subject"
             }

@@ -478,6 +478,32 @@ Frame Time: 0.01
     }
 
     #[test]
+    fn bones_are_where_offsets_or_positions_state_them() {
+        let both = TWO_JOINTS
+            .replace("CHANNELS 3", "CHANNELS 6 Xposition Yposition Zposition")
+            .replace("50 10", "50 1 -2 3 10")
+            .replace("0 0 0 0 0 0", "0 0 0 1 -2 3 0 0 0");
+        let plain = parse(&both).unwrap();
+        assert!(plain.warnings.is_empty(), "{:?}", plain.warnings);
+        for (text, warning) in [
+            (
+                both.replace("OFFSET 1 -2 3", "OFFSET 0 0 0"),
+                "OFFSETs of 1 joints are 0",
+            ),
+            (both.replace(" 1 -2 3 ", " 0 0 0 "), "are all 0"),
+        ] {
+            let motion = parse(&text).unwrap();
+            assert_eq!(motion.joints, plain.joints);
+            assert_eq!(motion.globals(0), plain.globals(0));
+            assert!(
+                motion.warnings[0].contains(warning),
+                "{:?}",
+                motion.warnings
+            );
+        }
+    }
+
+    #[test]
     fn broken_files_are_refused_where_they_break() {
         let replaced = |from: &str, to: &str| problem(&TWO_JOINTS.replacen(from, to, 1));
         assert_eq!(

@@ -316,3 +316,25 @@ fn names_of_subjects_are_not_kept() {
     let shown = format!("{:?}", parse(&fixture.bytes()).unwrap());
     assert!(!shown.contains("Anna"));
 }
+
+#[test]
+fn counts_beyond_16_bits_are_settled_by_the_length_of_the_file() {
+    // Saturated, and wrapped: frames 10 to 70009 less 65536.
+    for (last_frame, stated) in [(65_535, [0xFF, 0xFF]), (4_473, [0xFF, 0xFF])] {
+        let mut fixture = Fixture::new(84, true);
+        fixture.last_frame = last_frame;
+        fixture
+            .added
+            .push((1, "FRAMES", 2, vec![], stated.to_vec()));
+        let bytes = fixture.bytes();
+        let (head, frames) = bytes.split_at(1024);
+        let frame = &frames[..36];
+        let mut long = head.to_vec();
+        long.extend(frame.repeat(70_000));
+        long.resize(long.len().next_multiple_of(512), 0);
+        let markers = parse(&long).unwrap();
+        assert_eq!(markers.frames.len(), 70_000, "{last_frame}");
+        let said = markers.warnings.join("; ");
+        assert!(said.contains("16 bits do not hold"), "{said}");
+    }
+}

@@ -44,7 +44,7 @@ pub(in crate::people) struct Named {
 
 impl Named {
     pub(in crate::people) fn find(joints: &[SourceJoint]) -> Self {
-        let names: Vec<String> = joints.iter().map(|joint| normalised(&joint.name)).collect();
+        let names = plain_names(joints);
         let pair = |parts: &[&str]| {
             [0, 1].map(|side| parts.iter().find_map(|part| position(&names, side, part)))
         };
@@ -123,7 +123,7 @@ impl JointRoles {
     /// # Errors
     /// Names the missing joint, or a limb's joint that is not a descendant of the one above it.
     pub(in crate::people) fn find(joints: &[SourceJoint]) -> Result<Self, String> {
-        let names: Vec<String> = joints.iter().map(|joint| normalised(&joint.name)).collect();
+        let names = plain_names(joints);
         let named = Named::find(joints);
         let thigh = pair("thigh", named.thigh)?;
         let shank = pair("shank", named.shank)?;
@@ -210,6 +210,48 @@ impl JointRoles {
         all.dedup();
         all
     }
+}
+
+/// Returns the joints' names without namespaces, case, separators and makers' prefixes. If no name
+/// is known then, a prefix that all names share (`Character1_`) and the number of a copy (`.001`) are
+/// removed first.
+fn plain_names(joints: &[SourceJoint]) -> Vec<String> {
+    let names: Vec<String> = joints.iter().map(|joint| normalised(&joint.name)).collect();
+    let has_legs = |names: &[String]| {
+        let mut parts = THIGH.iter().chain(SHANK);
+        parts.any(|part| position(names, 0, part).is_some())
+    };
+    if has_legs(&names) {
+        return names;
+    }
+    let uncopied = joints
+        .iter()
+        .map(|joint| match joint.name.rsplit_once('.') {
+            Some((name, copy)) if copy.len() == 3 && copy.bytes().all(|it| it.is_ascii_digit()) => {
+                name
+            }
+            _ => joint.name.as_str(),
+        });
+    let uncopied: Vec<&str> = uncopied.collect();
+    let shared = shared_prefix(&uncopied);
+    let shorter = uncopied.iter().map(|name| normalised(&name[shared..]));
+    let shorter: Vec<String> = shorter.collect();
+    if has_legs(&shorter) { shorter } else { names }
+}
+
+/// Returns the bytes of the longest prefix that all names share and that ends with a separator.
+fn shared_prefix(names: &[&str]) -> usize {
+    let [first, others @ ..] = names else {
+        return 0;
+    };
+    let shared = others.iter().fold(first.len(), |shared, name| {
+        let pairs = first.bytes().zip(name.bytes()).take(shared);
+        pairs.take_while(|(a, b)| a == b).count()
+    });
+    let separators = first
+        .char_indices()
+        .filter(|(at, mark)| *at < shared && matches!(mark, '_' | '-' | ' ' | '.' | '|'));
+    separators.last().map_or(0, |(at, _)| at + 1)
 }
 
 /// Returns a name without its namespace, case, separators and maker's prefix.
@@ -479,6 +521,29 @@ mod tests {
         assert_eq!(normalised("mixamorig:Left Up_Leg"), "leftupleg");
         assert_eq!(normalised("CC_Base_L_Thigh"), "lthigh");
         assert_eq!(normalised("HEad"), "head");
+    }
+
+    #[test]
+    fn a_prefix_that_all_names_share_and_the_number_of_a_copy_are_ignored() {
+        let plain = Named::find(&skeleton(XSENS));
+        for (before, after) in [
+            ("Character1_", ""),
+            ("Bob-the-2nd_", ""),
+            ("", ".001"),
+            ("a_", ".012"),
+        ] {
+            let mut joints = skeleton(XSENS);
+            for joint in &mut joints {
+                joint.name = format!("{before}{}{after}", joint.name);
+            }
+            let named = Named::find(&joints);
+            assert_eq!(
+                (named.thigh, named.hand),
+                (plain.thigh, plain.hand),
+                "{before}{after}"
+            );
+            assert!(JointRoles::find(&joints).is_ok(), "{before}{after}");
+        }
     }
 
     #[test]

@@ -28,7 +28,15 @@ const MASS_KG: f64 = 76.0;
 pub(in crate::people) fn completed(motion: &Motion) -> Result<Cow<'_, Motion>, String> {
     let named = Named::find(&motion.joints);
     if named.thigh == [None; 2] || named.shank == [None; 2] {
-        return Err("no leg joints: expected names like LeftUpLeg and LeftLeg, lfemur and ltibia, LeftHip and LeftKnee".into());
+        let some = motion
+            .joints
+            .iter()
+            .take(6)
+            .map(|joint| joint.name.as_str());
+        return Err(format!(
+            "no leg joints: expected names like LeftUpLeg and LeftLeg, lfemur and ltibia, LeftHip and LeftKnee, found {} (rename the joints)",
+            some.collect::<Vec<_>>().join(", ")
+        ));
     }
     let lacks: Vec<&str> = [
         (named.foot, "feet"),
