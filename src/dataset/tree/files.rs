@@ -10,6 +10,7 @@ use image::{ImageFormat, ImageReader};
 use super::frame::GreyPicture;
 use super::{MAX_BYTES, MAX_FRAMES, MAX_SIDE, Modality, pickle};
 use crate::error::{Error, FilePlace, Remedy, Result};
+use crate::files::{doubts, numbered_files};
 
 /// The maximum number of names that a message lists.
 const LISTED: usize = 12;
@@ -31,11 +32,11 @@ impl FrameFiles {
         let files = match modality {
             None => all,
             Some(modality) => {
-                let chosen = modality.select(&all);
+                let found = listed(&all);
+                let chosen = modality.select(all);
                 if chosen.is_empty() {
                     return refuse(format!(
-                        "expected files of modality {modality}, found {}",
-                        listed(&all)
+                        "expected files of modality {modality}, found {found}"
                     ));
                 }
                 chosen
@@ -100,6 +101,14 @@ impl FrameFiles {
                     show(path, GreyPicture { pixels, columns })
                 })
             }
+        }
+    }
+
+    /// Returns what is doubtful about the order of the pictures, or about their being evenly spaced.
+    pub(super) fn doubts(&self) -> Option<String> {
+        match self {
+            Self::Pickle(_) => None,
+            Self::Pngs(paths) => doubts(paths),
         }
     }
 
@@ -180,22 +189,11 @@ fn listed(files: &[PathBuf]) -> String {
     }
 }
 
-/// Lists the files in a folder by name, without hidden ones and without `gei.png`, which CASIA-B's
-/// tools leave among the frames and OpenGait's pretreatment ignores.
+/// Lists the files in a folder in natural order, without `gei.png`, which CASIA-B's tools leave
+/// among the frames and OpenGait's pretreatment ignores.
 fn files(path: &Path) -> Result<Vec<PathBuf>> {
-    let io = |error| Error::io(path, error);
-    let mut files = Vec::new();
-    for entry in fs::read_dir(path).map_err(io)? {
-        let entry = entry.map_err(io)?;
-        let name = entry.file_name();
-        let is_hidden = name.as_encoded_bytes().starts_with(b".")
-            || name == "Thumbs.db"
-            || name == "desktop.ini";
-        if !is_hidden && name != "gei.png" {
-            files.push(entry.path());
-        }
-    }
-    files.sort_unstable();
+    let mut files = numbered_files(path)?;
+    files.retain(|file| file.file_name().is_none_or(|name| name != "gei.png"));
     Ok(files)
 }
 

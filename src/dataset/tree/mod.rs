@@ -384,6 +384,19 @@ impl Tree {
         })
     }
 
+    /// Returns what is doubtful about the order of a sequence's frames, or about their being evenly
+    /// spaced in time: two names with the same number, or gaps in the numbers.
+    ///
+    /// # Errors
+    /// If the folder cannot be read, or holds something else.
+    ///
+    /// # Panics
+    /// If there is no such sequence.
+    pub fn doubts(&self, index: usize) -> Result<Option<String>> {
+        let files = FrameFiles::list(&self.folder(index), self.modality.as_ref())?;
+        Ok(files.doubts())
+    }
+
     /// Calls `show` with these pictures of a sequence, in order, and the file of each.
     fn pictures(
         &self,
