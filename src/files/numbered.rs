@@ -172,13 +172,21 @@ mod tests {
         for ordered in [
             &["1.png", "2.png", "9.png", "10.png", "11.png", "100.jpg"][..],
             &["1_of_24.png", "2_of_24.png", "10_of_24.png"],
-            &["frame-9-left.png", "frame-10-left.png", "frame-100-left.png"],
+            &[
+                "frame-9-left.png",
+                "frame-10-left.png",
+                "frame-100-left.png",
+            ],
             &["a9.png", "a10.png", "b1.png"],
             &["p2-8.png", "p2-9.png", "p2-10.png", "p10-1.png"],
             &["1.jpeg", "009.PNG", "010.png"],
             &["x.png", "x1.png", "xa.png"],
             // Beyond 64 bits.
-            &["99999999999999999998.png", "99999999999999999999.png", "100000000000000000000.png"],
+            &[
+                "99999999999999999998.png",
+                "99999999999999999999.png",
+                "100000000000000000000.png",
+            ],
             // Times in seconds have fractions.
             &["1700000000.12.png", "1700000000.5.png", "1700000001.0.png"],
             &["s1.5.png", "s1.12.png"],
@@ -194,15 +202,27 @@ mod tests {
     fn padded_numbers_keep_the_order_of_bytes() {
         let names: Vec<String> = (1..=120).map(|n| format!("001-nm-01-{n:03}.png")).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        assert_eq!(listed(&names), (names.iter().map(ToString::to_string).collect(), None));
+        assert_eq!(
+            listed(&names),
+            (names.iter().map(ToString::to_string).collect(), None)
+        );
     }
 
     #[test]
     fn the_same_number_twice_is_said() {
         for (names, said) in [
-            (&["1.png", "01.png", "2.png"][..], "01.png and 1.png have the same number"),
-            (&["f_7.png", "f_8.png", "f_8.jpg"], "f_8.jpg and f_8.png have the same number"),
-            (&["3_of_9.png", "3_of_09.png"], "3_of_09.png and 3_of_9.png have the same number"),
+            (
+                &["1.png", "01.png", "2.png"][..],
+                "01.png and 1.png have the same number",
+            ),
+            (
+                &["f_7.png", "f_8.png", "f_8.jpg"],
+                "f_8.jpg and f_8.png have the same number",
+            ),
+            (
+                &["3_of_9.png", "3_of_09.png"],
+                "3_of_09.png and 3_of_9.png have the same number",
+            ),
         ] {
             let found = listed(names).1.expect("doubts");
             assert!(found.starts_with(said), "{found}");
@@ -214,12 +234,19 @@ mod tests {
         let found = listed(&["1.png", "2.png", "3.png", "5.png", "6.png", "9.png"]).1;
         assert_eq!(
             found.as_deref(),
-            Some("the numbers of 6 frames have gaps: 2, the first between 3.png and 5.png (frames count as evenly spaced)")
+            Some(
+                "the numbers of 6 frames have gaps: 2, the first between 3.png and 5.png (frames count as evenly spaced)"
+            )
         );
         // Milliseconds at 30 frames a second, of which one is missing.
-        let times = ["0033.png", "0067.png", "0100.png", "0133.png", "0200.png", "0233.png"];
+        let times = [
+            "0033.png", "0067.png", "0100.png", "0133.png", "0200.png", "0233.png",
+        ];
         let found = listed(&times).1.expect("a gap");
-        assert!(found.contains("gaps: 1, the first between 0133.png and 0200.png"), "{found}");
+        assert!(
+            found.contains("gaps: 1, the first between 0133.png and 0200.png"),
+            "{found}"
+        );
         for even in [
             &["0.png", "5.png", "10.png", "15.png"][..],
             &["0033.png", "0067.png", "0100.png", "0133.png"],

@@ -465,13 +465,7 @@ impl Recordings {
         if frames == 0 || brightest == 0 {
             return Err(Error::input(
                 self.tree.folder(number),
-                "expected a figure in some frame, pixels of 128 to 255, found none (leave the sequence out; pixels of 0 and 1 need to be 0 and 255)",
-            ));
-        }
-        if brightest == 1 {
-            return Err(Error::input(
-                self.tree.folder(number),
-                "expected pixels from 0 to 255, found only 0 and 1 (multiply them by 255)",
+                "expected a figure in some frame, pixels of 128 to 255, found none (leave the sequence out; labels such as 0 and 2 need to be 0 and 255)",
             ));
         }
         let shown = ShownCounts {
