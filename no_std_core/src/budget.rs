@@ -138,5 +138,9 @@ pub const CYCLE_SAMPLES: usize = 110;
 pub const CYCLE_FREQUENCIES: usize = 28;
 /// The lowest frequency that a [`crate::cycle::CycleDetector`] tries, Hz.
 pub const CYCLE_LOWEST_HZ: f32 = 1.1;
+/// Number of frequencies below [`CYCLE_LOWEST_HZ`] in which a [`crate::cycle::CycleDetector`] looks
+/// for a stronger wave, of 18 to 66 a minute, so that it does not take a slow walker's harmonic for
+/// a step. Our choice.
+pub const CYCLE_LOWER_FREQUENCIES: usize = 9;
 /// The distance between the frequencies that a [`crate::cycle::CycleDetector`] tries, Hz.
 pub const CYCLE_FREQUENCY_STEP_HZ: f32 = 0.1;

@@ -418,6 +418,7 @@ impl ContestArgs {
             let skipped =
                 skipped.map(|name| format!("{name}: left out: no view is named by an angle"));
             header.warnings.extend(skipped);
+            header.warnings.extend(recordings.doubts());
             let partition = path.join(TREE_PARTITION);
             if self.partition.is_none() && partition.is_file() {
                 header.warnings.push(format!(

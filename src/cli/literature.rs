@@ -208,6 +208,7 @@ fn recordings(
         ));
     };
     *header = header.clone().with("tree", path.display().to_string());
+    header.warnings.extend(tree.doubts());
     let progress = Progress::new(common, "folders", tree.len());
     tree.check_sizes(&[], &|| progress.step())?;
     drop(progress);

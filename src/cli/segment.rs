@@ -179,9 +179,11 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
         .with("view", args.view.as_str())
         .with("all_parts", args.all_parts)
         .with("closing_px", args.closing_px);
+    let doubts = video.doubts();
     header.inputs.push(video.input()?);
     header.inputs.extend(inputs);
     header.warnings = warnings(frames, empty);
+    header.warnings.extend(doubts);
     let folder = writer.finish()?;
     if let (Some(path), Some(picture)) =
         (&args.contact_sheet, sheet.and_then(|sheet| sheet.picture()))

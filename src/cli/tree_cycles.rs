@@ -3,13 +3,15 @@
 use super::args::Common;
 use super::progress::Progress;
 use crate::dataset::gait_cycles::CycleFinder;
-use crate::dataset::sequences::Recordings;
+use crate::dataset::sequences::{CutRecordings, Recordings, summary};
 use crate::draw::sweep::UNCUT_FPS;
 use crate::error::Result;
 use crate::files::ResultHeader;
+use std::ops::RangeInclusive;
 
-/// The maximum number of recordings without cycles that are named.
-const NAMED: usize = 5;
+/// Steps a minute that most walkers take, by which an assumed frame rate is judged. Our choice: slow
+/// patients take 80, walkers 90 to 130, and runners more.
+const USUAL_STEPS_PER_MINUTE: RangeInclusive<f64> = 70.0..=150.0;
 
 /// The flags that choose how recordings are cut.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -63,19 +65,31 @@ impl CuttingArgs {
         let finder = CycleFinder::new(fps)?;
         let all = recordings.len();
         let progress = Progress::new(common, "recordings", all);
-        let (cut, without) = recordings.in_cycles(&finder, &|| progress.step())?;
+        let CutRecordings {
+            recordings: cut,
+            without,
+            period_frames,
+        } = recordings.in_cycles(&finder, &|| progress.step())?;
         *header = header
             .clone()
             .with("fps", f64::from(fps))
             .with("recordings", all);
-        if !without.is_empty() {
-            let more = without.len().saturating_sub(NAMED);
-            let names = without.iter().take(NAMED);
+        let assumed = match self.fps {
+            Some(_) => String::new(),
+            None => format!(
+                " at {UNCUT_FPS} frames a second, which are assumed (state theirs with --fps)"
+            ),
+        };
+        let what = format!(
+            "{} of {all} recordings have no gait cycle that can be found{assumed}, and are used whole",
+            without.len()
+        );
+        header.warnings.extend(summary(what, &without));
+        let cadence = period_frames.map(|frames| 120.0 / frames * f64::from(fps));
+        let unusual = cadence.filter(|steps| !USUAL_STEPS_PER_MINUTE.contains(steps));
+        if let (Some(steps), None) = (unusual, self.fps) {
             header.warnings.push(format!(
-                "{} of {all} recordings have no gait cycle that can be found, and are used whole: {}{}",
-                without.len(),
-                names.cloned().collect::<Vec<_>>().join("; "),
-                if more > 0 { format!("; and {more} more") } else { String::new() }
+                "walkers take {steps:.0} steps a minute at {UNCUT_FPS} frames a second, which are assumed (if the recordings have another rate, state it with --fps)"
             ));
         }
         Ok(cut)

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::index::{read_index, read_plain_index};
 use super::npy::template_bytes;
+use super::tree::PixelCheck;
 use super::{DatasetFormat, INDEX, IndexRow, MANIFEST, Manifest, file_of};
 use crate::draw::template::Template;
 use crate::error::{Error, Remedy, Result};
@@ -78,13 +79,33 @@ impl Dataset {
                 ),
             ));
         }
-        Ok(Self {
+        let dataset = Self {
             manifest,
             index,
             npy,
             first,
             size,
-        })
+        };
+        if template == Template::Gei && dataset.manifest.files.is_empty() {
+            dataset.check_pixels(&npy_path)?;
+        }
+        Ok(dataset)
+    }
+
+    /// Checks that GEIs which no manifest vouches for are white on black, from 0 to 255.
+    fn check_pixels(&self, path: &Path) -> Result<()> {
+        for (row, gei) in self.templates().enumerate() {
+            let refuse = |problem: String| Err(Error::input(path, format!("GEI {row}: {problem}")));
+            if gei.iter().max() == Some(&1) {
+                return refuse("expected pixels from 0 to 255, found only 0 and 1: of numbers from 0 to 1, the fractions are lost (save (255 * x).round().astype('uint8') of the original)".to_owned());
+            }
+            let mut check = PixelCheck::default();
+            check.add(gei, self.size.columns());
+            if let Some(problem) = check.inverted() {
+                return refuse(problem);
+            }
+        }
+        Ok(())
     }
 
     /// Returns the files that identify a dataset folder: the manifest, which holds the hashes of

@@ -1,15 +1,17 @@
 //! Safe reading and writing: files that are whole or not there, their SHA-256, results that are
-//! kept, the header of every result, named or own TOML files, and text tables.
+//! kept, the header of every result, numbered files, named or own TOML files, and text tables.
 
 pub mod cache;
 mod header;
 mod locked_folder;
 pub(crate) mod named_or_file;
+mod numbered;
 mod staging;
 pub(crate) mod text_table;
 
 pub use header::{InputFile, ResultHeader, SCHEMA};
 pub(crate) use locked_folder::{LOCK, LockedFolder, refuse_link, remove_locked};
+pub(crate) use numbered::{doubts, numbered_files};
 pub use staging::{Staging, remove_unfinished};
 pub(crate) use staging::{folder_of, together};
 

@@ -5,7 +5,7 @@ use super::evenly_spaced::EvenlySpaced;
 use super::stream::Stream;
 use super::y4m::{MAX_PIXELS, MAX_SIDE};
 use crate::error::{Error, Remedy, Result};
-use crate::files::{InputFile, hex};
+use crate::files::{InputFile, doubts, hex, numbered_files};
 use image::{ImageFormat, ImageReader, RgbImage};
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
@@ -37,8 +37,7 @@ impl Video {
     /// Opens a folder of pictures (`.png`, `.jpg`, `.jpeg`), whose headers are all read, a Y4M
     /// file, a video that an installed `ffmpeg` reads, or Y4M on standard input (`-`).
     ///
-    /// Pictures are ordered by number if their names differ only by a number at the end, else by
-    /// name.
+    /// Pictures come in natural order: numbers in their names are compared as numbers.
     ///
     /// # Errors
     /// If there are no frames, frames have different sizes or more than 16 Mi pixels, or something
@@ -151,6 +150,16 @@ impl Video {
         }
         self.read = 0;
         Ok(())
+    }
+
+    /// Returns what is doubtful about the order of a folder's pictures, or about their being evenly
+    /// spaced in time.
+    #[must_use]
+    pub fn doubts(&self) -> Option<String> {
+        match &self.source {
+            FrameSource::Folder(files, _) => doubts(files),
+            FrameSource::Stream(_) => None,
+        }
     }
 
     /// Returns the frame rate, if the video states it.
@@ -266,19 +275,7 @@ fn spaced(files: &[PathBuf], most: usize, size: (u32, u32)) -> Result<Vec<RgbIma
 
 /// Lists the pictures of a folder, in order.
 fn pictures(folder: &Path) -> Result<Vec<PathBuf>> {
-    let io = |error| Error::io(folder, error);
-    let mut files = Vec::new();
-    for entry in fs::read_dir(folder).map_err(io)? {
-        let entry = entry.map_err(io)?;
-        let name = entry.file_name();
-        let is_hidden = name.as_encoded_bytes().starts_with(b".")
-            || name == "Thumbs.db"
-            || name == "desktop.ini";
-        if !is_hidden {
-            files.push(entry.path());
-        }
-    }
-    files.sort_unstable();
+    let files = numbered_files(folder)?;
     let is_picture = |path: &PathBuf| {
         let extension = path.extension().unwrap_or_default();
         let known = ["png", "jpg", "jpeg"];
@@ -299,27 +296,7 @@ fn pictures(folder: &Path) -> Result<Vec<PathBuf>> {
             "expected frames as .png or .jpg, found none",
         ));
     }
-    let numbered: Option<Vec<(String, u64)>> = files.iter().map(|path| numbered(path)).collect();
-    if let Some(numbered) = numbered
-        && numbered.windows(2).all(|two| two[0].0 == two[1].0)
-    {
-        let mut pairs: Vec<(u64, PathBuf)> = numbered
-            .into_iter()
-            .map(|(_, number)| number)
-            .zip(files)
-            .collect();
-        pairs.sort();
-        files = pairs.into_iter().map(|(_, file)| file).collect();
-    }
     Ok(files)
-}
-
-/// Splits a file's name into its beginning and the number at its end.
-fn numbered(path: &Path) -> Option<(String, u64)> {
-    let stem = path.file_stem()?.to_str()?;
-    let start = stem.trim_end_matches(|c: char| c.is_ascii_digit());
-    let number = stem[start.len()..].parse().ok()?;
-    Some((start.to_owned(), number))
 }
 
 /// Returns the common size of all pictures, read from their headers.
@@ -420,35 +397,4 @@ fn known<R: std::io::BufRead + std::io::Seek>(
 
 fn no_picture(file: &Path, error: &image::ImageError) -> Error {
     Error::input(file, format!("cannot be read as a picture: {error}"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn names(of: &[&str]) -> Vec<String> {
-        let folder = tempfile::tempdir().unwrap();
-        for name in of {
-            fs::write(folder.path().join(name), "").unwrap();
-        }
-        let found = pictures(folder.path()).unwrap();
-        let name = |path: &PathBuf| path.file_name().unwrap().to_str().unwrap().to_owned();
-        found.iter().map(name).collect()
-    }
-
-    #[test]
-    fn frames_come_by_number_or_else_by_name() {
-        assert_eq!(
-            names(&["f10.png", "f9.png", ".x", "f100.jpg"]),
-            ["f9.png", "f10.png", "f100.jpg"]
-        );
-        assert_eq!(
-            names(&["010.png", "009.PNG", "1.jpeg"]),
-            ["1.jpeg", "009.PNG", "010.png"]
-        );
-        assert_eq!(
-            names(&["b1.png", "a10.png", "a9.png"]),
-            ["a10.png", "a9.png", "b1.png"]
-        );
-    }
 }

@@ -1,6 +1,6 @@
 //! The detector: it finds gait cycles in a stream of frames.
 
-use super::wave::{Wave, WaveSample};
+use super::wave::{LEAST_SWING, Wave, WaveSample};
 use super::{FrameRateError, LowerBody, NoCycle};
 use crate::budget::{
     CYCLE_FRAME_RATES_HZ, CYCLE_MOST_SAMPLES_HZ, CYCLE_SAMPLES, CYCLE_STEPS_PER_MINUTE,
@@ -18,9 +18,6 @@ const LEAST_REGULAR: f32 = 0.25;
 const OF_NOISE: f32 = 14.0;
 /// The upper bound of that share: clean walks seen from the side reach it in ten samples.
 const MOST_REGULAR: f32 = 0.5;
-/// The minimum swing of the outline of walking legs. Our choice: nine of ten walkers seen from in
-/// front reach three times as much.
-const LEAST_SWING: f32 = 0.03;
 /// Steps after a peak from which the next one is sought. Our choice: a closer one is the same peak.
 const NEXT_FROM: f32 = 0.6;
 /// The share of a step by which the next peak may be early or late. Our choice: beyond it the
@@ -219,6 +216,11 @@ impl CycleDetector {
         }
         let most = libm::ceilf(STEPS * longest);
         let wave = self.wave(most).ok_or(NoCycle::Absent)?;
+        if let Some(slower_hz) = wave.slower_hz {
+            return Err(NoCycle::Slower {
+                waves_per_minute: 60.0 * slower_hz,
+            });
+        }
         let wanted = libm::roundf(STEPS * wave.step).min(most);
         if wanted < held {
             return self.wave(wanted).ok_or(NoCycle::Absent);

@@ -20,6 +20,12 @@ pub enum NoCycle {
         /// The share of its mean by which the legs' outline swings, at most.
         swing: f32,
     },
+    /// A wave below the range of steps is stronger than any within: slower steps, or whole cycles of
+    /// a walker who is seen obliquely from in front or behind.
+    Slower {
+        /// The number of its maxima in a minute.
+        waves_per_minute: f32,
+    },
     /// The legs' outline changes, but not in steps. The walker may be seen from in front or behind,
     /// where the outline hardly changes, may turn, be partly hidden or badly segmented, or have a
     /// cadence at which nobody walks.
@@ -44,6 +50,13 @@ impl fmt::Display for NoCycle {
                 "expected swinging legs, found a person standing still: the outline of the legs changes by {:.1} %",
                 100.0 * swing
             ),
+            Self::Slower { waves_per_minute } => {
+                let (slow, fast) = CYCLE_STEPS_PER_MINUTE;
+                write!(
+                    f,
+                    "expected {slow} to {fast} steps a minute, found a stronger wave of {waves_per_minute:.0} a minute: slower steps, or whole cycles seen from nearly in front or behind (check the frame rate, or move the camera to the side)"
+                )
+            }
             Self::Irregular { regular } => {
                 let (slow, fast) = CYCLE_STEPS_PER_MINUTE;
                 write!(

@@ -120,6 +120,7 @@ pub(crate) fn measure_path(task: &PathTask<'_>) -> Result<PathResult> {
     let affinity = Board::read(task.root).affinity;
     let mut doubts = warnings(&states, affinity.as_ref());
     doubts.extend(rates.doubts());
+    doubts.extend(video.doubts());
     if measured.non_finite > 0 {
         doubts.push("some outputs are not finite numbers".into());
     }

@@ -75,6 +75,7 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
         .with("size", settings.size.name())
         .with("framing", settings.framing.name())
         .augmented(augmentation);
+    header.warnings.extend(recordings.doubts());
     if settings.template != Template::Gei {
         header = header.with("template", settings.template.name());
     }

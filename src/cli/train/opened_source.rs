@@ -213,6 +213,7 @@ impl TrainArgs {
                     header.inputs.push(InputFile::read(partition)?);
                     header.warnings.extend(warnings);
                 }
+                header.warnings.extend(recordings.doubts());
                 let progress = Progress::new(&self.common, "folders", recordings.len());
                 recordings.check_sizes(&[], &|| progress.step())?;
                 drop(progress);

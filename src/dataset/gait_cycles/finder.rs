@@ -8,16 +8,37 @@ use std::ops::Range;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CycleFinder {
     frame_rate_hz: f32,
+    view: FinderView,
+}
+
+/// What is known about the camera.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FinderView {
+    Unknown,
+    Side,
 }
 
 impl CycleFinder {
-    /// Makes a finder for this many frames a second.
+    /// Makes a finder for this many frames a second, of walkers who take 70 to 220 steps a minute.
     ///
     /// # Errors
     /// Unless there are 10 to 120 frames a second.
     pub fn new(frame_rate_hz: f32) -> Result<Self, FrameRateError> {
         CycleDetector::new(frame_rate_hz)?;
-        Ok(Self { frame_rate_hz })
+        Ok(Self {
+            frame_rate_hz,
+            view: FinderView::Unknown,
+        })
+    }
+
+    /// Also finds walkers of 35 to 70 steps a minute, if the camera sees the walker from the side.
+    /// From nearly in front or behind, a slow walker's steps look like the whole cycles of another.
+    #[must_use]
+    pub const fn from_the_side(self) -> Self {
+        Self {
+            view: FinderView::Side,
+            ..self
+        }
     }
 
     /// Finds the cycles of a sequence by the wave that fits four steps best, as on a board
@@ -29,6 +50,25 @@ impl CycleFinder {
     pub fn find(
         &self,
         frames: impl IntoIterator<Item = Option<LowerBody>>,
+    ) -> Result<FoundCycles, NoCycle> {
+        let frames: Vec<Option<LowerBody>> = frames.into_iter().collect();
+        let found = self.detect(frames.iter().copied());
+        match (self.view, found) {
+            (
+                FinderView::Side,
+                Err(reason @ (NoCycle::Slower { .. } | NoCycle::Irregular { .. })),
+            ) => {
+                // Every second frame shows the walker at twice the speed.
+                let twice = self.detect(frames.iter().copied().step_by(2));
+                twice.map(FoundCycles::at_half_speed).map_err(|_| reason)
+            }
+            (_, found) => found,
+        }
+    }
+
+    fn detect(
+        &self,
+        frames: impl Iterator<Item = Option<LowerBody>>,
     ) -> Result<FoundCycles, NoCycle> {
         let Ok(mut detector) = CycleDetector::new(self.frame_rate_hz) else {
             return Err(NoCycle::TooShort { frames: 0 });

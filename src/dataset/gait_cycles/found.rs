@@ -27,10 +27,24 @@ impl FoundCycles {
             regular,
         })
     }
+
+    /// Returns the cycles in a recording of which every second frame was looked at.
+    pub(super) fn at_half_speed(self) -> Self {
+        let cycles = self.cycles.into_iter().map(|cycle| DetectedCycle {
+            start: 2.0 * cycle.start,
+            end: 2.0 * cycle.end,
+            ..cycle
+        });
+        Self {
+            cycles: cycles.collect(),
+            period_frames: 2.0 * self.period_frames,
+            regular: self.regular,
+        }
+    }
 }
 
 /// Returns the median, of an even number the mean of the middle two; `None` without numbers.
-fn median(mut values: Vec<f64>) -> Option<f64> {
+pub(in crate::dataset) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let (&low, &high) = (
         values.get(values.len().checked_sub(1)? / 2)?,

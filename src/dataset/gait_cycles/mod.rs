@@ -24,6 +24,7 @@ pub use edgegait_core::cycle::{
 };
 pub use finder::{CycleFinder, lower_bodies, whole_frames};
 pub use found::FoundCycles;
+pub(super) use found::median;
 
 #[cfg(test)]
 mod tests;

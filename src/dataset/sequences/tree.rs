@@ -4,7 +4,7 @@ use super::packs::{Selection, require};
 use super::{
     Form, Labels, SequenceOrigin, SequencePurpose, Sequences, ShownCounts, ViewLabel, mean,
 };
-use crate::dataset::gait_cycles::{CycleFinder, whole_frames};
+use crate::dataset::gait_cycles::{CycleFinder, median, whole_frames};
 use crate::dataset::{Partition, Tree, TreeLayout, TreeSequence};
 use crate::draw::sweep::Views;
 use crate::draw::template::{Builder, Template};
@@ -40,6 +40,16 @@ pub struct Recordings {
     keeps_whole: bool,
     /// The gallery and probe sequences, if a partition states them.
     roles: Option<SequenceRoles>,
+}
+
+/// Recordings cut into gait cycles.
+pub struct CutRecordings {
+    /// The gait cycles, and the whole recordings that have none.
+    pub recordings: Recordings,
+    /// The names of recordings without cycles, with the reasons.
+    pub without: Vec<String>,
+    /// The median duration of a cycle over recordings, frames; `None` if no recording has cycles.
+    pub period_frames: Option<f64>,
 }
 
 /// The conditions of gallery takes and of probe takes.
@@ -185,8 +195,8 @@ impl Recordings {
     }
 
     /// Splits each recording into the gait cycles that the finder finds, one sequence each. Keeps
-    /// the whole recording where it finds none, and returns the reasons. Reads every picture, on
-    /// all cores; `progress` is called once a recording.
+    /// the whole recording where it finds none. Reads every picture, on all cores; `progress` is
+    /// called once a recording.
     ///
     /// # Errors
     /// If a recording cannot be read.
@@ -194,33 +204,36 @@ impl Recordings {
         self,
         finder: &CycleFinder,
         progress: &(dyn Fn() -> Result<()> + Sync),
-    ) -> Result<(Self, Vec<String>)> {
+    ) -> Result<CutRecordings> {
         let numbers = self.numbers();
         let find = |&number: &usize| {
             let legs = self.tree.lower_bodies(number);
             progress()?;
+            let finder = match self.tree.sequences()[number].angles_deg {
+                Some((azimuth, _)) if is_from_the_side(azimuth) => finder.from_the_side(),
+                _ => *finder,
+            };
             Ok(legs.map(|legs| finder.find(legs)))
         };
         let found: Vec<Result<_>> = numbers.par_iter().map(find).collect::<Result<_>>()?;
         let mut cycles = vec![Vec::new(); self.tree.sequences().len()];
-        let mut without = Vec::new();
+        let (mut without, mut periods) = (Vec::new(), Vec::new());
         for (&number, found) in numbers.iter().zip(found) {
             match found? {
-                Ok(found) => cycles[number] = found.cycles.iter().map(whole_frames).collect(),
-                Err(reason) => {
-                    let TreeSequence {
-                        subject,
-                        take,
-                        view,
-                        ..
-                    } = &self.tree.sequences()[number];
-                    without.push(format!("{subject}/{take}/{view}: {reason}"));
+                Ok(found) => {
+                    cycles[number] = found.cycles.iter().map(whole_frames).collect();
+                    periods.push(found.period_frames);
                 }
+                Err(reason) => without.push(format!("{}: {reason}", self.name(number))),
             }
         }
         let kept: HashSet<usize> = numbers.into_iter().collect();
         let cut = Self { cycles, ..self };
-        Ok((cut.filter(|number, _| kept.contains(&number)), without))
+        Ok(CutRecordings {
+            recordings: cut.filter(|number, _| kept.contains(&number)),
+            without,
+            period_frames: median(periods),
+        })
     }
 
     /// Keeps the people of a partition's test set, with gallery and probe sequences if it states
@@ -301,6 +314,35 @@ impl Recordings {
         let results = numbers.par_iter().map(check);
         let results: Vec<Result<()>> = results.collect::<Result<_>>()?;
         results.into_iter().collect()
+    }
+
+    /// Returns warnings about recordings whose frames have doubtful numbers ([`Tree::doubts`]).
+    /// Folders that cannot be read are left to those who read them.
+    #[must_use]
+    pub fn doubts(&self) -> Vec<String> {
+        let numbers = self.numbers();
+        let doubt = |&number: &usize| {
+            let doubt = self.tree.doubts(number).ok().flatten()?;
+            Some(format!("{}: {doubt}", self.name(number)))
+        };
+        let found: Vec<String> = numbers.par_iter().filter_map(doubt).collect();
+        let what = format!(
+            "{} of {} recordings have doubtful numbers of frames",
+            found.len(),
+            numbers.len()
+        );
+        summary(what, &found).into_iter().collect()
+    }
+
+    /// Returns the name of a recording of the tree.
+    fn name(&self, number: usize) -> String {
+        let TreeSequence {
+            subject,
+            take,
+            view,
+            ..
+        } = &self.tree.sequences()[number];
+        format!("{subject}/{take}/{view}")
     }
 
     /// Returns the number of sequences.
@@ -448,13 +490,7 @@ impl Recordings {
         if frames == 0 || brightest == 0 {
             return Err(Error::input(
                 self.tree.folder(number),
-                "expected a figure in some frame, pixels of 128 to 255, found none (leave the sequence out; pixels of 0 and 1 need to be 0 and 255)",
-            ));
-        }
-        if brightest == 1 {
-            return Err(Error::input(
-                self.tree.folder(number),
-                "expected pixels from 0 to 255, found only 0 and 1 (multiply them by 255)",
+                "expected a figure in some frame, pixels of 128 to 255, found none (leave the sequence out; labels such as 0 and 2 need to be 0 and 255)",
             ));
         }
         let shown = ShownCounts {
@@ -500,6 +536,28 @@ pub(crate) fn in_form(silhouettes: Vec<u8>, form: &Form) -> Result<Vec<u8>> {
             .collect()),
         (template, _) => whole(template, &silhouettes, size),
     }
+}
+
+/// Returns whether a camera at this azimuth in degrees sees a walker from the side: within 40
+/// degrees. Our choice: there the outline of the legs swings once a step.
+fn is_from_the_side(azimuth_deg: f64) -> bool {
+    azimuth_deg.to_radians().sin().abs() > 50_f64.to_radians().sin()
+}
+
+/// The maximum number of recordings that a warning names.
+const NAMED: usize = 5;
+
+/// Returns a warning that names the first few of what was found; none if nothing was.
+pub(crate) fn summary(what: String, found: &[String]) -> Option<String> {
+    if found.is_empty() {
+        return None;
+    }
+    let more = match found.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!("; and {more} more"),
+    };
+    let named = found[..found.len().min(NAMED)].join("; ");
+    Some(format!("{what}: {named}{more}"))
 }
 
 /// Returns a warning with the number of a partition set's names that are not in the tree, if there

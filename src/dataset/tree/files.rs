@@ -10,6 +10,7 @@ use image::{ImageFormat, ImageReader};
 use super::frame::GreyPicture;
 use super::{MAX_BYTES, MAX_FRAMES, MAX_SIDE, Modality, pickle};
 use crate::error::{Error, FilePlace, Remedy, Result};
+use crate::files::{doubts, numbered_files};
 
 /// The maximum number of names that a message lists.
 const LISTED: usize = 12;
@@ -17,8 +18,8 @@ const LISTED: usize = 12;
 /// The files that hold the pictures of a sequence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum FrameFiles {
-    /// One PNG for each frame, in order.
-    Pngs(Vec<PathBuf>),
+    /// One PNG or JPEG for each frame, in order.
+    Pictures(Vec<PathBuf>),
     /// One pickle of all frames.
     Pickle(PathBuf),
 }
@@ -31,24 +32,18 @@ impl FrameFiles {
         let files = match modality {
             None => all,
             Some(modality) => {
-                let chosen = modality.select(&all);
+                let found = listed(&all);
+                let chosen = modality.select(all);
                 if chosen.is_empty() {
                     return refuse(format!(
-                        "expected files of modality {modality}, found {}",
-                        listed(&all)
+                        "expected files of modality {modality}, found {found}"
                     ));
                 }
                 chosen
             }
         };
-        let has_extension = |path: &PathBuf, wanted: &str| {
-            let extension = path.extension().unwrap_or_default();
-            extension.eq_ignore_ascii_case(wanted)
-        };
-        let other = files
-            .iter()
-            .find(|path| !has_extension(path, "png") && !has_extension(path, "pkl"));
-        if let Some(other) = other {
+        let kind = |path: &PathBuf| FrameFormat::from_name(path);
+        if let Some(other) = files.iter().find(|path| kind(path).is_none()) {
             let found = if other.is_dir() {
                 "a folder (are people's folders one level further down?)"
             } else {
@@ -56,23 +51,32 @@ impl FrameFiles {
             };
             return Err(Error::input(
                 other,
-                format!("expected frames as .png, or all of them in one .pkl, found {found}"),
+                format!("expected frames as {FRAMES}, found {found}"),
             ));
         }
-        let pickles = files.iter().filter(|path| has_extension(path, "pkl"));
-        match (files.len(), pickles.count()) {
-            (0, _) => refuse(
-                "expected frames as .png, or all of them in one .pkl, found neither".to_owned(),
-            ),
+        let count = |wanted| {
+            let files = files.iter();
+            files.filter(|file| kind(file) == Some(wanted)).count()
+        };
+        let [pickles, pngs, jpegs] =
+            [FrameFormat::Pickle, FrameFormat::Png, FrameFormat::Jpeg].map(count);
+        match (files.len(), pickles) {
+            (0, _) if folder.join(TEMPLATE).exists() => refuse(format!(
+                "expected frames as {FRAMES}, found only {TEMPLATE}, a template (GEIs go into geis.npy with an index.csv)"
+            )),
+            (0, _) => refuse(format!("expected frames as {FRAMES}, found none")),
             (1, 1) => Ok(Self::Pickle(files.into_iter().next().unwrap_or_default())),
             (found, 0) if found > MAX_FRAMES => refuse(format!(
                 "expected at most {MAX_FRAMES} frames, found {found}"
             )),
-            (_, 0) => Ok(Self::Pngs(files)),
+            (_, 0) if pngs > 0 && jpegs > 0 => refuse(format!(
+                "expected frames of one kind, found {pngs} .png and {jpegs} .jpg"
+            )),
+            (_, 0) => Ok(Self::Pictures(files)),
             (found, pickles) => Err(Error::input(
                 folder,
                 format!(
-                    "expected one .pkl and nothing else, found {pickles} and {} .png: {}",
+                    "expected one .pkl and nothing else, found {pickles} and {} pictures: {}",
                     found - pickles,
                     listed(&files)
                 ),
@@ -90,16 +94,30 @@ impl FrameFiles {
         let wanted = |all: usize| frames.start.min(all)..frames.end.min(all);
         match self {
             Self::Pickle(path) => unpickle(path, wanted, show),
-            Self::Pngs(paths) => {
+            Self::Pictures(paths) => {
                 let mut first = None;
                 paths[wanted(paths.len())].iter().try_for_each(|path| {
-                    let (pixels, columns) = decode(path)?;
+                    let (mut pixels, columns) = decode(path)?;
+                    // Masks of 0 and 1 are stored so that they look black.
+                    if pixels.iter().max() == Some(&1)
+                        && FrameFormat::from_name(path) == Some(FrameFormat::Png)
+                    {
+                        pixels.iter_mut().for_each(|pixel| *pixel *= 255);
+                    }
                     let size = (pixels.len() / columns, columns);
                     check_same(path, size, *first.get_or_insert(size))?;
                     let pixels = &pixels;
                     show(path, GreyPicture { pixels, columns })
                 })
             }
+        }
+    }
+
+    /// Returns what is doubtful about the order of the pictures, or about their being evenly spaced.
+    pub(super) fn doubts(&self) -> Option<String> {
+        match self {
+            Self::Pickle(_) => None,
+            Self::Pictures(paths) => doubts(paths),
         }
     }
 
@@ -110,7 +128,7 @@ impl FrameFiles {
     pub(super) fn count(&self) -> Result<Option<usize>> {
         match self {
             Self::Pickle(path) => Ok(beginning(path)?.map(|[frames, ..]| frames)),
-            Self::Pngs(paths) => Ok(Some(paths.len())),
+            Self::Pictures(paths) => Ok(Some(paths.len())),
         }
     }
 
@@ -125,7 +143,7 @@ impl FrameFiles {
                 let shape = beginning(path)?;
                 Ok(shape.map(|[_, rows, columns]| (rows, columns)))
             }
-            Self::Pngs(paths) => {
+            Self::Pictures(paths) => {
                 let mut first = None;
                 for path in paths {
                     // Unreadable files are reported when they are read in full.
@@ -180,41 +198,65 @@ fn listed(files: &[PathBuf]) -> String {
     }
 }
 
-/// Lists the files in a folder by name, without hidden ones and without `gei.png`, which CASIA-B's
-/// tools leave among the frames and OpenGait's pretreatment ignores.
+/// The name of a GEI that CASIA-B's tools leave among the frames; OpenGait's pretreatment ignores it.
+const TEMPLATE: &str = "gei.png";
+
+/// Lists the files in a folder in natural order, without a GEI.
 fn files(path: &Path) -> Result<Vec<PathBuf>> {
-    let io = |error| Error::io(path, error);
-    let mut files = Vec::new();
-    for entry in fs::read_dir(path).map_err(io)? {
-        let entry = entry.map_err(io)?;
-        let name = entry.file_name();
-        let is_hidden = name.as_encoded_bytes().starts_with(b".")
-            || name == "Thumbs.db"
-            || name == "desktop.ini";
-        if !is_hidden && name != "gei.png" {
-            files.push(entry.path());
-        }
-    }
-    files.sort_unstable();
+    let mut files = numbered_files(path)?;
+    files.retain(|file| file.file_name().is_none_or(|name| name != TEMPLATE));
     Ok(files)
 }
 
-/// Opens a reader of a PNG with limits on its size.
+/// The kinds of files that hold frames, for messages.
+const FRAMES: &str = ".png or .jpg, or all of them in one .pkl";
+
+/// The format of a file of frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FrameFormat {
+    Png,
+    Jpeg,
+    Pickle,
+}
+
+impl FrameFormat {
+    /// Returns the format that a name states by its extension.
+    fn from_name(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_ascii_lowercase();
+        match extension.to_str()? {
+            "png" => Some(Self::Png),
+            "jpg" | "jpeg" => Some(Self::Jpeg),
+            "pkl" => Some(Self::Pickle),
+            _ => None,
+        }
+    }
+}
+
+/// Opens a reader of a picture with limits on its size.
 fn reader(path: &Path) -> Result<ImageReader<BufReader<fs::File>>> {
     let file = fs::File::open(path).map_err(|error| Error::io(path, error))?;
     let mut limits = image::Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
     limits.max_alloc = Some(MAX_BYTES);
-    let mut reader = ImageReader::with_format(BufReader::new(file), ImageFormat::Png);
+    let format = match FrameFormat::from_name(path) {
+        Some(FrameFormat::Jpeg) => ImageFormat::Jpeg,
+        _ => ImageFormat::Png,
+    };
+    let mut reader = ImageReader::with_format(BufReader::new(file), format);
     reader.limits(limits);
     Ok(reader)
 }
 
-/// Decodes a PNG; returns its grey pixels and the number of columns.
+/// Decodes a picture; returns its grey pixels and the number of columns.
 fn decode(path: &Path) -> Result<(Vec<u8>, usize)> {
-    let picture = reader(path)?
+    let reader = reader(path)?;
+    let name = match reader.format() {
+        Some(ImageFormat::Jpeg) => "JPEG",
+        _ => "PNG",
+    };
+    let picture = reader
         .decode()
-        .map_err(|error| Error::input(path, format!("cannot be read as PNG: {error}")))?;
+        .map_err(|error| Error::input(path, format!("cannot be read as {name}: {error}")))?;
     if picture.color().has_alpha() {
         return Err(Error::input(
             path,

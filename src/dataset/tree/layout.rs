@@ -32,17 +32,23 @@ impl Modality {
         }
     }
 
-    /// Selects the files of the modality from a sorted list.
-    pub(super) fn select(&self, files: &[PathBuf]) -> Vec<PathBuf> {
-        let is_meant = |(at, path): &(usize, &PathBuf)| match self {
-            Self::Number(number) => at == number,
-            Self::Named(part) => {
-                let stem = path.file_stem().unwrap_or_default();
-                stem.to_string_lossy().contains(part.as_str())
+    /// Selects the files of the modality.
+    pub(super) fn select(&self, files: Vec<PathBuf>) -> Vec<PathBuf> {
+        match self {
+            Self::Number(number) => {
+                // OpenGait sorts names as text.
+                let mut sorted = files;
+                sorted.sort_unstable();
+                sorted.into_iter().skip(*number).take(1).collect()
             }
-        };
-        let meant = files.iter().enumerate().filter(is_meant);
-        meant.map(|(_, path)| path.clone()).collect()
+            Self::Named(part) => {
+                let is_meant = |path: &PathBuf| {
+                    let stem = path.file_stem().unwrap_or_default();
+                    stem.to_string_lossy().contains(part.as_str())
+                };
+                files.into_iter().filter(is_meant).collect()
+            }
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! A tree of silhouettes: pictures of walkers in the folder layout of CASIA-B and OpenGait.
 //!
-//! `root/<person>/<take>/<view>/` holds one PNG per frame, or one pickled NumPy array of all frames
-//! (github.com/ShiqiYu/OpenGait, docs/2.prepare_dataset.md). A person is named like `001`, a take
+//! `root/<person>/<take>/<view>/` holds one PNG or JPEG per frame, or one pickled NumPy array of all
+//! frames (github.com/ShiqiYu/OpenGait, docs/2.prepare_dataset.md) or list of them. A person is named like `001`, a take
 //! like `nm-01`, and a view by its azimuth (`090`), here optionally with its elevation (`090e15`).
 //! An azimuth of 90 shows the walker's left in EdgeGait; other data may mean the right. Where views
 //! are cameras or recordings (Gait3D, GREW, CCPG), their names state no angles.
@@ -9,7 +9,9 @@
 mod files;
 mod frame;
 mod layout;
+mod numbers;
 mod pickle;
+mod pixel_check;
 mod view_name;
 
 use std::fs;
@@ -27,6 +29,7 @@ pub use frame::framed;
 use frame::{GreyPicture, PictureFraming};
 pub use layout::{Modality, TreeLayout};
 pub(super) use pickle::pickled;
+pub(super) use pixel_check::PixelCheck;
 use view_name::NamedView;
 
 /// The maximum number of sequences of a tree. OU-MVLP has 288,596.
@@ -195,7 +198,8 @@ impl Tree {
     /// (`BaseSilCuttingTransform`). [`Self::stored`] reproduces that bit for bit.
     ///
     /// # Errors
-    /// If the framing needs a camera, a file is broken, or there are no or too many pictures.
+    /// If the framing needs a camera, a file is broken, there are no or too many pictures, or they
+    /// are grey or black on white.
     ///
     /// # Panics
     /// If there is no such sequence.
@@ -234,7 +238,7 @@ impl Tree {
         let fit = PictureFraming::from_mode(framing)?;
         let mut found = Silhouettes::default();
         let mut clipped = 0.0;
-        self.pictures(index, frames, |_, picture| {
+        self.pictures(index, frames, Grey::IsNoMask, |_, picture| {
             match picture.frame(size, fit, &mut found.pixels) {
                 Some(share) => {
                     found.frames += 1;
@@ -273,7 +277,7 @@ impl Tree {
     /// If there is no such sequence.
     pub fn stored_of(&self, index: usize, frames: Range<usize>, size: Size) -> Result<Silhouettes> {
         let mut found = Silhouettes::default();
-        self.pictures(index, frames, |path, picture| {
+        self.pictures(index, frames, Grey::IsMeant, |path, picture| {
             let rows = picture.pixels.len() / picture.columns;
             let kept = kept(rows, picture.columns, size)
                 .ok_or_else(|| other_size(path, (rows, picture.columns), size))?;
@@ -290,7 +294,8 @@ impl Tree {
     /// number of columns. [`framed`] frames such a picture.
     ///
     /// # Errors
-    /// If a file is broken, there are no or too many pictures, their sizes differ, or `show` fails.
+    /// If a file is broken, there are no or too many pictures, their sizes differ, they are grey or
+    /// black on white, or `show` fails.
     ///
     /// # Panics
     /// If there is no such sequence.
@@ -299,7 +304,7 @@ impl Tree {
         index: usize,
         mut show: impl FnMut(&[u8], usize) -> Result<()>,
     ) -> Result<()> {
-        self.pictures(index, ALL, |_, picture| {
+        self.pictures(index, ALL, Grey::IsNoMask, |_, picture| {
             show(picture.pixels, picture.columns)
         })
     }
@@ -338,7 +343,7 @@ impl Tree {
     /// If there is no such sequence.
     pub fn lower_bodies(&self, index: usize) -> Result<Vec<Option<LowerBody>>> {
         let mut found = Vec::new();
-        self.pictures(index, ALL, |_, picture| {
+        self.pictures(index, ALL, Grey::IsNoMask, |_, picture| {
             found.push(LowerBody::of_pixels(picture.pixels, picture.columns));
             Ok(())
         })?;
@@ -384,15 +389,52 @@ impl Tree {
         })
     }
 
+    /// Returns what is doubtful about the order of a sequence's frames, or about their being evenly
+    /// spaced in time: two names with the same number, or gaps in the numbers.
+    ///
+    /// # Errors
+    /// If the folder cannot be read, or holds something else.
+    ///
+    /// # Panics
+    /// If there is no such sequence.
+    pub fn doubts(&self, index: usize) -> Result<Option<String>> {
+        let files = FrameFiles::list(&self.folder(index), self.modality.as_ref())?;
+        Ok(files.doubts())
+    }
+
     /// Calls `show` with these pictures of a sequence, in order, and the file of each.
+    ///
+    /// # Errors
+    /// If the pictures show no white figures on black, or, with [`Grey::IsNoMask`], are grey.
     fn pictures(
         &self,
         index: usize,
         frames: Range<usize>,
-        show: impl FnMut(&Path, GreyPicture<'_>) -> Result<()>,
+        grey: Grey,
+        mut show: impl FnMut(&Path, GreyPicture<'_>) -> Result<()>,
     ) -> Result<()> {
-        FrameFiles::list(&self.folder(index), self.modality.as_ref())?.show(frames, show)
+        let folder = self.folder(index);
+        let mut check = PixelCheck::default();
+        FrameFiles::list(&folder, self.modality.as_ref())?.show(frames, |path, picture| {
+            check.add(picture.pixels, picture.columns);
+            show(path, picture)
+        })?;
+        let is_grey = || match grey {
+            Grey::IsNoMask => check.grey(),
+            Grey::IsMeant => None,
+        };
+        match check.inverted().or_else(is_grey) {
+            Some(problem) => Err(Error::input(folder, problem)),
+            None => Ok(()),
+        }
     }
+}
+
+/// Whether grey areas are part of stored pictures.
+#[derive(Clone, Copy)]
+enum Grey {
+    IsNoMask,
+    IsMeant,
 }
 
 /// Returns the columns that are kept of stored pictures, if these have this size or are cut to it.

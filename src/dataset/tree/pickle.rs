@@ -1,9 +1,11 @@
-//! Reads one NumPy array of bytes from a pickle, and rejects everything else.
+//! Reads one NumPy array of masks, or a list of arrays, from a pickle, and rejects everything else.
 //!
 //! A pickle is a program, and Python's own reader runs it. This one knows the instructions that
-//! NumPy writes for an array (protocols 2 to 5, `pickletools.dis` lists them) and the five names
-//! that they use. It compares names as text and never looks up or calls a function.
+//! NumPy writes for an array (protocols 2 to 5, `pickletools.dis` lists them), those of a list, and
+//! the five names that they use. It compares names as text and never looks up or calls a function.
 
+use super::MAX_FRAMES;
+use super::numbers::NumberType;
 use std::borrow::Cow;
 use std::rc::Rc;
 
@@ -37,8 +39,10 @@ pub(in crate::dataset) fn pickled(shape: [usize; 3], bytes: &[u8]) -> Vec<u8> {
 /// The maximum number of instructions, and so of values in the memo and on the stack. An array
 /// takes about 50, 20 and 12.
 const MAX_STEPS: usize = 256;
+/// The further instructions for each array of a list. One takes about 25.
+const STEPS_AN_ARRAY: usize = 64;
 
-/// An array of bytes in C order.
+/// An array of grey pixels in C order.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct ByteArray<'a> {
     pub shape: Vec<usize>,
@@ -59,8 +63,11 @@ pub(super) fn read(pickle: &[u8]) -> Result<ByteArray<'_>, RefusedPickle> {
         at: 0,
         stack: Vec::new(),
         memo: Vec::new(),
+        arrays: 0,
     };
-    for _ in 0..MAX_STEPS {
+    let mut steps = 0;
+    while steps < MAX_STEPS + STEPS_AN_ARRAY * machine.arrays {
+        steps += 1;
         let start = machine.at;
         let step = machine.step().map_err(|problem| RefusedPickle {
             byte: start,
@@ -72,7 +79,7 @@ pub(super) fn read(pickle: &[u8]) -> Result<ByteArray<'_>, RefusedPickle> {
     }
     Err(RefusedPickle {
         byte: machine.at,
-        problem: format!("expected one array, found more than {MAX_STEPS} instructions"),
+        problem: format!("expected one array, found more than {steps} instructions"),
     })
 }
 
@@ -84,6 +91,7 @@ pub(super) fn shape(start: &[u8]) -> Option<[usize; 3]> {
         at: 0,
         stack: Vec::new(),
         memo: Vec::new(),
+        arrays: 0,
     };
     for _ in 0..MAX_STEPS {
         if machine.step().is_err() {
@@ -115,11 +123,20 @@ enum PickleValue<'a> {
     Latin1(&'a str),
     Tuple(Rc<[PickleValue<'a>]>),
     Name(Name),
-    /// `dtype('u1')`, the only accepted type.
-    Uint8,
+    /// `dtype('u1')` and others.
+    Type(NumberType),
     /// An array that awaits its state.
     Unbuilt,
-    Array(Rc<[PickleValue<'a>]>, Box<PickleValue<'a>>),
+    Array(PickledArray<'a>),
+    List(Vec<PickledArray<'a>>),
+}
+
+/// An array as a pickle states it.
+#[derive(Clone, Debug)]
+struct PickledArray<'a> {
+    shape: Rc<[PickleValue<'a>]>,
+    numbers: NumberType,
+    content: Box<PickleValue<'a>>,
 }
 
 /// The names that instructions may use.
@@ -132,6 +149,37 @@ enum Name {
     Encode,
 }
 
+impl<'a> PickledArray<'a> {
+    /// Returns the shape and the bytes, which are as many as the shape says.
+    fn numbers_in_place(&self) -> PickleStep<(Vec<usize>, Cow<'a, [u8]>)> {
+        let bytes = match &*self.content {
+            PickleValue::Bytes(bytes) => Cow::Borrowed(*bytes),
+            PickleValue::Latin1(text) => {
+                let bytes = text.chars().map(|c| u8::try_from(c).ok());
+                let bytes: Option<Vec<u8>> = bytes.collect();
+                Cow::Owned(bytes.ok_or("expected bytes, found characters above 255")?)
+            }
+            _ => return Err("expected the array's bytes, found something else".into()),
+        };
+        let size = |value: &PickleValue<'_>| match value {
+            PickleValue::Int(size) => usize::try_from(*size).ok(),
+            _ => None,
+        };
+        let shape: Option<Vec<usize>> = self.shape.iter().map(size).collect();
+        let shape = shape.ok_or("expected a shape of whole numbers")?;
+        let numbers = shape
+            .iter()
+            .try_fold(self.numbers.bytes(), |n, &size| n.checked_mul(size));
+        if numbers != Some(bytes.len()) {
+            return Err(format!(
+                "expected the bytes of an array of {shape:?}, found {}",
+                bytes.len()
+            ));
+        }
+        Ok((shape, bytes))
+    }
+}
+
 type PickleStep<T> = Result<T, String>;
 
 struct PickleMachine<'a> {
@@ -139,6 +187,8 @@ struct PickleMachine<'a> {
     at: usize,
     stack: Vec<PickleValue<'a>>,
     memo: Vec<PickleValue<'a>>,
+    /// Arrays so far.
+    arrays: usize,
 }
 
 impl<'a> PickleMachine<'a> {
@@ -197,12 +247,18 @@ impl<'a> PickleMachine<'a> {
             b')' => self.tuple(0)?,
             0x85..=0x87 => self.tuple(usize::from(code - 0x84))?,
             b't' => {
-                let is_mark = |value: &PickleValue<'_>| matches!(value, PickleValue::Mark);
-                let mark = self.stack.iter().rposition(is_mark);
-                let mark = mark.ok_or("expected the start of a tuple, found none")?;
-                let items = self.stack.split_off(mark + 1);
-                self.stack.pop();
+                let items = self.since_mark()?;
                 self.push(PickleValue::Tuple(items.into()));
+            }
+            // EMPTY_LIST, APPEND, APPENDS
+            b']' => self.push(PickleValue::List(Vec::new())),
+            b'a' => {
+                let item = self.pop()?;
+                self.append(vec![item])?;
+            }
+            b'e' => {
+                let items = self.since_mark()?;
+                self.append(items)?;
             }
             // GLOBAL, STACK_GLOBAL
             b'c' => {
@@ -238,51 +294,90 @@ impl<'a> PickleMachine<'a> {
             }
             b'R' => {
                 let (arguments, name) = (self.pop()?, self.pop()?);
-                self.push(reduced(&name, &arguments)?);
+                let value = reduced(&name, &arguments)?;
+                self.arrays += usize::from(matches!(value, PickleValue::Array(_)));
+                self.push(value);
             }
             b'b' => {
                 let (state, object) = (self.pop()?, self.pop()?);
-                self.push(built(&object, &state)?);
+                let value = built(&object, &state)?;
+                self.arrays += usize::from(matches!(value, PickleValue::Array(_)));
+                self.push(value);
             }
             b'.' => return self.array().map(Some),
             _ => {
                 return Err(format!(
-                    "expected one NumPy array of uint8, found the instruction {code:#04x}, which such a pickle does not have"
+                    "expected one NumPy array, or a list of them, found the instruction {code:#04x}, which such a pickle does not have"
                 ));
             }
         }
         Ok(None)
     }
 
+    /// Returns the array, or the arrays of the list, on top of the stack.
     fn array(&mut self) -> PickleStep<ByteArray<'a>> {
-        let PickleValue::Array(shape, content) = self.pop()? else {
-            return Err("expected an array at the end, found something else".into());
-        };
-        let bytes = match *content {
-            PickleValue::Bytes(bytes) => Cow::Borrowed(bytes),
-            PickleValue::Latin1(text) => {
-                let bytes = text.chars().map(|c| u8::try_from(c).ok());
-                let bytes: Option<Vec<u8>> = bytes.collect();
-                Cow::Owned(bytes.ok_or("expected bytes, found characters above 255")?)
+        let arrays = match self.pop()? {
+            PickleValue::Array(array) => {
+                let (shape, bytes) = array.numbers_in_place()?;
+                let bytes = array.numbers.grey(bytes)?;
+                return Ok(ByteArray { shape, bytes });
             }
-            _ => return Err("expected the array's bytes, found something else".into()),
+            PickleValue::List(arrays) => arrays,
+            _ => return Err("expected an array at the end, found something else".into()),
         };
-        let size = |value: &PickleValue<'_>| match value {
-            PickleValue::Int(size) => usize::try_from(*size).ok(),
-            _ => None,
+        let Some(first) = arrays.first() else {
+            return Err("expected an array at the end, found an empty list".into());
         };
-        let shape: Option<Vec<usize>> = shape.iter().map(size).collect();
-        let shape = shape.ok_or("expected a shape of whole numbers")?;
-        let numbers = shape
-            .iter()
-            .try_fold(1_usize, |n, &size| n.checked_mul(size));
-        if numbers != Some(bytes.len()) {
+        let (frame, _) = first.numbers_in_place()?;
+        if arrays.len() > MAX_FRAMES || frame.len() != 2 {
             return Err(format!(
-                "expected the bytes of an array of {shape:?}, found {}",
-                bytes.len()
+                "expected a list of at most {MAX_FRAMES} frames, [rows][columns], found {} of {frame:?}",
+                arrays.len()
             ));
         }
-        Ok(ByteArray { shape, bytes })
+        let mut all = Vec::new();
+        for array in &arrays {
+            let (shape, bytes) = array.numbers_in_place()?;
+            if (&shape, array.numbers) != (&frame, first.numbers) {
+                return Err(format!(
+                    "expected frames of {frame:?} and one type in a list, found one of {shape:?}"
+                ));
+            }
+            // One array may stand in the list many times.
+            if all.len() + bytes.len() > self.pickle.len() {
+                return Err("expected each frame in the list once, found some again".into());
+            }
+            all.extend_from_slice(&bytes);
+        }
+        let bytes = first.numbers.grey(Cow::Owned(all))?;
+        Ok(ByteArray {
+            shape: vec![arrays.len(), frame[0], frame[1]],
+            bytes,
+        })
+    }
+
+    /// Takes the values since the last mark, and the mark.
+    fn since_mark(&mut self) -> PickleStep<Vec<PickleValue<'a>>> {
+        let is_mark = |value: &PickleValue<'_>| matches!(value, PickleValue::Mark);
+        let mark = self.stack.iter().rposition(is_mark);
+        let mark = mark.ok_or("expected the start of a tuple or list, found none")?;
+        let items = self.stack.split_off(mark + 1);
+        self.stack.pop();
+        Ok(items)
+    }
+
+    /// Appends arrays to the list on top of the stack.
+    fn append(&mut self, items: Vec<PickleValue<'a>>) -> PickleStep<()> {
+        let Some(PickleValue::List(list)) = self.stack.last_mut() else {
+            return Err("expected a list to append to, found something else".into());
+        };
+        for item in items {
+            let PickleValue::Array(array) = item else {
+                return Err("expected a list of NumPy arrays, found something else in it".into());
+            };
+            list.push(array);
+        }
+        Ok(())
     }
 
     fn push(&mut self, value: PickleValue<'a>) {
@@ -309,6 +404,9 @@ impl<'a> PickleMachine<'a> {
             .ok_or("expected a value, found an empty stack")?;
         if index != self.memo.len() {
             return Err(format!("expected memo {}, found {index}", self.memo.len()));
+        }
+        if matches!(top, PickleValue::List(list) if !list.is_empty()) {
+            return Err("expected a list to be kept while it is empty".into());
         }
         self.memo.push(top.clone());
         Ok(())
@@ -363,7 +461,7 @@ fn known(module: &str, attribute: &str) -> PickleStep<Name> {
         ("_codecs", "encode") => Name::Encode,
         _ => {
             return Err(format!(
-                "expected one NumPy array of uint8, found {module:?} {attribute:?}, which is never run"
+                "expected one NumPy array, or a list of them, found {module:?} {attribute:?}, which is never run"
             ));
         }
     })
@@ -376,9 +474,9 @@ fn reduced<'a>(name: &PickleValue<'a>, arguments: &PickleValue<'a>) -> PickleSte
     };
     match (name, &**arguments) {
         (Name::Reconstruct, [PickleValue::Name(Name::Ndarray), _, _]) => Ok(PickleValue::Unbuilt),
-        (Name::Dtype, [PickleValue::Text("u1"), ..]) => Ok(PickleValue::Uint8),
-        (Name::Dtype, [PickleValue::Text(other), ..]) => {
-            Err(format!("expected an array of uint8 (u1), found {other}"))
+        (Name::Dtype, [PickleValue::Text(text), ..]) => {
+            let known = NumberType::parse(text).map(PickleValue::Type);
+            known.ok_or_else(|| NumberType::expected(text))
         }
         (Name::Encode, [PickleValue::Text(text), PickleValue::Text("latin1")]) => {
             Ok(PickleValue::Latin1(text))
@@ -387,14 +485,15 @@ fn reduced<'a>(name: &PickleValue<'a>, arguments: &PickleValue<'a>) -> PickleSte
             Name::FromBuffer,
             [
                 bytes,
-                PickleValue::Uint8,
+                PickleValue::Type(numbers),
                 PickleValue::Tuple(shape),
                 PickleValue::Text("C"),
             ],
-        ) => Ok(PickleValue::Array(
-            Rc::clone(shape),
-            Box::new(bytes.clone()),
-        )),
+        ) => Ok(PickleValue::Array(PickledArray {
+            shape: Rc::clone(shape),
+            numbers: *numbers,
+            content: Box::new(bytes.clone()),
+        })),
         (Name::FromBuffer, [_, _, _, PickleValue::Text("F")]) => Err(NOT_C.into()),
         _ => Err(format!(
             "expected NumPy's arguments of {name:?}, found others"
@@ -412,29 +511,30 @@ fn built<'a>(object: &PickleValue<'a>, state: &PickleValue<'a>) -> PickleStep<Pi
     };
     match (object, &**state) {
         (
-            PickleValue::Uint8,
+            PickleValue::Type(numbers),
             [
                 PickleValue::Int(_),
-                PickleValue::Text("|"),
+                PickleValue::Text("|" | "<"),
                 PickleValue::None,
                 ..,
             ],
-        ) => Ok(PickleValue::Uint8),
+        ) => Ok(PickleValue::Type(*numbers)),
         (
             PickleValue::Unbuilt,
             [
                 PickleValue::Int(1),
                 PickleValue::Tuple(shape),
-                PickleValue::Uint8,
+                PickleValue::Type(numbers),
                 PickleValue::Bool(false),
                 bytes,
             ],
-        ) => Ok(PickleValue::Array(
-            Rc::clone(shape),
-            Box::new(bytes.clone()),
-        )),
+        ) => Ok(PickleValue::Array(PickledArray {
+            shape: Rc::clone(shape),
+            numbers: *numbers,
+            content: Box::new(bytes.clone()),
+        })),
         (PickleValue::Unbuilt, [_, _, _, PickleValue::Bool(true), _]) => Err(NOT_C.into()),
-        _ => Err("expected NumPy's state of a uint8 array, found another".into()),
+        _ => Err("expected NumPy's state of an array, found another".into()),
     }
 }
 

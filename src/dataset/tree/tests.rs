@@ -174,9 +174,9 @@ fn one_of_several_modalities_is_chosen_by_name_or_number() {
     let text = refusal(read(None), &root);
     assert_eq!(
         text,
-        "001/nm-01/090: expected one .pkl and nothing else, found 3 and 0 .png: 0_heatmap.pkl, 1_sils.pkl, 2_sils-aligned.pkl"
+        "001/nm-01/090: expected one .pkl and nothing else, found 3 and 0 pictures: 0_heatmap.pkl, 1_sils.pkl, 2_sils-aligned.pkl"
     );
-    assert!(refusal(read(Some("sils")), &root).contains("found 2 and 0 .png: 1_sils.pkl"));
+    assert!(refusal(read(Some("sils")), &root).contains("found 2 and 0 pictures: 1_sils.pkl"));
     let text = refusal(read(Some("depth")), &root);
     assert!(
         text.contains("expected files of modality depth, found 0_heatmap.pkl, 1_sils.pkl"),
@@ -324,9 +324,12 @@ fn files_that_cannot_be_used_are_named() {
         text.starts_with("001/nm-01/090/1.png: cannot be read as PNG"),
         "{text}"
     );
-    assert!(text_of(&[("1.jpg", &whole)]).contains("1.jpg: expected frames as .png"));
-    assert!(text_of(&[("a.pkl", &array), ("b.pkl", &array)]).contains("found 2 and 0 .png"));
-    assert!(text_of(&[("a.pkl", &array), ("1.png", &whole)]).contains("found 1 and 1 .png"));
+    assert!(text_of(&[("1.bmp", &whole)]).contains("1.bmp: expected frames as .png"));
+    assert!(text_of(&[("1.jpg", &whole)]).contains("1.jpg: cannot be read as JPEG"));
+    let text = text_of(&[("1.jpg", &whole), ("2.png", &whole)]);
+    assert!(text.contains("found 1 .png and 1 .jpg"), "{text}");
+    assert!(text_of(&[("a.pkl", &array), ("b.pkl", &array)]).contains("found 2 and 0 pictures"));
+    assert!(text_of(&[("a.pkl", &array), ("1.png", &whole)]).contains("found 1 and 1 pictures"));
     let text = text_of(&[("a.pkl", &array[..array.len() - 9])]);
     assert!(
         text.contains(&format!(

@@ -61,9 +61,9 @@ fn of_tree(tree: &Path, recognizer: &dyn Recognizer, fps: f32) -> Vec<Outputs> {
         panic!("another source");
     };
     let finder = CycleFinder::new(fps).expect("a frame rate");
-    let (recordings, without) = recordings.in_cycles(&finder, &|| Ok(())).expect("readable");
-    assert_eq!(without, [""; 0]);
-    let source = SequenceSource::Tree(Box::new(recordings));
+    let cut = recordings.in_cycles(&finder, &|| Ok(())).expect("readable");
+    assert_eq!(cut.without, [""; 0]);
+    let source = SequenceSource::Tree(Box::new(cut.recordings));
     let contract = recognizer.contract();
     let form = Form {
         settings: Settings {

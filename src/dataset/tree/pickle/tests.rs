@@ -74,10 +74,10 @@ fn a_pickle_that_would_run_something_is_refused_by_name() {
         (refused.byte, refused.problem.as_str()),
         (
             2,
-            "expected one NumPy array of uint8, found \"posix\" \"system\", which is never run"
+            "expected one NumPy array, or a list of them, found \"posix\" \"system\", which is never run"
         )
     );
-    // STACK_GLOBAL, INST, EXT1, a list and a dictionary.
+    // STACK_GLOBAL, INST, EXT1 and a dictionary.
     assert!(
         refusal(b"\x80\x04\x8c\x02os\x8c\x06system\x93.")
             .problem
@@ -86,7 +86,6 @@ fn a_pickle_that_would_run_something_is_refused_by_name() {
     for other in [
         &b"\x80\x02(ios\nsystem\n."[..],
         b"\x80\x02\x82\x01.",
-        b"\x80\x02].",
         b"\x80\x02}.",
     ] {
         assert!(refusal(other).problem.contains("the instruction 0x"));
@@ -105,8 +104,8 @@ fn other_arrays_are_refused_with_what_they_are() {
         refusal(&pickle).problem
     };
     assert_eq!(
-        replace(b"u1", b"f4"),
-        "expected an array of uint8 (u1), found f4"
+        replace(b"u1", b"c8"),
+        "expected an array of uint8 (u1), bool, int32, int64, float32 or float64, found c8"
     );
     assert!(replace(b"\x62\x89\x43", b"\x62\x88\x43").contains("found Fortran order"));
     assert!(replace(b"K\x02K\x03K\x04", b"K\x02K\x03K\x05").contains("[2, 3, 5], found 24"));
@@ -114,6 +113,15 @@ fn other_arrays_are_refused_with_what_they_are() {
     assert_eq!(
         refusal(b"\x80\x02N.").problem,
         "expected an array at the end, found something else"
+    );
+    assert_eq!(
+        refusal(b"\x80\x02].").problem,
+        "expected an array at the end, found an empty list"
+    );
+    assert!(
+        refusal(b"\x80\x02]K\x01a.")
+            .problem
+            .contains("a list of NumPy arrays")
     );
     assert_eq!(
         refusal(b"\x80\x06N.").problem,
@@ -144,5 +152,44 @@ fn no_prefix_and_no_changed_byte_panics_or_grows() {
         refusal(&[b'N'; 1000])
             .problem
             .contains("more than 256 instructions")
+    );
+}
+
+/// Two frames of 2x2 pixels: `pickle.dumps([a, b])` of bool, with the type of the second recalled.
+fn list(second: [u8; 4], last: &[u8]) -> Vec<u8> {
+    let array = |kind: &[u8], bytes: [u8; 4]| {
+        let mut array = b"cnumpy.core.multiarray\n_reconstruct\ncnumpy\nndarray\n".to_vec();
+        array.extend(b"K\x00\x85C\x01b\x87R(K\x01K\x02K\x02\x86");
+        array.extend(kind);
+        array.extend(b"\x89C\x04");
+        array.extend(bytes);
+        array.extend(b"tb");
+        array
+    };
+    let kind = b"cnumpy\ndtype\nX\x02\0\0\0b1\x89\x88\x87R(K\x03X\x01\0\0\0|NNNJ\xFF\xFF\xFF\xFFJ\xFF\xFF\xFF\xFFK\0tbq\x01";
+    let mut pickle = b"\x80\x03]q\x00(".to_vec();
+    pickle.extend(array(kind, [0, 1, 1, 0]));
+    pickle.extend(array(b"h\x01", second));
+    pickle.extend(last);
+    pickle
+}
+
+#[test]
+fn a_list_of_frames_is_one_array() {
+    let pickle = list([0, 0, 0, 1], b"e.");
+    let array = read(&pickle).expect("a list");
+    assert_eq!(array.shape, [2, 2, 2]);
+    assert_eq!(*array.bytes, [0, 255, 255, 0, 0, 0, 0, 255]);
+    // Appended one at a time, beside a mark that stays.
+    assert!(
+        refusal(&list([0; 4], b"a."))
+            .problem
+            .contains("a list to append to")
+    );
+    assert!(refusal(&list([0; 4], b"e")).problem.contains("cut short"));
+    assert!(
+        refusal(&list([0; 4], b"eq\x02."))
+            .problem
+            .contains("while it is empty")
     );
 }
