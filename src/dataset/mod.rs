@@ -24,6 +24,7 @@ mod npy;
 mod npz;
 mod order;
 mod partition;
+mod pixel_check;
 mod reader;
 pub mod sequences;
 mod stated;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::index::{read_index, read_plain_index};
 use super::npy::template_bytes;
-use super::tree::PixelCheck;
+use super::pixel_check::PixelCheck;
 use super::{DatasetFormat, INDEX, IndexRow, MANIFEST, Manifest, file_of};
 use crate::draw::template::Template;
 use crate::error::{Error, Remedy, Result};

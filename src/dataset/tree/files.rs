@@ -42,7 +42,7 @@ impl FrameFiles {
                 chosen
             }
         };
-        let kind = |path: &PathBuf| FrameFormat::from_name(path);
+        let kind = |path: &PathBuf| StoredFormat::from_name(path);
         if let Some(other) = files.iter().find(|path| kind(path).is_none()) {
             let found = if other.is_dir() {
                 "a folder (are people's folders one level further down?)"
@@ -59,7 +59,7 @@ impl FrameFiles {
             files.filter(|file| kind(file) == Some(wanted)).count()
         };
         let [pickles, pngs, jpegs] =
-            [FrameFormat::Pickle, FrameFormat::Png, FrameFormat::Jpeg].map(count);
+            [StoredFormat::Pickle, StoredFormat::Png, StoredFormat::Jpeg].map(count);
         match (files.len(), pickles) {
             (0, _) if folder.join(TEMPLATE).exists() => refuse(format!(
                 "expected frames as {FRAMES}, found only {TEMPLATE}, a template (GEIs go into geis.npy with an index.csv)"
@@ -100,7 +100,7 @@ impl FrameFiles {
                     let (mut pixels, columns) = decode(path)?;
                     // Masks of 0 and 1 are stored so that they look black.
                     if pixels.iter().max() == Some(&1)
-                        && FrameFormat::from_name(path) == Some(FrameFormat::Png)
+                        && StoredFormat::from_name(path) == Some(StoredFormat::Png)
                     {
                         pixels.iter_mut().for_each(|pixel| *pixel *= 255);
                     }
@@ -213,13 +213,13 @@ const FRAMES: &str = ".png or .jpg, or all of them in one .pkl";
 
 /// The format of a file of frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum FrameFormat {
+enum StoredFormat {
     Png,
     Jpeg,
     Pickle,
 }
 
-impl FrameFormat {
+impl StoredFormat {
     /// Returns the format that a name states by its extension.
     fn from_name(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_ascii_lowercase();
@@ -238,8 +238,8 @@ fn reader(path: &Path) -> Result<ImageReader<BufReader<fs::File>>> {
     let mut limits = image::Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
     limits.max_alloc = Some(MAX_BYTES);
-    let format = match FrameFormat::from_name(path) {
-        Some(FrameFormat::Jpeg) => ImageFormat::Jpeg,
+    let format = match StoredFormat::from_name(path) {
+        Some(StoredFormat::Jpeg) => ImageFormat::Jpeg,
         _ => ImageFormat::Png,
     };
     let mut reader = ImageReader::with_format(BufReader::new(file), format);

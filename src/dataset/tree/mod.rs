@@ -11,7 +11,6 @@ mod frame;
 mod layout;
 mod numbers;
 mod pickle;
-mod pixel_check;
 mod view_name;
 
 use std::fs;
@@ -19,6 +18,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::MANIFEST;
+use super::pixel_check::PixelCheck;
 use super::reader::read_manifest;
 use crate::draw::sweep::FramingMode;
 use crate::error::{Error, Remedy, Result};
@@ -29,7 +29,6 @@ pub use frame::framed;
 use frame::{GreyPicture, PictureFraming};
 pub use layout::{Modality, TreeLayout};
 pub(super) use pickle::pickled;
-pub(super) use pixel_check::PixelCheck;
 use view_name::NamedView;
 
 /// The maximum number of sequences of a tree. OU-MVLP has 288,596.

@@ -10,7 +10,7 @@ const GREY: std::ops::RangeInclusive<u8> = 48..=207;
 
 /// The counts of pixels in the pictures of a sequence.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::dataset) struct PixelCheck {
+pub(super) struct PixelCheck {
     /// Pixels of the border, and those of them that are on.
     border: u64,
     border_on: u64,
@@ -23,7 +23,7 @@ pub(in crate::dataset) struct PixelCheck {
 
 impl PixelCheck {
     /// Counts the pixels of one more picture, rows from the top.
-    pub(in crate::dataset) fn add(&mut self, pixels: &[u8], columns: usize) {
+    pub(super) fn add(&mut self, pixels: &[u8], columns: usize) {
         let rows: Vec<&[u8]> = pixels.chunks_exact(columns.max(1)).collect();
         let on = |pixel: &&u8| **pixel >= 128;
         let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
@@ -52,7 +52,7 @@ impl PixelCheck {
     }
 
     /// Returns why the pictures are not white on black, if they are not.
-    pub(in crate::dataset) fn inverted(&self) -> Option<String> {
+    pub(super) fn inverted(&self) -> Option<String> {
         let share = self.border_on as f64 / self.border.max(1) as f64;
         // Without any pixel off there is no figure either way.
         (share > MOST_BORDER && self.off > 0).then(|| {
