@@ -5,6 +5,7 @@ use super::body::BodyArgs;
 use super::encode_recordings::encoded_people;
 use super::encoding::{EncodingArgs, say_choice};
 use super::keep_going::KeepGoing;
+use super::motion_files::expand;
 use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
 use super::shared_warnings::SharedWarning;
@@ -13,7 +14,6 @@ use crate::error::{Error, Result};
 use crate::files::text_table::Column::{Left, Right};
 use crate::files::text_table::Table;
 use crate::files::{InputFile, ResultHeader, write_bytes};
-use crate::import::EXTENSIONS;
 use crate::people::cutting::stance::FootSlide;
 use crate::people::recorded::{Keep, ReadOptions, Recording, Smoothing, SubjectName};
 use crate::people::{Subject, Track, Walk};
@@ -316,50 +316,6 @@ impl fmt::Display for FitResult {
         }
         f.write_str(")")
     }
-}
-
-/// Lists the files to import. A folder stands for all files of known formats in it and its
-/// subfolders, in order of names. Links to folders are not followed.
-fn expand(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    for path in paths {
-        if !path.is_dir() {
-            files.push(path.clone());
-            continue;
-        }
-        let before = files.len();
-        let mut folders = vec![path.clone()];
-        while let Some(folder) = folders.pop() {
-            let entries = std::fs::read_dir(&folder).map_err(|error| Error::io(&folder, error))?;
-            for entry in entries {
-                let entry = entry.map_err(|error| Error::io(&folder, error))?;
-                let kind = entry
-                    .file_type()
-                    .map_err(|error| Error::io(entry.path(), error))?;
-                let extension = entry
-                    .path()
-                    .extension()
-                    .unwrap_or_default()
-                    .to_ascii_lowercase();
-                if kind.is_dir() {
-                    folders.push(entry.path());
-                } else if EXTENSIONS.iter().any(|known| extension == *known) {
-                    files.push(entry.path());
-                }
-            }
-        }
-        if files.len() == before {
-            return Err(Error::input(
-                path,
-                format!(
-                    "no .{} file in this folder or its subfolders",
-                    EXTENSIONS.join(", .")
-                ),
-            ));
-        }
-        files[before..].sort();
-    }
-    Ok(files)
 }
 
 /// Reads every file, on all cores, and collects the recordings and the errors, both in the order of

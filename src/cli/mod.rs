@@ -35,6 +35,8 @@ mod layout;
 #[cfg(feature = "train")]
 mod literature;
 mod merge;
+#[cfg(feature = "import")]
+mod motion_files;
 mod outputs;
 mod parity;
 mod progress;

@@ -49,6 +49,8 @@ pub(super) fn read(mut lines: Lines, skeleton: AsfSkeleton) -> Result<Motion> {
     let mut frames = Vec::new();
     let mut partial: Option<Partial> = None;
     let mut step: Option<i64> = None;
+    // Two frames show no constant step.
+    let mut first_skip = None;
     while let Some(line) = lines.next_line()? {
         if line.starts_with('#') {
             continue;
@@ -80,6 +82,11 @@ pub(super) fn read(mut lines: Lines, skeleton: AsfSkeleton) -> Result<Motion> {
             if let Some(done) = partial.replace(started) {
                 let found = number.saturating_sub(done.number);
                 let step = *step.get_or_insert(found.clamp(1, LARGEST_STEP));
+                if frames.is_empty() && step > 1 {
+                    let expected = done.number.saturating_add(1);
+                    let problem = format!("expected frame {expected}, found {number}");
+                    first_skip = Some(lines.error(problem));
+                }
                 if found != step {
                     let expected = done.number.saturating_add(step);
                     return Err(lines.error(format!("expected frame {expected}, found {number}")));
@@ -121,6 +128,11 @@ pub(super) fn read(mut lines: Lines, skeleton: AsfSkeleton) -> Result<Motion> {
     }
     if stated_angle.is_none() {
         warnings.push("the AMC states no unit of angle: the ASF's is used".into());
+    }
+    if let Some(skip) = first_skip
+        && frames.len() < 3
+    {
+        return Err(skip);
     }
     let step = step.unwrap_or(1);
     if step > 1 {
@@ -273,6 +285,18 @@ shank 0
             .replace("shank 50", "shank 0.8726646259971648");
         let (a, b) = (parse(ASF, AMC).unwrap(), parse(ASF, &radians).unwrap());
         assert!(a.globals(0).0[2].distance(b.globals(0).0[2]) < 1e-12);
+    }
+
+    #[test]
+    fn a_constant_step_of_frame_numbers_divides_the_rate() {
+        let third = AMC.split_once("\n2\n").expect("two frames").1;
+        let motion = parse(ASF, &(AMC.replace("\n2\n", "\n4\n") + "7\n" + third)).unwrap();
+        assert_eq!((motion.frames.len(), motion.sample_rate_hz), (3, 40.0));
+        assert!(
+            motion.warnings[0].contains("advance by 3"),
+            "{:?}",
+            motion.warnings
+        );
     }
 
     #[test]
