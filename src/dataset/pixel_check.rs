@@ -5,8 +5,9 @@
 const MOST_BORDER: f64 = 0.5;
 /// The share of a figure in grey areas from which it is none of a mask. Our choice.
 const MOST_GREY: f64 = 0.1;
-/// Grey values between those of a mask with soft edges or the noise of JPEG.
-const GREY: std::ops::RangeInclusive<u8> = 48..=207;
+/// Sixteenths of the brightest pixel between which a pixel is grey. Our choice: the noise of JPEG
+/// lies outside. Some masks have another white than 255.
+const GREY: (u16, u16) = (3, 13);
 
 /// The counts of pixels in the pictures of a sequence.
 #[derive(Clone, Copy, Debug, Default)]
@@ -16,7 +17,7 @@ pub(super) struct PixelCheck {
     border_on: u64,
     /// Pixels that are off.
     off: u64,
-    /// Pixels of 48 and more, and those of them in grey areas: all eight neighbours are grey too.
+    /// Grey and brighter pixels, and those of them in grey areas: all eight neighbours are grey too.
     figure: u64,
     grey: u64,
 }
@@ -34,9 +35,14 @@ impl PixelCheck {
             + sides.flatten().filter(on).count()) as u64;
         self.off += pixels.iter().filter(|pixel| !on(pixel)).count() as u64;
         self.border += 2 * (columns + rows.len()) as u64;
-        let figure = pixels.iter().filter(|pixel| **pixel >= *GREY.start());
+        let brightest = pixels.iter().copied().max().unwrap_or(0);
+        if !on(&&brightest) {
+            return;
+        }
+        let [low, high] = [GREY.0, GREY.1].map(|part| u16::from(brightest) * part / 16);
+        let is_grey = |pixel: &u8| (low..=high).contains(&u16::from(*pixel));
+        let figure = pixels.iter().filter(|pixel| u16::from(**pixel) >= low);
         self.figure += figure.count() as u64;
-        let is_grey = |pixel: &u8| GREY.contains(pixel);
         if !pixels.iter().any(is_grey) {
             return;
         }
@@ -105,6 +111,11 @@ mod tests {
             (8.0, 2.0),
         ] {
             let check = checked(&disc(radius, soft));
+            let dim: Vec<u8> = disc(radius, soft)
+                .iter()
+                .map(|pixel| pixel / 2 + 1)
+                .collect();
+            assert_eq!(checked(&dim).grey(), None, "{radius} {soft}");
             assert_eq!(
                 (check.grey(), check.inverted()),
                 (None, None),

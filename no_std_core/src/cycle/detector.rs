@@ -1,6 +1,6 @@
 //! The detector: it finds gait cycles in a stream of frames.
 
-use super::wave::{LEAST_SWING, Wave, WaveSample};
+use super::wave::{FittedWave, LEAST_SWING, Wave, WaveSample};
 use super::{FrameRateError, LowerBody, NoCycle};
 use crate::budget::{
     CYCLE_FRAME_RATES_HZ, CYCLE_MOST_SAMPLES_HZ, CYCLE_SAMPLES, CYCLE_STEPS_PER_MINUTE,
@@ -215,15 +215,16 @@ impl CycleDetector {
             return Err(too_short);
         }
         let most = libm::ceilf(STEPS * longest);
-        let wave = self.wave(most).ok_or(NoCycle::Absent)?;
-        if let Some(slower_hz) = wave.slower_hz {
+        let FittedWave { wave, slower_hz } = self.wave(most).ok_or(NoCycle::Absent)?;
+        if let Some(slower_hz) = slower_hz {
             return Err(NoCycle::Slower {
                 waves_per_minute: 60.0 * slower_hz,
             });
         }
         let wanted = libm::roundf(STEPS * wave.step).min(most);
         if wanted < held {
-            return self.wave(wanted).ok_or(NoCycle::Absent);
+            let last = self.wave(wanted).ok_or(NoCycle::Absent)?;
+            return Ok(last.wave);
         }
         let is_enough = match ending {
             StreamState::Open => held >= wanted,
@@ -233,7 +234,7 @@ impl CycleDetector {
     }
 
     /// Returns the wave of the last `samples` samples, or of all.
-    fn wave(&self, samples: f32) -> Option<Wave> {
+    fn wave(&self, samples: f32) -> Option<FittedWave> {
         let skipped = self.samples.len().saturating_sub(whole(samples).into());
         let samples = self.samples.oldest_ordered().skip(skipped).copied();
         Wave::fit(samples, self.rate_hz)

@@ -13,6 +13,8 @@
 //! * The peaks are those of the wave that fits four steps best, not of the smoothed signal. One
 //!   wave has no side peaks, its phase is a real number, and its share of the change shows how
 //!   reliable it is.
+//! * Where a wave below the range of steps is much stronger, there are no cycles: the wave within
+//!   may be its harmonic ([`NoCycle::Slower`]).
 //!
 //! ```
 //! use edgegait_core::cycle::{CycleDetector, LowerBody};
@@ -35,7 +37,7 @@
 //! # Guarantees
 //!
 //! A detector takes at most 1,024 bytes and allocates nothing. At most once a frame it reads a
-//! window of [`crate::budget::CYCLE_SAMPLES`] samples twice, which takes some 30 waves times that
+//! window of [`crate::budget::CYCLE_SAMPLES`] samples twice, which takes some 40 waves times that
 //! many steps of arithmetic, and about 2 kB of stack. A boundary is reported two steps and at most
 //! 0.2 seconds after it was seen, as soon as the wave before and after it is known. The same frames
 //! give the same boundaries on every target. It does not panic, whatever the frames and their

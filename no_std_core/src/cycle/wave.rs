@@ -45,6 +45,11 @@ pub(super) struct Wave {
     pub swing: f32,
     /// The share of the change in the window that it explains, 0..1.
     pub regular: f32,
+}
+
+/// The wave of a window, and what speaks against it.
+pub(super) struct FittedWave {
+    pub wave: Wave,
     /// The frequency of a stronger wave below the range of human steps, Hz.
     pub slower_hz: Option<f32>,
 }
@@ -67,7 +72,10 @@ type WaveParts = [[f32; 2]; 2];
 
 impl Wave {
     /// Fits a wave to these samples at `rate_hz`; `None` if most of them show nobody.
-    pub(super) fn fit(samples: impl Iterator<Item = WaveSample>, rate_hz: f32) -> Option<Self> {
+    pub(super) fn fit(
+        samples: impl Iterator<Item = WaveSample>,
+        rate_hz: f32,
+    ) -> Option<FittedWave> {
         let window = SampleWindow::new(samples)?;
         let spectrum = window.spectrum(rate_hz);
         let width = window.best(&spectrum, rate_hz, 0.0);
@@ -78,7 +86,7 @@ impl Wave {
             (both, PIXELS_WEIGHT)
         };
         let slower_hz = window.slower(&wave, rate_hz, pixels_weight);
-        Some(Self { slower_hz, ..wave })
+        Some(FittedWave { wave, slower_hz })
     }
 }
 
@@ -191,7 +199,6 @@ impl SampleWindow {
             middle: -self.middle,
             swing,
             regular: regular.min(1.0),
-            slower_hz: None,
         }
     }
 
