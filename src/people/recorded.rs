@@ -7,6 +7,7 @@ use super::cohort::body;
 use super::cutting::events::{CutTake, cut};
 use super::cutting::flat_feet::{lifts, stand_flat};
 use super::cutting::stance::{FeetMotion, FootSlide};
+use super::leg::LEG_SHARE;
 use super::markers::people;
 use super::measured::{MeasuredPeople, MeasuredPerson};
 use super::retarget::{DEFAULT_CUT_OFF_HZ, RetargetedMotion, leg_length_m};
@@ -21,9 +22,6 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Hip-to-ankle length over stature: (trochanter - malleolus) of ANSUR II's means,
-/// (0.513 - 0.042) for men and (0.519 - 0.039) for women.
-pub(super) const LEG_SHARE: f64 = 0.4755;
 /// Froude number v^2 / (g L) above which people run (Alexander 1989, Physiol. Rev.
 /// 69:1199-1227: walking changes to running near 0.5).
 const RUNNING_FROUDE: f64 = 0.5;

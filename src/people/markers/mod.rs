@@ -33,7 +33,7 @@ use self::pelvis::{Pelvis, pair};
 pub(super) use self::set::people;
 use self::set::{Marks, median};
 use super::cleaning::low_pass::LowPass;
-use super::recorded::LEG_SHARE;
+use super::leg::LEG_SHARE;
 use super::retarget::{RetargetedMotion, floor, leg_length_m};
 use crate::import::Markers;
 use glam::DVec3;

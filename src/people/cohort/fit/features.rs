@@ -5,7 +5,7 @@ use super::super::anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
 use super::invert::{SideAngles, sides};
 use crate::people::cohort::norms::Angle;
 use crate::people::cutting::stance::{FeetMotion, soles_of_legs};
-use crate::people::recorded::LEG_SHARE;
+use crate::people::leg::LEG_SHARE;
 use crate::people::retarget::leg_length_m;
 use crate::people::{Cycle, forward_kinematics};
 use edgegait_core::pack::Sex;
