@@ -1,4 +1,4 @@
-//! Two-joint legs in closed form: the knee's place from hip and ankle.
+//! Two-joint legs in closed form, the knee's place from hip and ankle, and their share of stature.
 
 use glam::{DMat3, DQuat, DVec3};
 
