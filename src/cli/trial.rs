@@ -46,12 +46,18 @@ pub(super) fn try_out(model: &Model, runtime: &Runtime) -> Result<()> {
         return Ok(());
     }
     let words = String::from_utf8_lossy(&output.stderr);
-    let last = words.lines().rfind(|line| !line.trim().is_empty());
+    let said = words.lines().filter(|line| !line.trim().is_empty());
+    // The place of a panic, and its message.
+    let said: Vec<&str> = said.take(2).collect();
     let problem = format!(
         "{} ends the process that runs this model ({}{}); it may have at most {} MB, or EDGEGAIT_MODEL_MB",
         runtime.name(),
         how(output.status),
-        last.map(|last| format!(": {last}")).unwrap_or_default(),
+        if said.is_empty() {
+            String::new()
+        } else {
+            format!(": {}", said.join(" "))
+        },
         model_memory()? >> 20,
     );
     Err(Error::input(model.path(), problem))

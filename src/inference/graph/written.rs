@@ -60,11 +60,14 @@ pub(crate) fn node(operator: &str, inputs: &str, outputs: &str, attributes: &[&s
     field(1, &node)
 }
 
-/// Returns an initialiser of element type `element` without numbers.
+/// Returns an initialiser of zeros of element type `element`: 1 (f32), 3 (i8) or 6 (i32).
 pub(crate) fn weights(name: &str, element: i64, shape: &[i64]) -> Vec<u8> {
+    let width = if element == 3 { 1 } else { 4 };
+    let bytes = vec![0; width * shape.iter().product::<i64>() as usize];
     let mut tensor: Vec<u8> = shape.iter().flat_map(|&size| number(1, size)).collect();
     tensor.extend(number(2, element));
     tensor.extend(field(8, name.as_bytes()));
+    tensor.extend(field(9, &bytes));
     field(5, &tensor)
 }
 

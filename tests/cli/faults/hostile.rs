@@ -27,7 +27,7 @@ fn an_onnx_file_whose_shapes_lie_is_refused_before_a_runtime_sees_it() {
         ),
         (
             "constantofshape-add.onnx",
-            "ConstantOfShape makes a tensor \"w\"",
+            "ConstantOfShape makes a tensor \"W\"",
         ),
         ("pad-panic.onnx", "Pad makes a tensor \"w\""),
         ("huge.onnx", "ConstantOfShape makes a tensor \"big\""),
