@@ -119,6 +119,32 @@ fn the_paper_s_peaks_are_found_between_the_frames_that_show_them() {
 }
 
 #[test]
+fn slower_steps_are_not_read_by_their_harmonic() {
+    for cadence in [24.0, 40.0, 50.0, 60.0] {
+        for rate_hz in [10.0, 25.0, 30.0, 60.0] {
+            // A side peak at twice the frequency of the steps, nearly as high.
+            let legs = |frame: u32| {
+                let phase = TAU * f64::from(frame) / f64::from(rate_hz) * cadence / 60.0;
+                let width = 40.0 + 12.0 * phase.cos() + 7.0 * (2.0 * phase).cos();
+                let pixels = 900.0 + 60.0 * phase.cos();
+                Some(LowerBody {
+                    pixels: pixels as f32,
+                    width: width as f32,
+                })
+            };
+            let (cycles, end) = found(rate_hz, (0..(20.0 * rate_hz) as u32).map(legs));
+            assert_eq!(cycles, [], "{cadence} {rate_hz}");
+            let Err(NoCycle::Slower { waves_per_minute }) = end else {
+                panic!("{cadence} {rate_hz}: {end:?}");
+            };
+            // In 3.4 seconds.
+            let off = f64::from(waves_per_minute) - cadence;
+            assert!(off.abs() < 6.0, "{cadence} {rate_hz}: {waves_per_minute}");
+        }
+    }
+}
+
+#[test]
 fn a_cycle_is_reported_one_cycle_after_it_ended() {
     let mut detector = CycleDetector::new(30.0).expect("a frame rate");
     let mut reported = 0;

@@ -128,6 +128,8 @@ fn a_gap_in_the_numbers_of_frames_and_a_number_twice_are_said() {
             "t/p1/nm-01/090",
             "--background",
             "t/p1/nm-01/090/1.png",
+            "--out",
+            "s",
         ],
     );
     let said = text(&output.stderr);
