@@ -435,7 +435,8 @@ fn masks_are_read_in_every_form_that_people_have() {
     tree(&at.join("t"), &["090"], walk, &padded);
     let expected = swept(at, "t", &[]);
     let one = |pixel: u8| vec![pixel / 255];
-    let forms: [(&str, &str, bool, &dyn Fn(u8) -> Vec<u8>); 7] = [
+    type Number<'a> = &'a dyn Fn(u8) -> Vec<u8>;
+    let forms: [(&str, &str, bool, Number<'_>); 7] = [
         ("b1", "|", false, &one),
         ("u1", "|", false, &one),
         ("u1", "|", true, &|pixel| vec![pixel]),
