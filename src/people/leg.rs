@@ -4,6 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 /// Hip-to-ankle length over stature: (trochanter - malleolus) of ANSUR II's means,
 /// (0.513 - 0.042) for men and (0.519 - 0.039) for women.
+#[cfg(feature = "import")]
 pub(super) const LEG_SHARE: f64 = 0.4755;
 
 /// The lengths of a leg in the rest pose, metres.
