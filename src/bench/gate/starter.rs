@@ -84,7 +84,8 @@ impl UsualLimit {
     /// Returns the bounds on a value in TOML.
     fn bounds(self, value: Estimate, kind: FigureKind) -> String {
         let Estimate { value, low, high } = value;
-        let at_most = |limit: f64| format!("at_most = {}", round_up(limit));
+        // A difference of two noisy times can be below 0, where a factor lowers it.
+        let at_most = |limit: f64| format!("at_most = {}", round_up(limit.max(0.0)));
         match self {
             Self::Factor(factor) => {
                 let is_rate = kind == FigureKind::Rate;
@@ -304,6 +305,19 @@ fn name_of(value: &Value) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_time_below_0_holds_its_own_limit() {
+        let value = Estimate {
+            value: -36.0,
+            low: -40.0,
+            high: -30.0,
+        };
+        for limit in [UsualLimit::Factor(1.25), UsualLimit::Size(1.1)] {
+            let bounds = limit.bounds(value, FigureKind::Time);
+            assert!(bounds.starts_with("at_most = 0"), "{bounds}");
+        }
+    }
 
     #[test]
     fn limits_are_beyond_what_is_there() {
