@@ -92,8 +92,11 @@ def test_a_callable_may_be_given_the_viewpoints():
     trained = {"viewpoints": [[90.0, 0.0], [0.0, 0.0]]}
     flags = {"subjects": ["F01", "M01"], "raster": "rows", "elevation_deg": [0], "no_baselines": True}
     recognizer = edgegait.Recognizer(look, view_input="view", distance="view", training=trained)
-    results = edgegait.score([recognizer, "pixels"], azimuth_deg=[90, 0], protocol="first-take", **flags)
-    rates = {one["name"]: one["rank1"] for one in results["recognizers"]}
+    rates = {}
+    # Beside the model, pixels would be compared as it is.
+    for one in (recognizer, "pixels"):
+        results = edgegait.score(one, azimuth_deg=[90, 0], protocol="first-take", **flags)
+        rates |= {found["name"]: found["rank1"] for found in results["recognizers"]}
     # Comparing within a viewpoint avoids confusion with people from the other one.
     assert rates["look"] == 1.0 > rates["pixels"]
     assert all(shape == (count, 2) and kind == np.float32 for count, shape, kind in seen)
