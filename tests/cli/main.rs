@@ -8,6 +8,8 @@ mod figure;
 mod npy;
 #[path = "../helpers/recording.rs"]
 mod recording;
+#[path = "../helpers/rows.rs"]
+mod rows;
 #[path = "../helpers/signals.rs"]
 mod signals;
 #[path = "../helpers/two.rs"]

@@ -13,6 +13,8 @@ mod network;
 mod npy;
 #[path = "../helpers/people.rs"]
 mod people;
+#[path = "../helpers/rows.rs"]
+mod rows;
 #[path = "../helpers/signals.rs"]
 mod signals;
 #[path = "../helpers/two.rs"]

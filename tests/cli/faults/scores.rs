@@ -1,44 +1,11 @@
 //! Results that may not depend on what else is asked for.
 
 use crate::command::*;
+use crate::rows::{results, row, rows, warnings, words};
 use crate::two;
-use serde_json::{Map, Value};
+use serde_json::Value;
 use std::fs;
 use std::path::Path;
-
-fn words(command: &str) -> Vec<&str> {
-    command.split_whitespace().collect()
-}
-
-fn results(at: &Path, command: &str) -> Value {
-    let printed = done(at, &words(&format!("{command} --json -")));
-    serde_json::from_str(&printed).expect("JSON")
-}
-
-fn warnings(results: &Value) -> String {
-    results["warnings"].to_string()
-}
-
-/// Returns the results of each recognizer without its name and its times.
-fn rows(results: &Value) -> Vec<(String, Map<String, Value>)> {
-    let all = results["recognizers"].as_array().expect("a list");
-    let row = |result: &Value| {
-        let mut row = result.as_object().expect("an object").clone();
-        let name = row.remove("name").expect("a name");
-        row.retain(|key, _| !key.ends_with("_us"));
-        (name.as_str().expect("text").to_owned(), row)
-    };
-    all.iter().map(row).collect()
-}
-
-fn row(all: &[(String, Map<String, Value>)], name: &str) -> Map<String, Value> {
-    let found = all.iter().find(|(other, _)| other == name);
-    let names = || all.iter().map(|(name, _)| name).collect::<Vec<_>>();
-    found
-        .unwrap_or_else(|| panic!("{name} of {:?}", names()))
-        .1
-        .clone()
-}
 
 /// Returns the results of models with and without `pixels` beside them, which differ by the order
 /// of the rows only.
