@@ -172,6 +172,8 @@ pub enum Remedy {
     StateFrameRate,
     /// Choose one of the people in a recording.
     NamePerson,
+    /// Give joints the names that the importer knows.
+    RenameJoints,
     /// Use the names of folders as names of subjects.
     FolderIsSubject,
     /// Frame a tree's images again instead of using them as they are stored.

@@ -60,6 +60,9 @@ fn way_out(error: &Error, runtime: &str) -> Option<String> {
             Remedy::NameAnimation => "use --clip",
             Remedy::StateFrameRate => "state the frame rate with --fps",
             Remedy::NamePerson => "choose one with --person",
+            Remedy::RenameJoints => {
+                "name them with --joints FILE.csv: the line name,known, and for each joint a line such as hip.L,LeftUpLeg"
+            }
             Remedy::FolderIsSubject => {
                 "--subject-from folder uses the folder's name for the subject"
             }

@@ -15,7 +15,7 @@ use crate::files::text_table::Column::{Left, Right};
 use crate::files::text_table::Table;
 use crate::files::{InputFile, ResultHeader, write_bytes};
 use crate::people::cutting::stance::FootSlide;
-use crate::people::recorded::{Keep, ReadOptions, Recording, Smoothing, SubjectName};
+use crate::people::recorded::{Keep, ReadOptions, Recording, Renamings, Smoothing, SubjectName};
 use crate::people::{Subject, Track, Walk};
 use clap::ValueEnum;
 use edgegait_core::clip::Clip;
@@ -60,6 +60,10 @@ pub(super) struct ImportArgs {
     /// above their skeleton [default: the only one in each]
     #[arg(long, value_name = "NAME")]
     person: Option<String>,
+    /// Known names for joints or markers with others: a CSV file with the header "name,known" and a
+    /// row for each, such as hip.L,LeftUpLeg
+    #[arg(long, value_name = "FILE.csv")]
+    joints: Option<PathBuf>,
     #[command(flatten)]
     body: BodyArgs,
     /// Cut-off of the zero-lag low-pass filter in Hz; 0 leaves the motion as recorded
@@ -186,7 +190,8 @@ impl ImportArgs {
             })
         });
         let beside: Vec<PathBuf> = beside.collect();
-        let others = self.asf.clone().into_iter().chain(self.body.files());
+        let named = [&self.asf, &self.joints].into_iter().flatten().cloned();
+        let others = named.chain(self.body.files());
         FileArgs {
             inputs: files.into_iter().chain(beside).chain(others).collect(),
             outputs: vec![Output::new("--out", &self.out, OutputKind::Pack)],
@@ -224,6 +229,7 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
         asf: args.asf.clone(),
         clip: args.clip.clone(),
         person: args.person.clone(),
+        renamings: args.joints.as_deref().map(Renamings::read).transpose()?,
         sample_rate_hz: args.fps,
         smoothing: match args.low_pass_hz {
             None => Smoothing::Usual,
@@ -239,6 +245,9 @@ pub(super) fn run(args: &ImportArgs) -> Result<()> {
     let (keep_going, all) = (args.keep_going, files.len());
     header.warnings = keep_going.leave_out(refused, all, "files", "imported")?;
     header.warnings.extend(unmeasured);
+    if let Some(path) = &args.joints {
+        header.inputs.push(InputFile::read(path)?);
+    }
     for recording in &recordings {
         header.inputs.push(InputFile::read(&recording.path)?);
     }

@@ -342,7 +342,7 @@ fn row(
 }
 
 /// Returns the line number of a record, which begins after the empty lines at its position.
-fn line(text: &[u8], position: Option<&Position>) -> usize {
+pub(super) fn line(text: &[u8], position: Option<&Position>) -> usize {
     let byte = position.map_or(0, |position| {
         usize::try_from(position.byte()).unwrap_or(usize::MAX)
     });
@@ -356,7 +356,7 @@ fn line(text: &[u8], position: Option<&Position>) -> usize {
 }
 
 /// Returns why a record cannot be read.
-fn problem(error: &csv::Error) -> String {
+pub(super) fn problem(error: &csv::Error) -> String {
     match error.kind() {
         ErrorKind::UnequalLengths {
             expected_len, len, ..

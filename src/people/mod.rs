@@ -25,6 +25,8 @@ mod other_body;
 #[cfg(feature = "import")]
 pub mod recorded;
 #[cfg(feature = "import")]
+mod renamings;
+#[cfg(feature = "import")]
 mod residual;
 #[cfg(feature = "import")]
 pub mod retarget;

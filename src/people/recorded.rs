@@ -10,7 +10,8 @@ use super::cutting::stance::{FeetMotion, FootSlide};
 use super::leg::LEG_SHARE;
 use super::markers::people;
 use super::measured::{MeasuredPeople, MeasuredPerson};
-use super::retarget::{DEFAULT_CUT_OFF_HZ, RetargetedMotion, leg_length_m};
+pub use super::renamings::Renamings;
+use super::retarget::{DEFAULT_CUT_OFF_HZ, RetargetedMotion, has_known_joints, leg_length_m};
 use super::trunk_lean::stand_upright;
 use super::unsure_joints::steady;
 use super::{Body, Subject, Track, UncutMotion, Walk};
@@ -91,6 +92,8 @@ pub struct ReadOptions {
     pub clip: Option<String>,
     /// One of several people in a file, as in [`ImportOptions::person`].
     pub person: Option<String>,
+    /// Known names for joints or markers that the importer does not know.
+    pub renamings: Option<Renamings>,
     /// Frames a second; overrides the file's rate.
     pub sample_rate_hz: Option<f64>,
     /// The low-pass filter of motions.
@@ -108,6 +111,7 @@ impl Default for ReadOptions {
             asf: None,
             clip: None,
             person: None,
+            renamings: None,
             sample_rate_hz: None,
             smoothing: Smoothing::Usual,
             mend: true,
@@ -144,7 +148,7 @@ impl Recording {
     /// When the file cannot be read, lacks joints or markers, or holds no gait cycle although
     /// cycles are kept.
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self> {
-        let source = FileContents::read_with(
+        let mut source = FileContents::read_with(
             path,
             &ImportOptions {
                 sample_rate_hz: options.sample_rate_hz,
@@ -153,6 +157,10 @@ impl Recording {
                 person: options.person.clone(),
             },
         )?;
+        if let Some(renamings) = &options.renamings {
+            let renamed = renamings.apply(&mut source);
+            renamed.map_err(|problem| Error::input(path, problem))?;
+        }
         let (format, has_skin, read_warnings) = match &source {
             FileContents::Motion(motion) => {
                 (motion.format, motion.skin.is_some(), &motion.warnings)
@@ -173,7 +181,15 @@ impl Recording {
             FileContents::Motion(motion) => RetargetedMotion::from_motion(motion, cut_off_hz),
             FileContents::Markers(markers) => RetargetedMotion::from_markers(markers, cut_off_hz),
         };
-        let mut take = take.map_err(|problem| refusal(path, &problem, read_warnings))?;
+        let mut take =
+            take.map_err(
+                |problem| match (&source, refusal(path, &problem, read_warnings)) {
+                    (FileContents::Motion(motion), refused) if !has_known_joints(motion) => {
+                        refused.with_remedy(Remedy::RenameJoints)
+                    }
+                    (_, refused) => refused,
+                },
+            )?;
         let mut standing_m = None;
         if options.mend && !format.is_authored() {
             standing_m = stand_flat(&mut take);

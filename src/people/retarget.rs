@@ -81,6 +81,11 @@ pub fn leg_length_m(offsets: &[DVec3; JOINTS]) -> f64 {
         / 2.0
 }
 
+/// Returns whether the joints of a skeleton have known names, so that each has its part.
+pub(super) fn has_known_joints(motion: &Motion) -> bool {
+    completed(motion).is_ok_and(|complete| JointRoles::find(&complete.joints).is_ok())
+}
+
 impl RetargetedMotion {
     /// Retargets a motion. `cut_off_hz` is the cut-off of the low-pass, usually
     /// [`DEFAULT_CUT_OFF_HZ`]; `None` leaves the motion as recorded.

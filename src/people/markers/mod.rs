@@ -27,7 +27,7 @@ use edgegait_core::skeleton::Joint;
 use self::fit::FittedMotion;
 use self::frame_range::MarkerTracks;
 use self::joints::{MarkerJoints, each};
-use self::names::{Segment, Site};
+use self::names::{Segment, Site, place_of};
 use self::neutral::Neutral;
 use self::pelvis::{Pelvis, pair};
 pub(super) use self::set::people;
@@ -37,6 +37,11 @@ use super::leg::LEG_SHARE;
 use super::retarget::{RetargetedMotion, floor, leg_length_m};
 use crate::import::Markers;
 use glam::DVec3;
+
+/// Returns whether the table of markers has a name.
+pub(super) fn is_known_marker(name: &str) -> bool {
+    place_of(name).is_some()
+}
 
 impl RetargetedMotion {
     /// Fits the canonical skeleton to markers. `cut_off_hz` is the cut-off of the low-pass, usually

@@ -243,7 +243,7 @@ fn plain_names(joints: &[SourceJoint]) -> Vec<String> {
 }
 
 /// Returns the bytes of the longest prefix that all names share and that ends with a separator.
-fn shared_prefix(names: &[&str]) -> usize {
+pub(in crate::people) fn shared_prefix(names: &[&str]) -> usize {
     let [first, others @ ..] = names else {
         return 0;
     };
@@ -260,7 +260,7 @@ fn shared_prefix(names: &[&str]) -> usize {
 }
 
 /// Returns a name without its namespace, case, separators and maker's prefix.
-fn normalised(name: &str) -> String {
+pub(in crate::people) fn normalised(name: &str) -> String {
     let base = name.rsplit(':').next().unwrap_or(name);
     let plain: String = base
         .chars()

@@ -34,7 +34,7 @@ pub(in crate::people) fn completed(motion: &Motion) -> Result<Cow<'_, Motion>, S
             .take(6)
             .map(|joint| joint.name.as_str());
         return Err(format!(
-            "no leg joints: expected names like LeftUpLeg and LeftLeg, lfemur and ltibia, LeftHip and LeftKnee, found {} (rename the joints)",
+            "no leg joints: expected names like LeftUpLeg and LeftLeg, lfemur and ltibia, LeftHip and LeftKnee, found {}",
             some.collect::<Vec<_>>().join(", ")
         ));
     }

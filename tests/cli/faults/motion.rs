@@ -246,3 +246,112 @@ fn what_does_not_matter_to_motion_is_no_reason_to_refuse_it() {
     near(&clip["speed_mps"], 1.2, 0.01);
     warned(&clip, "fits floats");
 }
+
+#[test]
+fn joints_that_no_table_knows_are_named_by_a_file() {
+    let work = tempfile::tempdir().expect("a folder");
+    let at = work.path();
+    let text = fs::read_to_string(fault("06_loop_of_one_cycle/loop_30_frames.bvh"));
+    let text = text.expect("a motion");
+    let german = [
+        ("UpLeg", "Huefte"),
+        ("Leg", "Knie"),
+        ("Foot", "Knoechel"),
+        ("ToeBase", "Ballen"),
+        ("Shoulder", "Schluesselbein"),
+        ("Arm", "Schulter"),
+        ("ForeArm", "Ellbogen"),
+        ("Hand", "Handgelenk"),
+    ];
+    let (mut renamed, mut rows) = (text.replace("Head", "x_Kopf"), "name,known\n".to_owned());
+    for (side, abroad) in [("Left", "links"), ("Right", "rechts")] {
+        for (known, name) in german {
+            let (old, new) = (format!("{side}{known}\n"), format!("x_{name}_{abroad}\n"));
+            assert!(renamed.contains(&old), "{old}");
+            renamed = renamed.replace(&old, &new);
+            rows += &format!("x_{name}_{abroad},{side}{known}\n");
+        }
+    }
+    rows += "x_Kopf,Head\n";
+    for folder in ["known", "abroad", "prefixed"] {
+        fs::create_dir(at.join(folder)).expect("a folder");
+    }
+    fs::write(at.join("known/walk.bvh"), &text).expect("written");
+    fs::write(at.join("abroad/walk.bvh"), &renamed).expect("written");
+    // All names share a prefix, and so do those that no row is about.
+    let shared = ["Hips", "Spine1", "Spine\n", "Neck"];
+    let prefixed = shared.iter().fold(renamed, |text, name| {
+        text.replace(&format!(" {name}"), &format!(" x_{name}"))
+    });
+    fs::write(at.join("prefixed/walk.bvh"), prefixed).expect("written");
+    fs::write(at.join("joints.csv"), &rows).expect("written");
+
+    refused(
+        at,
+        &["import", "abroad/walk.bvh", "--out", "x.egp"],
+        1,
+        &["no leg joints", "--joints FILE.csv: the line name,known"],
+    );
+    let packed = |file: &str, flags: &[&str]| {
+        let mut arguments = vec![
+            "import",
+            file,
+            "--out",
+            "x.egp",
+            "--overwrite",
+            "--subject",
+            "x",
+        ];
+        arguments.extend(flags);
+        done(at, &arguments);
+        fs::read(at.join("x.egp")).expect("a pack")
+    };
+    let named = ["--joints", "joints.csv"];
+    let known = packed("known/walk.bvh", &[]);
+    assert_eq!(packed("abroad/walk.bvh", &named), known);
+    assert_eq!(packed("prefixed/walk.bvh", &named), known);
+    let clip = import(at, &at.join("abroad/walk.bvh"), &named);
+    near(&clip["cadence_spm"], 120.0, 0.05);
+
+    let bad = |rows: &str, words: &str| {
+        fs::write(at.join("bad.csv"), rows).expect("written");
+        let arguments = [
+            "import",
+            "abroad/walk.bvh",
+            "--joints",
+            "bad.csv",
+            "--out",
+            "y.egp",
+        ];
+        refused(at, &arguments, 1, &[words]);
+    };
+    bad(
+        "joint,name\n",
+        "bad.csv:1: expected the header name,known, found \"joint,name\"",
+    );
+    bad(
+        "name,known\na,LeftThing\n",
+        "bad.csv:2: expected Head, or Left or Right",
+    );
+    bad(
+        "name,known\na,Head\nb,Head,c\n",
+        "bad.csv:3: expected 2 fields, found 3",
+    );
+    bad(
+        "name,known\na,Head\na,Head\n",
+        "bad.csv:3: \"a\" is in an earlier line",
+    );
+    bad("name,known\n", "no rows");
+    bad(
+        "name,known\nnobody,Head\n",
+        "has none of the names in bad.csv: nobody",
+    );
+    bad(
+        "name,known\nx_Kopf,Head\nNeck,Head\n",
+        "two are called Head",
+    );
+    let some = format!("{rows}nobody,LASI\n");
+    fs::write(at.join("some.csv"), some).expect("written");
+    let clip = import(at, &at.join("abroad/walk.bvh"), &["--joints", "some.csv"]);
+    warned(&clip, "nothing here is called nobody");
+}
