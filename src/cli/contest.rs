@@ -403,6 +403,7 @@ impl ContestArgs {
         let mut stored = None;
         if let SequenceSource::Dataset(geis) = &source {
             header.inputs.extend(Dataset::inputs(path)?);
+            header.warnings.extend(Dataset::said_of_pictures(path));
             let found = StoredTemplates::from_dataset(geis.dataset(), path)?;
             if found.framing.is_none() {
                 header.warnings.push(format!(

@@ -2,9 +2,11 @@
 //!
 //! Format: NEP 1 (Kern, 2007), <https://numpy.org/neps/nep-0001-npy-format.html>.
 
+use std::borrow::Cow;
 use std::io::Write as _;
 use std::path::Path;
 
+use super::mask_numbers::{ByteArray, NumberType};
 use crate::draw::template::{Template, TemplateShape};
 use crate::error::{Error, Result};
 use crate::files::write_atomically;
@@ -109,12 +111,35 @@ pub(super) fn template_bytes(
         (size, count)
     };
     if header.is_fortran {
-        return Err(refuse(
-            "expected C order, found Fortran order (save numpy.ascontiguousarray of it)".into(),
-        ));
+        return Err(refuse(FORTRAN.into()));
     }
     Ok((header.first, size, count))
 }
+
+/// Reads the array in the bytes of a .npy file of masks as grey pixels.
+pub(super) fn mask_array(bytes: &[u8]) -> std::result::Result<ByteArray<'_>, String> {
+    let header = Header::parse(bytes)?;
+    let name = header.descr.trim_matches('\'');
+    let kind = NumberType::parse(name.trim_start_matches(['<', '|']));
+    let kind = kind.ok_or_else(|| NumberType::expected(name))?;
+    if header.is_fortran {
+        return Err(FORTRAN.into());
+    }
+    let numbers = product(&header.shape).and_then(|numbers| numbers.checked_mul(kind.bytes()));
+    header.check_length(bytes, numbers.unwrap_or(usize::MAX))?;
+    Ok(ByteArray {
+        bytes: kind.grey(Cow::Borrowed(&bytes[header.first..]))?,
+        shape: header.shape,
+    })
+}
+
+/// Returns the shape that the beginning of a .npy file states, if it has three sides.
+pub(super) fn stated_shape(start: &[u8]) -> Option<[usize; 3]> {
+    Header::parse(start).ok()?.shape.try_into().ok()
+}
+
+/// The message about an array whose columns come first.
+const FORTRAN: &str = "expected C order, found Fortran order (save numpy.ascontiguousarray of it)";
 
 /// The header of a .npy file, read where it lies: nothing is allocated for what it claims.
 struct Header {
@@ -138,7 +163,13 @@ impl Header {
                 header.descr
             ));
         }
-        match (bytes.len() - header.first, expected) {
+        header.check_length(bytes, expected)?;
+        Ok(header)
+    }
+
+    /// Checks that a file ends with this number of bytes after the header.
+    fn check_length(&self, bytes: &[u8], expected: usize) -> std::result::Result<(), String> {
+        match (bytes.len() - self.first, expected) {
             (found, expected) if found < expected => Err(format!(
                 "the file ends {} bytes too early (was it copied whole?)",
                 expected - found
@@ -147,7 +178,7 @@ impl Header {
                 "expected the end of the file, found {} more bytes",
                 found - expected
             )),
-            _ => Ok(header),
+            _ => Ok(()),
         }
     }
 

@@ -81,6 +81,16 @@ impl PixelCheck {
     }
 }
 
+/// Checks that a GEI is white on black, with numbers from 0 to 255.
+pub(super) fn check_gei(gei: &[u8], columns: usize) -> Result<(), String> {
+    if gei.iter().max() == Some(&1) {
+        return Err("expected pixels from 0 to 255, found only 0 and 1: of numbers from 0 to 1, the fractions are lost (save (255 * x).round().astype('uint8') of the original)".into());
+    }
+    let mut check = PixelCheck::default();
+    check.add(gei, columns);
+    check.inverted().map_or(Ok(()), Err)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

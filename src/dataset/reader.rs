@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::index::{read_index, read_plain_index};
 use super::npy::template_bytes;
-use super::pixel_check::PixelCheck;
+use super::pictures::GeiPictures;
+use super::pixel_check::check_gei;
 use super::{DatasetFormat, INDEX, IndexRow, MANIFEST, Manifest, file_of};
 use crate::draw::template::Template;
 use crate::error::{Error, Remedy, Result};
@@ -24,7 +25,8 @@ pub struct Dataset {
 
 impl Dataset {
     /// Reads a dataset folder and checks it. A folder without a manifest holds a user's own GEIs:
-    /// `geis.npy`, and `index.csv` with a column `subject` and any of the other columns.
+    /// `geis.npy`, and `index.csv` with a column `subject` and any of the other columns; or a tree
+    /// with a `gei.png` for each view.
     ///
     /// # Errors
     ///
@@ -40,6 +42,18 @@ impl Dataset {
             None
         };
         let manifest = manifest.unwrap_or_else(Manifest::plain);
+        if let Some(pictures) = Self::pictures(dir) {
+            let (index, size, npy) = pictures.read()?;
+            let dataset = Self {
+                manifest,
+                index,
+                npy,
+                first: 0,
+                size,
+            };
+            dataset.check_pixels(dir)?;
+            return Ok(dataset);
+        }
         let (template, name) = (manifest.template, file_of(manifest.template));
         if template == Template::Silhouettes {
             return Err(Error::input(
@@ -92,18 +106,32 @@ impl Dataset {
         Ok(dataset)
     }
 
+    /// Returns what is to be said of a folder if it is a tree with a GEI as a picture for each view.
+    #[must_use]
+    pub fn said_of_pictures(folder: &Path) -> Option<String> {
+        let said = || {
+            let folder = folder.display();
+            format!("{folder}: the gei.png of each view is read as a template, not as silhouettes")
+        };
+        Self::pictures(folder).map(|_| said())
+    }
+
+    pub(super) fn pictures(folder: &Path) -> Option<GeiPictures> {
+        let is_stored = [MANIFEST, INDEX]
+            .iter()
+            .any(|name| folder.join(name).exists());
+        if is_stored {
+            None
+        } else {
+            GeiPictures::find(folder)
+        }
+    }
+
     /// Checks that GEIs which no manifest vouches for are white on black, from 0 to 255.
     fn check_pixels(&self, path: &Path) -> Result<()> {
         for (row, gei) in self.templates().enumerate() {
-            let refuse = |problem: String| Err(Error::input(path, format!("GEI {row}: {problem}")));
-            if gei.iter().max() == Some(&1) {
-                return refuse("expected pixels from 0 to 255, found only 0 and 1: of numbers from 0 to 1, the fractions are lost (save (255 * x).round().astype('uint8') of the original)".to_owned());
-            }
-            let mut check = PixelCheck::default();
-            check.add(gei, self.size.columns());
-            if let Some(problem) = check.inverted() {
-                return refuse(problem);
-            }
+            check_gei(gei, self.size.columns())
+                .map_err(|problem| Error::input(path, format!("GEI {row}: {problem}")))?;
         }
         Ok(())
     }
@@ -117,6 +145,9 @@ impl Dataset {
         let manifest = folder.join(MANIFEST);
         if manifest.exists() {
             return Ok(vec![InputFile::read(manifest)?]);
+        }
+        if let Some(pictures) = Self::pictures(folder) {
+            return pictures.paths().map(InputFile::read).collect();
         }
         let files = [file_of(Template::Gei), INDEX.to_owned()];
         files

@@ -129,6 +129,7 @@ impl TrainArgs {
                 )
             });
         }
+        header.warnings.extend(Dataset::said_of_pictures(path));
         header.inputs = Dataset::inputs(path)?;
         Ok((samples, header))
     }

@@ -315,11 +315,12 @@ impl SequenceSource<'_> {
         // A tree that EdgeGait wrote has a manifest too, but no templates.
         let has_templates =
             path.join("manifest.json").exists() && !path.join("sequences.csv").exists();
-        if Tree::is_at(path) && !has_templates {
+        let is_of_pictures = Dataset::pictures(path).is_some();
+        if Tree::is_at(path) && !has_templates && !is_of_pictures {
             return Ok(Self::Tree(Box::new(Recordings::open(path, layout)?)));
         }
         let files = ["manifest.json", "index.csv", "geis.npy"];
-        if !files.iter().any(|name| path.join(name).exists()) {
+        if !is_of_pictures && !files.iter().any(|name| path.join(name).exists()) {
             return Err(Error::input(
                 path,
                 "expected a dataset (manifest.json, index.csv, geis.npy) or a tree of silhouettes (<person>/<take>/<view>/ with frames), found neither",

@@ -9,6 +9,7 @@ use image::{ImageFormat, ImageReader};
 
 use super::frame::GreyPicture;
 use super::{MAX_BYTES, MAX_FRAMES, MAX_SIDE, Modality, pickle};
+use crate::dataset::npy::{mask_array, stated_shape};
 use crate::error::{Error, FilePlace, Remedy, Result};
 use crate::files::{doubts, numbered_files};
 
@@ -20,8 +21,8 @@ const LISTED: usize = 12;
 pub(super) enum FrameFiles {
     /// One PNG or JPEG for each frame, in order.
     Pictures(Vec<PathBuf>),
-    /// One pickle of all frames.
-    Pickle(PathBuf),
+    /// One pickle or .npy file of all frames.
+    Array(PathBuf),
 }
 
 impl FrameFiles {
@@ -58,14 +59,19 @@ impl FrameFiles {
             let files = files.iter();
             files.filter(|file| kind(file) == Some(wanted)).count()
         };
-        let [pickles, pngs, jpegs] =
-            [StoredFormat::Pickle, StoredFormat::Png, StoredFormat::Jpeg].map(count);
-        match (files.len(), pickles) {
+        let [pickles, arrays, pngs, jpegs] = [
+            StoredFormat::Pickle,
+            StoredFormat::Npy,
+            StoredFormat::Png,
+            StoredFormat::Jpeg,
+        ]
+        .map(count);
+        match (files.len(), pickles + arrays) {
             (0, _) if folder.join(TEMPLATE).exists() => refuse(format!(
                 "expected frames as {FRAMES}, found only {TEMPLATE}, a template (GEIs go into geis.npy with an index.csv)"
             )),
             (0, _) => refuse(format!("expected frames as {FRAMES}, found none")),
-            (1, 1) => Ok(Self::Pickle(files.into_iter().next().unwrap_or_default())),
+            (1, 1) => Ok(Self::Array(files.into_iter().next().unwrap_or_default())),
             (found, 0) if found > MAX_FRAMES => refuse(format!(
                 "expected at most {MAX_FRAMES} frames, found {found}"
             )),
@@ -73,11 +79,11 @@ impl FrameFiles {
                 "expected frames of one kind, found {pngs} .png and {jpegs} .jpg"
             )),
             (_, 0) => Ok(Self::Pictures(files)),
-            (found, pickles) => Err(Error::input(
+            (found, arrays) => Err(Error::input(
                 folder,
                 format!(
-                    "expected one .pkl and nothing else, found {pickles} and {} pictures: {}",
-                    found - pickles,
+                    "expected one .pkl or .npy and nothing else, found {arrays} and {} pictures: {}",
+                    found - arrays,
                     listed(&files)
                 ),
             )
@@ -93,7 +99,7 @@ impl FrameFiles {
     ) -> Result<()> {
         let wanted = |all: usize| frames.start.min(all)..frames.end.min(all);
         match self {
-            Self::Pickle(path) => unpickle(path, wanted, show),
+            Self::Array(path) => show_array(path, wanted, show),
             Self::Pictures(paths) => {
                 let mut first = None;
                 paths[wanted(paths.len())].iter().try_for_each(|path| {
@@ -116,18 +122,18 @@ impl FrameFiles {
     /// Returns what is doubtful about the order of the pictures, or about their being evenly spaced.
     pub(super) fn doubts(&self) -> Option<String> {
         match self {
-            Self::Pickle(_) => None,
+            Self::Array(_) => None,
             Self::Pictures(paths) => doubts(paths),
         }
     }
 
-    /// Counts the pictures, in a pickle from its beginning; none if the beginning has no shape.
+    /// Counts the pictures, in an array from its beginning; none if the beginning has no shape.
     ///
     /// # Errors
     /// If a file cannot be read.
     pub(super) fn count(&self) -> Result<Option<usize>> {
         match self {
-            Self::Pickle(path) => Ok(beginning(path)?.map(|[frames, ..]| frames)),
+            Self::Array(path) => Ok(beginning(path)?.map(|[frames, ..]| frames)),
             Self::Pictures(paths) => Ok(Some(paths.len())),
         }
     }
@@ -139,7 +145,7 @@ impl FrameFiles {
     /// If pictures of one sequence have different sizes, or a file cannot be read.
     pub(super) fn size(&self) -> Result<Option<(usize, usize)>> {
         match self {
-            Self::Pickle(path) => {
+            Self::Array(path) => {
                 let shape = beginning(path)?;
                 Ok(shape.map(|[_, rows, columns]| (rows, columns)))
             }
@@ -159,16 +165,19 @@ impl FrameFiles {
     }
 }
 
-/// The number of bytes of a pickle within which NumPy writes the shape.
+/// The number of bytes within which NumPy writes the shape.
 const BEGINNING: u64 = 512;
 
-/// Reads the shape of the array in a pickle from its beginning, if it is there.
+/// Reads the shape of an array from the beginning of its file, if it is there.
 fn beginning(path: &Path) -> Result<Option<[usize; 3]>> {
     let mut start = Vec::new();
     let file = fs::File::open(path);
     let read = file.and_then(|file| file.take(BEGINNING).read_to_end(&mut start));
     read.map_err(|error| Error::io(path, error))?;
-    Ok(pickle::shape(&start))
+    Ok(match StoredFormat::from_name(path) {
+        Some(StoredFormat::Npy) => stated_shape(&start),
+        _ => pickle::shape(&start),
+    })
 }
 
 fn check_same(path: &Path, size: (usize, usize), expected: (usize, usize)) -> Result<()> {
@@ -199,7 +208,7 @@ fn listed(files: &[PathBuf]) -> String {
 }
 
 /// The name of a GEI that CASIA-B's tools leave among the frames; OpenGait's pretreatment ignores it.
-const TEMPLATE: &str = "gei.png";
+pub(in crate::dataset) const TEMPLATE: &str = "gei.png";
 
 /// Lists the files in a folder in natural order, without a GEI.
 fn files(path: &Path) -> Result<Vec<PathBuf>> {
@@ -209,7 +218,7 @@ fn files(path: &Path) -> Result<Vec<PathBuf>> {
 }
 
 /// The kinds of files that hold frames, for messages.
-const FRAMES: &str = ".png or .jpg, or all of them in one .pkl";
+const FRAMES: &str = ".png or .jpg, or all of them in one .pkl or .npy";
 
 /// The format of a file of frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -217,6 +226,7 @@ enum StoredFormat {
     Png,
     Jpeg,
     Pickle,
+    Npy,
 }
 
 impl StoredFormat {
@@ -227,6 +237,7 @@ impl StoredFormat {
             "png" => Some(Self::Png),
             "jpg" | "jpeg" => Some(Self::Jpeg),
             "pkl" => Some(Self::Pickle),
+            "npy" => Some(Self::Npy),
             _ => None,
         }
     }
@@ -248,7 +259,7 @@ fn reader(path: &Path) -> Result<ImageReader<BufReader<fs::File>>> {
 }
 
 /// Decodes a picture; returns its grey pixels and the number of columns.
-fn decode(path: &Path) -> Result<(Vec<u8>, usize)> {
+pub(in crate::dataset) fn decode(path: &Path) -> Result<(Vec<u8>, usize)> {
     let reader = reader(path)?;
     let name = match reader.format() {
         Some(ImageFormat::Jpeg) => "JPEG",
@@ -276,9 +287,9 @@ fn decode(path: &Path) -> Result<(Vec<u8>, usize)> {
     Ok((picture.into_luma8().into_raw(), columns))
 }
 
-/// Calls `show` with pictures of a pickled array `[frames][rows][columns]`; `wanted` chooses them
+/// Calls `show` with pictures of an array `[frames][rows][columns]`; `wanted` chooses them
 /// given the number of frames.
-fn unpickle(
+fn show_array(
     path: &Path,
     wanted: impl Fn(usize) -> Range<usize>,
     mut show: impl FnMut(&Path, GreyPicture<'_>) -> Result<()>,
@@ -288,12 +299,17 @@ fn unpickle(
     if length > MAX_BYTES {
         return Err(Error::input(
             path,
-            format!("expected a pickle of at most {MAX_BYTES} bytes, found {length}"),
+            format!("expected an array of at most {MAX_BYTES} bytes, found {length}"),
         ));
     }
     let bytes = fs::read(path).map_err(io)?;
-    let array = pickle::read(&bytes)
-        .map_err(|refused| Error::at(path, FilePlace::Byte(refused.byte), refused.problem))?;
+    let array = match StoredFormat::from_name(path) {
+        Some(StoredFormat::Npy) => {
+            mask_array(&bytes).map_err(|problem| Error::input(path, problem))?
+        }
+        _ => pickle::read(&bytes)
+            .map_err(|refused| Error::at(path, FilePlace::Byte(refused.byte), refused.problem))?,
+    };
     let side = 1..=MAX_SIDE as usize;
     match *array.shape {
         [all @ 1..=MAX_FRAMES, rows, columns]

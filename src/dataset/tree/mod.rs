@@ -1,15 +1,14 @@
 //! A tree of silhouettes: pictures of walkers in the folder layout of CASIA-B and OpenGait.
 //!
-//! `root/<person>/<take>/<view>/` holds one PNG or JPEG per frame, or one pickled NumPy array of all
-//! frames (github.com/ShiqiYu/OpenGait, docs/2.prepare_dataset.md) or list of them. A person is named like `001`, a take
-//! like `nm-01`, and a view by its azimuth (`090`), here optionally with its elevation (`090e15`).
+//! `root/<person>/<take>/<view>/` holds one PNG or JPEG per frame, or one NumPy array of all frames
+//! (`.npy`, or pickled as in github.com/ShiqiYu/OpenGait, docs/2.prepare_dataset.md) or pickled list
+//! of them. A person is named like `001`, a take like `nm-01`, and a view by its azimuth (`090`), here optionally with its elevation (`090e15`).
 //! An azimuth of 90 shows the walker's left in EdgeGait; other data may mean the right. Where views
 //! are cameras or recordings (Gait3D, GREW, CCPG), their names state no angles.
 
 mod files;
 mod frame;
 mod layout;
-mod numbers;
 mod pickle;
 mod view_name;
 
@@ -25,6 +24,7 @@ use crate::error::{Error, Remedy, Result};
 use edgegait_core::cycle::LowerBody;
 use edgegait_core::silhouette::Size;
 use files::FrameFiles;
+pub(super) use files::{TEMPLATE, decode};
 pub use frame::framed;
 use frame::{GreyPicture, PictureFraming};
 pub use layout::{Modality, TreeLayout};

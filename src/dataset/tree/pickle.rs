@@ -5,7 +5,7 @@
 //! the five names that they use. It compares names as text and never looks up or calls a function.
 
 use super::MAX_FRAMES;
-use super::numbers::NumberType;
+use crate::dataset::mask_numbers::{ByteArray, NumberType};
 use std::borrow::Cow;
 use std::rc::Rc;
 
@@ -41,13 +41,6 @@ pub(in crate::dataset) fn pickled(shape: [usize; 3], bytes: &[u8]) -> Vec<u8> {
 const MAX_STEPS: usize = 256;
 /// The further instructions for each array of a list. One takes about 25.
 const STEPS_AN_ARRAY: usize = 64;
-
-/// An array of grey pixels in C order.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) struct ByteArray<'a> {
-    pub shape: Vec<usize>,
-    pub bytes: Cow<'a, [u8]>,
-}
 
 /// The place of an error in a pickle, and the reason.
 #[derive(Debug, PartialEq, Eq)]

@@ -174,7 +174,7 @@ fn one_of_several_modalities_is_chosen_by_name_or_number() {
     let text = refusal(read(None), &root);
     assert_eq!(
         text,
-        "001/nm-01/090: expected one .pkl and nothing else, found 3 and 0 pictures: 0_heatmap.pkl, 1_sils.pkl, 2_sils-aligned.pkl"
+        "001/nm-01/090: expected one .pkl or .npy and nothing else, found 3 and 0 pictures: 0_heatmap.pkl, 1_sils.pkl, 2_sils-aligned.pkl"
     );
     assert!(refusal(read(Some("sils")), &root).contains("found 2 and 0 pictures: 1_sils.pkl"));
     let text = refusal(read(Some("depth")), &root);
@@ -183,6 +183,52 @@ fn one_of_several_modalities_is_chosen_by_name_or_number() {
         "{text}"
     );
     assert!(refusal(read(Some("3")), &root).contains("expected files of modality 3"));
+}
+
+#[test]
+fn an_npy_file_holds_the_same_masks_as_a_pickle() {
+    let root = tree_of(&[SIDE, "001/nm-02/090"]);
+    let pixels: Vec<u8> = [bar(1, 255), bar(4, 255)]
+        .into_iter()
+        .flat_map(GrayImage::into_raw)
+        .collect();
+    fs::write(
+        root.path().join(SIDE).join("1.pkl"),
+        pickled([2, 8, 10], &pixels),
+    )
+    .expect("written");
+    let array = root.path().join("001/nm-02/090/1.npy");
+    let npy = |descr: &str, bytes: Vec<u8>| {
+        let mut file = crate::dataset::npy::npy_header(descr, &[2, 8, 10]);
+        file.extend(bytes);
+        fs::write(&array, file).expect("written");
+    };
+    let read = |index| {
+        let tree = Tree::open(root.path(), &TreeLayout::default()).expect("a tree");
+        if index == 1 {
+            assert_eq!(tree.frames(1).expect("a file"), Some(2));
+        }
+        tree.silhouettes(index, Size::S50x30, FramingMode::Height)
+    };
+    let expected = read(0).expect("masks");
+    let bools: Vec<u8> = pixels.iter().map(|pixel| pixel / 255).collect();
+    npy("|b1", bools.clone());
+    assert_eq!(read(1).expect("masks"), expected);
+    npy(
+        "<f4",
+        bools
+            .iter()
+            .flat_map(|on| f32::from(*on).to_le_bytes())
+            .collect(),
+    );
+    assert_eq!(read(1).expect("masks"), expected);
+    npy("|u1", pixels[1..].to_vec());
+    assert_eq!(
+        refusal(read(1), &root),
+        "001/nm-02/090/1.npy: the file ends 1 bytes too early (was it copied whole?)"
+    );
+    npy(">f4", vec![0; 640]);
+    assert!(refusal(read(1), &root).contains("float32 or float64, found >f4"));
 }
 
 #[test]

@@ -63,7 +63,7 @@ pub(super) fn period(take: &RetargetedMotion, stride: f64) -> Period {
     let few = (1.0 - FULL_STRIDE) * stride + LEAST_MISSING;
     let found = match missing {
         Missing::Frames(frames) if frames < 1.5 => lag + 1.0,
-        Missing::Frames(frames) if frames <= few => lag + frames,
+        Missing::Frames(frames) if (lag + frames - stride).abs() <= few => lag + frames,
         Missing::Frames(_) | Missing::Some if lag < FULL_STRIDE * stride => stride,
         _ => lag,
     };

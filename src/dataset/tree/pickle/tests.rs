@@ -105,7 +105,7 @@ fn other_arrays_are_refused_with_what_they_are() {
     };
     assert_eq!(
         replace(b"u1", b"c8"),
-        "expected an array of uint8 (u1), bool, int32, int64, float32 or float64, found c8"
+        "expected an array of uint8 (u1), bool, int32, int64, float16, float32 or float64, found c8"
     );
     assert!(replace(b"\x62\x89\x43", b"\x62\x88\x43").contains("found Fortran order"));
     assert!(replace(b"K\x02K\x03K\x04", b"K\x02K\x03K\x05").contains("[2, 3, 5], found 24"));

@@ -2,6 +2,13 @@
 
 use std::borrow::Cow;
 
+/// An array of grey pixels in C order.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct ByteArray<'a> {
+    pub shape: Vec<usize>,
+    pub bytes: Cow<'a, [u8]>,
+}
+
 /// The type of an array's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NumberType {
@@ -9,6 +16,7 @@ pub(super) enum NumberType {
     Uint8,
     Int32,
     Int64,
+    Float16,
     Float32,
     Float64,
 }
@@ -21,6 +29,7 @@ impl NumberType {
             "u1" => Self::Uint8,
             "i4" => Self::Int32,
             "i8" => Self::Int64,
+            "f2" => Self::Float16,
             "f4" => Self::Float32,
             "f8" => Self::Float64,
             _ => return None,
@@ -30,7 +39,7 @@ impl NumberType {
     /// Returns the message about a type that masks are not stored in.
     pub(super) fn expected(found: &str) -> String {
         format!(
-            "expected an array of uint8 (u1), bool, int32, int64, float32 or float64, found {found}"
+            "expected an array of uint8 (u1), bool, int32, int64, float16, float32 or float64, found {found}"
         )
     }
 
@@ -38,6 +47,7 @@ impl NumberType {
     pub(super) const fn bytes(self) -> usize {
         match self {
             Self::Bool | Self::Uint8 => 1,
+            Self::Float16 => 2,
             Self::Int32 | Self::Float32 => 4,
             Self::Int64 | Self::Float64 => 8,
         }
@@ -85,10 +95,23 @@ impl NumberType {
             Self::Bool | Self::Uint8 => bytes.first().map_or(0.0, |byte| f64::from(*byte)),
             Self::Int32 => i32::from_le_bytes(four()).into(),
             Self::Float32 => f32::from_le_bytes(four()).into(),
+            Self::Float16 => half(u16::from_le_bytes(bytes.try_into().unwrap_or_default())),
             // Rounding matters only far outside of the range.
             Self::Int64 => i64::from_le_bytes(eight()) as f64,
             Self::Float64 => f64::from_le_bytes(eight()),
         }
+    }
+}
+
+/// Converts a number of half precision (IEEE 754-2019, binary16).
+fn half(bits: u16) -> f64 {
+    let sign = if bits >> 15 == 0 { 1.0 } else { -1.0 };
+    let fraction = f64::from(bits & 0x3ff) / 1024.0;
+    sign * match bits >> 10 & 0x1f {
+        0 => fraction * 2_f64.powi(-14),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        exponent => (1.0 + fraction) * 2_f64.powi(i32::from(exponent) - 15),
     }
 }
 
@@ -129,6 +152,11 @@ mod tests {
         assert_eq!(grey("f4", floats(&[0.0, 0.5, 1.0])), Ok(vec![0, 128, 255]));
         assert_eq!(grey("f8", doubles(&[0.2, 0.998])), Ok(vec![51, 254]));
         assert_eq!(grey("f8", doubles(&[0.4, 254.6])), Ok(vec![0, 255]));
+        // numpy.float16([0, 2 ** -24, 0.5, 1]).tobytes()
+        let halves = vec![0, 0, 1, 0, 0, 0x38, 0, 0x3c];
+        assert_eq!(grey("f2", halves), Ok(vec![0, 0, 128, 255]));
+        // numpy.float16([255, 2]).tobytes()
+        assert_eq!(grey("f2", vec![0xf8, 0x5b, 0, 0x40]), Ok(vec![255, 2]));
     }
 
     #[test]
@@ -142,7 +170,7 @@ mod tests {
             let refused = grey("f4", floats(numbers)).expect_err("refused");
             assert!(refused.ends_with(found), "{refused}");
         }
-        assert_eq!(NumberType::parse("f2"), None);
+        assert_eq!(NumberType::parse("f16"), None);
         assert_eq!(NumberType::parse("O8"), None);
     }
 }
