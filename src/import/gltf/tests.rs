@@ -114,6 +114,21 @@ fn a_joint_that_turns_takes_its_vertices_along() {
     assert_near(skin(&motion, 30)[2], [-1.0, 1.0, 0.0]);
 }
 
+/// glTF 2.0, 3.7.3.1: without inverse bind matrices, vertices are in the space of each joint.
+#[test]
+fn a_skin_without_inverse_bind_matrices_has_its_vertices_in_the_space_of_its_joints() {
+    let mut bytes = bytes();
+    let local = [0.0_f32, 0., 0., 0., 0.5, 0., 0., 1., 0.];
+    let local = local.iter().flat_map(|number| number.to_le_bytes());
+    bytes.splice(..36, local);
+    let mut scene = scene(&bytes);
+    scene["skins"][0] = json!({"joints": [1, 2]});
+    let motion = read(&scene, None).unwrap();
+    assert_near(skin(&motion, 0)[0], [0.0, 0.0, 0.0]);
+    assert_near(skin(&motion, 0)[2], [0.0, 2.0, 0.0]);
+    assert_near(skin(&motion, 30)[2], [-1.0, 1.0, 0.0]);
+}
+
 /// Returns the scene's motion with the rig moved along Z by the cubic spline's keys.
 fn moved(interpolation: &str, output: usize) -> Motion {
     let mut scene = scene(&bytes());
