@@ -47,7 +47,10 @@ struct EncodedRow {
 }
 
 /// An unsigned integer and its number of bits.
-type BitField = (u32, u32);
+struct BitField {
+    value: u32,
+    width: u32,
+}
 
 impl StoredHull {
     /// Returns the points as they are decoded: both halves of a symmetric hull.
@@ -63,9 +66,9 @@ impl StoredHull {
     /// Appends the hull, with rows along the axis that needs the fewest bits.
     pub(super) fn write(&self, writer: &mut BitWriter) {
         let ways = [None, Some(0), Some(1), Some(2)].map(|shared| self.fields(shared));
-        let bits = |fields: &Vec<BitField>| fields.iter().map(|&(_, width)| width).sum::<u32>();
-        for (value, width) in ways.into_iter().min_by_key(bits).unwrap_or_default() {
-            writer.unsigned(value, width);
+        let bits = |fields: &Vec<BitField>| fields.iter().map(|field| field.width).sum::<u32>();
+        for field in ways.into_iter().min_by_key(bits).unwrap_or_default() {
+            writer.unsigned(field.value, field.width);
         }
     }
 
@@ -77,22 +80,23 @@ impl StoredHull {
                 .flat_map(|row| row.alone.iter().chain(&row.pairs))
         };
         let widths: [u32; 3] = std::array::from_fn(|axis| {
-            let widths = points().map(|point| self.field(point[axis], axis, None).1);
+            let widths = points().map(|point| self.field(point[axis], axis, None).width);
             widths.max().unwrap_or(0)
         });
+        let field = |value, width| BitField { value, width };
         let mut fields = vec![
-            (narrow(self.joint.index()), JOINT_BITS),
-            (u32::from(self.is_symmetric), 1),
-            (u32::from(self.is_mirrored), 1),
-            (narrow(shared.map_or(0, |axis| axis + 1)), SHARED_BITS),
-            (narrow(rows.len() - 1), ROWS_BITS),
+            field(narrow(self.joint.index()), JOINT_BITS),
+            field(u32::from(self.is_symmetric), 1),
+            field(u32::from(self.is_mirrored), 1),
+            field(narrow(shared.map_or(0, |axis| axis + 1)), SHARED_BITS),
+            field(narrow(rows.len() - 1), ROWS_BITS),
         ];
-        fields.extend(widths.map(|width| (width, WIDTH_BITS)));
+        fields.extend(widths.map(|width| field(width, WIDTH_BITS)));
         for row in &rows {
             let stored = row.alone.len() + row.pairs.len();
-            fields.push((narrow(stored - 1), ROW_LENGTH_BITS));
+            fields.push(field(narrow(stored - 1), ROW_LENGTH_BITS));
             if self.is_symmetric {
-                fields.push((narrow(row.alone.len()), ROW_MIDDLE_BITS));
+                fields.push(field(narrow(row.alone.len()), ROW_MIDDLE_BITS));
             }
             if let Some(axis) = shared {
                 fields.push(self.field(row.shared, axis, Some(widths[axis])));
@@ -145,13 +149,14 @@ impl StoredHull {
     /// Returns a coordinate with this width, or with the least width that holds it. The x of a
     /// symmetric hull is counted from 1.
     fn field(&self, value: i32, axis: usize, width: Option<u32>) -> BitField {
-        if axis == 0 && self.is_symmetric {
+        let (value, least) = if axis == 0 && self.is_symmetric {
             let value = value.cast_unsigned().saturating_sub(1);
-            (value, width.unwrap_or(u32::BITS - value.leading_zeros()))
+            (value, u32::BITS - value.leading_zeros())
         } else {
-            let width = width.unwrap_or_else(|| signed_width(value));
-            (value.cast_unsigned(), width)
-        }
+            (value.cast_unsigned(), signed_width(value))
+        };
+        let width = width.unwrap_or(least);
+        BitField { value, width }
     }
 }
 

@@ -1,6 +1,6 @@
 //! A check that a model works: its answers to a few inputs, and their problems.
 
-use super::parity::{AnswerDifference, Limits};
+use super::parity::{AnswerDifference, Limits, VectorPair};
 use crate::error::Result;
 use crate::inference::Recognizer;
 use crate::inference::RuntimeName;
@@ -71,7 +71,10 @@ impl Checkup {
             }
             let together = recognizer.run(&inputs.concat(), inputs.len())?;
             let together = together.embedding.chunks(dims.max(1));
-            let pairs: Vec<_> = embeddings.iter().map(Vec::as_slice).zip(together).collect();
+            let pairs = embeddings.iter().zip(together);
+            let pairs: Vec<_> = pairs
+                .map(|(alone, other)| VectorPair::new(alone, other))
+                .collect();
             let apart =
                 AnswerDifference::measure(&pairs).map_or(0.0, |(found, _)| found.greatest_relative);
             if apart > Limits::FLOAT.relative_difference && is_steady {
@@ -99,9 +102,10 @@ impl Checkup {
         if self.embedding_dims != other.embedding_dims {
             return None;
         }
-        let embeddings = self.embeddings.iter().map(Vec::as_slice);
-        let other_embeddings = other.embeddings.iter().map(Vec::as_slice);
-        let pairs: Vec<_> = embeddings.zip(other_embeddings).collect();
+        let pairs = self.embeddings.iter().zip(&other.embeddings);
+        let pairs: Vec<_> = pairs
+            .map(|(own, other)| VectorPair::new(own, other))
+            .collect();
         let (found, _) = AnswerDifference::measure(&pairs)?;
         found
             .greatest_relative

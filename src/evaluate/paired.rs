@@ -86,15 +86,15 @@ fn at_viewpoints([one, other]: [&HitsByView; 2], seed: u64) -> Vec<PairedViewpoi
         };
         let pairs: Option<Vec<PairedHits>> = one.iter().zip(other).map(pair).collect();
         let probed = pairs?.into_iter().filter(|pair| pair.probes > 0).collect();
-        let (difference, drawn) = drawn_of(probed, seed, difference_of)?;
+        let PairedEstimate { value, interval } = drawn_of(probed, seed, difference_of)?;
         let angles = view.angles_deg();
         Some(PairedViewpoint {
             azimuth_deg: angles.map(|angles| angles.0),
             elevation_deg: angles.map(|angles| angles.1),
             view: view.name().map(str::to_owned),
-            difference,
-            low: drawn.map(|drawn| drawn.low),
-            high: drawn.map(|drawn| drawn.high),
+            difference: value,
+            low: interval.map(|interval| interval.low),
+            high: interval.map(|interval| interval.high),
         })
     });
     found.flatten().collect()
@@ -109,15 +109,15 @@ pub(crate) fn between(
     seed: u64,
 ) -> Vec<PairedResult> {
     let named = |probe_set, people: [&[PersonResult]; 2]| {
-        let (difference, drawn) = difference(people, seed)?;
+        let PairedEstimate { value, interval } = difference(people, seed)?;
         Some(PairedResult {
             recognizer: one.name.clone(),
             other: other.name.clone(),
             probe_set,
             people: people[0].len() as u64,
-            difference,
-            low: drawn.map(|drawn| drawn.low),
-            high: drawn.map(|drawn| drawn.high),
+            difference: value,
+            low: interval.map(|interval| interval.low),
+            high: interval.map(|interval| interval.high),
             by_viewpoint: Vec::new(),
         })
     };
@@ -138,8 +138,13 @@ pub(crate) fn between(
     leading.flatten().into_iter().chain(sets).collect()
 }
 
-/// A number and its interval over people; no interval with fewer than two people.
-type PairedEstimate = (f64, Option<Interval>);
+/// A number and its interval over people.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PairedEstimate {
+    pub value: f64,
+    /// The interval; none with fewer than two people.
+    pub interval: Option<Interval>,
+}
 
 /// The ratio and the difference of two rates of hits on the same probes.
 pub(crate) struct PairedRates {
@@ -200,7 +205,10 @@ fn drawn_of(
     let (first, more) = pairs.split_first()?;
     let mut all = first.clone();
     more.iter().for_each(|pair| all += pair);
-    Some((statistic(&all)?, interval_95(&pairs, seed, statistic)))
+    Some(PairedEstimate {
+        value: statistic(&all)?,
+        interval: interval_95(&pairs, seed, statistic),
+    })
 }
 
 #[cfg(test)]

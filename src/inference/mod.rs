@@ -143,6 +143,12 @@ impl GivenInputs<'_> {
     }
 }
 
+/// The outputs of a model for some inputs.
+struct ModelOutputs {
+    embedding: OutputTensor,
+    scores: Option<OutputTensor>,
+}
+
 /// Runs a batch through `run_once`, which returns embeddings and scores: in one call, or one input
 /// at a time if the model takes no more.
 fn run_batch(
@@ -150,7 +156,7 @@ fn run_batch(
     ports: &Ports,
     input: &[f32],
     batch: usize,
-    mut run_once: impl FnMut(GivenInputs<'_>) -> Result<(OutputTensor, Option<OutputTensor>)>,
+    mut run_once: impl FnMut(GivenInputs<'_>) -> Result<ModelOutputs>,
 ) -> Result<Outputs> {
     let frames = contract.frames_in(input.len(), batch)?;
     let step = if ports.batching.is_one() { 1 } else { batch };
@@ -159,7 +165,7 @@ fn run_batch(
     let each = frames * contract.input_numbers() + contract.view_numbers();
     for input in input.chunks_exact(step * each) {
         let (numbers, views) = contract.apart(input, step);
-        let (embedding, scores) = run_once(GivenInputs {
+        let ModelOutputs { embedding, scores } = run_once(GivenInputs {
             numbers: &numbers,
             shape: &shape,
             views: &views,

@@ -9,8 +9,8 @@ use super::ports::{Element, Ports, byte_of};
 use super::profile;
 use super::provider::{BareLoop, BareOutputs, Provider, RuntimeName};
 use super::{
-    Contract, GivenInputs, OperatorTime, OutputTensor, Outputs, ProfiledOperations, Recognizer,
-    run_batch,
+    Contract, GivenInputs, ModelOutputs, OperatorTime, OutputTensor, Outputs, ProfiledOperations,
+    Recognizer, run_batch,
 };
 use crate::error::{Cause, Error, InferenceError, Result, SettingError};
 use crate::files::Staging;
@@ -221,9 +221,6 @@ fn inputs<'a>(
     Ok(all)
 }
 
-/// The outputs of a model: embedding and scores.
-type ModelOutputs = (OutputTensor, Option<OutputTensor>);
-
 impl OrtRecognizer {
     pub(super) fn load(
         ort: &Ort,
@@ -337,8 +334,10 @@ impl OrtRecognizer {
     fn ready(&self, shape: &[usize], found: &ModelOutputs) -> ort::Result<Ready> {
         let allocator = Allocator::default();
         let mut outputs = selected(&self.ports);
-        let scores = self.ports.scores.iter().zip(&found.1);
-        for (name, tensor) in std::iter::once((&self.ports.embedding, &found.0)).chain(scores) {
+        let scores = self.ports.scores.iter().zip(&found.scores);
+        for (name, tensor) in
+            std::iter::once((&self.ports.embedding, &found.embedding)).chain(scores)
+        {
             let tensor = OrtTensor::<f32>::new(&allocator, tensor.shape.clone())?;
             outputs = outputs.preallocate(name, tensor);
         }
@@ -372,7 +371,7 @@ impl OrtRecognizer {
             Some(name) => Some(self.tensor(outputs, name)?),
             None => None,
         };
-        Ok((embedding, scores))
+        Ok(ModelOutputs { embedding, scores })
     }
 
     fn tensor(&self, outputs: &SessionOutputs<'_>, name: &str) -> Result<OutputTensor> {

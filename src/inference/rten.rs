@@ -8,7 +8,7 @@ use super::graph::SlidingWindow;
 use super::model::Model;
 use super::ports::{Element, Ports, byte_of};
 use super::provider::{Provider, RuntimeName};
-use super::{Contract, GivenInputs, OutputTensor, Outputs, Recognizer, run_batch};
+use super::{Contract, GivenInputs, ModelOutputs, OutputTensor, Outputs, Recognizer, run_batch};
 use crate::error::{Cause, Error, InferenceError, Remedy, Result};
 use rten::{ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueOrView, ValueView};
 use std::sync::{Arc, OnceLock};
@@ -135,7 +135,7 @@ impl RtenRecognizer {
         })
     }
 
-    fn run_once(&self, given: GivenInputs<'_>) -> Result<(OutputTensor, Option<OutputTensor>)> {
+    fn run_once(&self, given: GivenInputs<'_>) -> Result<ModelOutputs> {
         let failed = |cause: Cause| InferenceError::Embedded {
             model: self.contract.name.clone(),
             cause,
@@ -175,7 +175,7 @@ impl RtenRecognizer {
                 .transpose()?,
             None => None,
         };
-        Ok((embedding, scores))
+        Ok(ModelOutputs { embedding, scores })
     }
 
     fn tensor(&self, output: &str, value: Value) -> Result<OutputTensor> {

@@ -36,7 +36,7 @@ impl LogAxis {
         all.filter(|value| (self.0..self.1).contains(value))
             .map(|value| {
                 let decimals = if value < 1.0 { 3 } else { 0 };
-                (self.place(value), format!("{value:.decimals$}"))
+                Tick::new(self.place(value), format!("{value:.decimals$}"))
             })
             .collect()
     }
@@ -112,13 +112,13 @@ mod tests {
     #[test]
     fn axes_are_labelled_within_their_range() {
         let axis = LogAxis::around([3.25, 46.0].into_iter());
-        let texts: Vec<String> = axis.ticks().into_iter().map(|(_, text)| text).collect();
+        let texts: Vec<String> = axis.ticks().into_iter().map(|tick| tick.text).collect();
         assert_eq!(texts, ["3", "5", "7", "10", "20", "30", "50"]);
         assert_eq!(LogAxis(1.0, 100.0).place(10.0), 0.5);
         let small = LogAxis(0.45, 0.6).ticks();
-        assert_eq!(small[0].1, "0.500");
+        assert_eq!(small[0].text, "0.500");
         let long = LogAxis(0.9, 2000.0).ticks();
-        let texts: Vec<&str> = long.iter().map(|(_, text)| text.as_str()).collect();
+        let texts: Vec<&str> = long.iter().map(|tick| tick.text.as_str()).collect();
         assert_eq!(texts, ["1", "10", "100", "1000"]);
     }
 }

@@ -47,7 +47,7 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
     let step = if farthest > 90.0 { 20 } else { 10 };
     let ticks = (0..=farthest as u32).step_by(step);
     let ticks: Vec<Tick> = ticks
-        .map(|tick| (f64::from(tick) / farthest, tick.to_string()))
+        .map(|tick| Tick::new(f64::from(tick) / farthest, tick))
         .collect();
     let bars = if curves.iter().all(|curve| {
         curve
@@ -105,8 +105,12 @@ pub(super) fn angles(results: &[RecognizerResult]) -> Option<Markup> {
     })
 }
 
-/// A line of a [`curves`] chart: its name and its points, with both coordinates 0..1.
-pub(super) type ChartCurve = (String, Vec<(f64, f64)>);
+/// A line of a [`curves`] chart.
+pub(super) struct ChartCurve {
+    pub(super) name: String,
+    /// The points, with both coordinates 0..1.
+    pub(super) points: Vec<(f64, f64)>,
+}
 
 /// Draws a chart of at most as many lines of rates (0..1, upwards) as [`LINES`] has, with ticks of
 /// the horizontal axis (place 0..1, text). None without lines.
@@ -116,7 +120,7 @@ pub(super) fn curves(
     ticks: &[Tick],
     curves: &[ChartCurve],
 ) -> Option<Markup> {
-    if curves.iter().all(|(_, points)| points.len() < 2) {
+    if curves.iter().all(|curve| curve.points.len() < 2) {
         return None;
     }
     let axes = Axes {
@@ -131,8 +135,8 @@ pub(super) fn curves(
                 (axes.across(&percents(RATES)))
                 (axes.below(ticks))
                 text.axis x="204" y="250" text-anchor="middle" { (axis) }
-                @for ((name, points), style) in curves.iter().zip(LINES) {
-                    (axes.curve(name, points.iter().copied(), style))
+                @for (curve, style) in curves.iter().zip(LINES) {
+                    (axes.curve(&curve.name, curve.points.iter().copied(), style))
                 }
             }
             figcaption { (what) }

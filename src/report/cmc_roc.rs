@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use super::chart::{ChartCurve, curves, legend};
 use super::drawing::LINES;
+use super::drawing::Tick;
 use super::{THIN, headline_scope};
 use crate::evaluate::results::{ProbeSetResult, RecognizerResult};
 
@@ -91,14 +92,17 @@ fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
         .map(|(name, set)| {
             let ranks = set.cmc.iter().take(last).zip(1..);
             let points = ranks.map(|(&rate, rank)| (place(rank), rate));
-            (name.clone(), points.collect())
+            ChartCurve {
+                name: name.clone(),
+                points: points.collect(),
+            }
         })
         .collect();
     let mut ranks: Vec<usize> = [1, 5, 10].into_iter().filter(|&r| r < last).collect();
     ranks.push(last);
     let ranks: Vec<_> = ranks
         .into_iter()
-        .map(|r| (place(r), r.to_string()))
+        .map(|rank| Tick::new(place(rank), rank))
         .collect();
     let cmc = curves("Right person within rank k (CMC)", "rank k", &ranks, &cmc);
     let roc: Vec<ChartCurve> = pair
@@ -109,12 +113,15 @@ fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
             // From 1e-4 to 1, a quarter of the axis for each power of ten.
             let place = |far: f64| 1.0 + far.max(1e-4).log10() / 4.0;
             let points = points.map(|at| (place(at.far), at.tar));
-            (name.clone(), points.collect())
+            ChartCurve {
+                name: name.clone(),
+                points: points.collect(),
+            }
         })
         .collect();
     let fars = ["0.01", "0.1", "1", "10", "100"].into_iter().zip(0..);
     let fars: Vec<_> = fars
-        .map(|(text, quarter)| (f64::from(quarter) / 4.0, text.to_owned()))
+        .map(|(text, quarter)| Tick::new(f64::from(quarter) / 4.0, text))
         .collect();
     let roc = curves(
         "True accept rate (ROC)",

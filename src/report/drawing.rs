@@ -38,12 +38,24 @@ pub(crate) fn to_tenth(coordinate: f64) -> String {
     format!("{coordinate:.1}")
 }
 
-/// A place on an axis, 0 at its start and 1 at its end, and its text.
-pub(crate) type Tick = (f64, String);
+/// A place on an axis, and its text.
+#[derive(Clone)]
+pub(crate) struct Tick {
+    /// The place: 0 at the start of the axis and 1 at its end.
+    pub(crate) at: f64,
+    pub(crate) text: String,
+}
+
+impl Tick {
+    pub(crate) fn new(at: f64, text: impl ToString) -> Self {
+        let text = text.to_string();
+        Self { at, text }
+    }
+}
 
 /// Returns ticks at rates in percent.
 pub(crate) fn percents<const N: usize>(rates: [u32; N]) -> [Tick; N] {
-    rates.map(|rate| (f64::from(rate) / 100.0, format!("{rate}%")))
+    rates.map(|rate| Tick::new(f64::from(rate) / 100.0, format!("{rate}%")))
 }
 
 /// The area of a chart's curves in its picture.
@@ -66,7 +78,7 @@ impl Axes {
 
     /// Draws horizontal lines, each with its text on the left.
     pub(crate) fn across(&self, ticks: &[Tick]) -> Markup {
-        html! { @for (at, text) in ticks {
+        html! { @for Tick { at, text } in ticks {
             @let (x, y) = self.place((0.0, *at));
             line.rail x1=(to_tenth(x)) x2=(to_tenth(x + self.width)) y1=(to_tenth(y)) y2=(to_tenth(y)) {}
             @if !text.is_empty() {
@@ -77,7 +89,7 @@ impl Axes {
 
     /// Draws vertical lines, without texts.
     pub(crate) fn upwards(&self, ticks: &[Tick]) -> Markup {
-        html! { @for (at, _) in ticks {
+        html! { @for Tick { at, .. } in ticks {
             @let (x, y) = self.place((*at, 0.0));
             line.rail x1=(to_tenth(x)) x2=(to_tenth(x)) y1=(to_tenth(self.top)) y2=(to_tenth(y)) {}
         } }
@@ -85,7 +97,7 @@ impl Axes {
 
     /// Draws texts below the chart.
     pub(crate) fn below(&self, ticks: &[Tick]) -> Markup {
-        html! { @for (at, text) in ticks {
+        html! { @for Tick { at, text } in ticks {
             @let (x, y) = self.place((*at, 0.0));
             text.tick x=(to_tenth(x)) y=(to_tenth(y + 18.0)) text-anchor="middle" { (text) }
         } }

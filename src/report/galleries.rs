@@ -6,8 +6,8 @@ use super::labelled_sheet::{GalleryImage, GalleryRow, TemplateCell, gallery, tem
 use crate::draw::confounders::image::straightened;
 use crate::draw::confounders::{Condition, ConfounderKind};
 use crate::draw::sweep::{
-    Job, Moments, Scene, SceneHullKind, SceneHulls, Settings, Shot, Swept, View, scene,
-    silhouettes, sweep,
+    Job, Moments, Scene, SceneHull, SceneHullKind, Settings, Shot, Swept, View, scene, silhouettes,
+    sweep,
 };
 use crate::draw::template::{Template, TemplateShape};
 use crate::error::Result;
@@ -162,8 +162,8 @@ fn painted(scene: &Scene) -> RgbImage {
     }
 }
 
-fn shown(hulls: &SceneHulls) -> Vec<ShownHull> {
-    let colour = |thing| match thing {
+fn shown(hulls: &[SceneHull]) -> Vec<ShownHull> {
+    let colour = |kind| match kind {
         SceneHullKind::Worn(BodyPart::Body) => Colour::Body,
         SceneHullKind::Worn(BodyPart::Hair) => Colour::Hair,
         SceneHullKind::Worn(BodyPart::Garment) => Colour::Garment,
@@ -171,9 +171,9 @@ fn shown(hulls: &SceneHulls) -> Vec<ShownHull> {
         SceneHullKind::Shadow => Colour::Shadow,
         SceneHullKind::Occluder => Colour::Occluder,
     };
-    let hull = |(thing, points): &(SceneHullKind, Vec<Vec3>)| ShownHull {
-        points: points.clone(),
-        kind: colour(*thing),
+    let hull = |hull: &SceneHull| ShownHull {
+        points: hull.points.clone(),
+        kind: colour(hull.kind),
     };
     hulls.iter().map(hull).collect()
 }

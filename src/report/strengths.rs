@@ -88,10 +88,10 @@ fn chart(result: &ConfounderResult, column: usize, y: f64, chance: f64) -> Marku
     let least = if is_signed { -1.0 } else { 0.0 };
     let place = |strength: f64| (strength - least) / (1.0 - least);
     let middle = f64::midpoint(least, 1.0);
-    let strengths: [Tick; 3] = [least, middle, 1.0].map(|at| (place(at), at.to_string()));
+    let strengths: [Tick; 3] = [least, middle, 1.0].map(|at| Tick::new(place(at), at));
     let mut rates = percents([0, 50, 100]);
     if column > 0 {
-        rates = rates.map(|(at, _)| (at, String::new()));
+        rates = rates.map(|rate| Tick::new(rate.at, ""));
     }
     let curves = recognizers(std::slice::from_ref(result));
     let curves = curves.iter().enumerate().zip(LINES.into_iter().cycle());

@@ -5,7 +5,7 @@ use super::figure::{FigurePath, ResultFigure};
 use super::judge::BaselineChange;
 use super::limits::GateLimit;
 use super::results::ResultFile;
-use crate::evaluate::paired::{PairedRates, paired_rates};
+use crate::evaluate::paired::{PairedEstimate, PairedRates, paired_rates};
 use crate::evaluate::paired_results::PersonResult;
 use crate::evaluate::wilson::Interval;
 use serde::Deserialize as _;
@@ -172,7 +172,7 @@ impl KnownFigure {
             ));
         };
         // With one person there is no interval.
-        let estimate = |(value, interval): (f64, Option<Interval>)| match interval {
+        let estimate = |PairedEstimate { value, interval }| match interval {
             Some(Interval { low, high }) => Estimate { value, low, high },
             None => Estimate {
                 value,

@@ -18,7 +18,7 @@ mod views;
 mod walker;
 
 pub use outputs::{MAX_FRAMES, UNCUT_FPS, Wanted};
-pub use scene_view::{Scene, SceneHullKind, SceneHulls, scene};
+pub use scene_view::{Scene, SceneHull, SceneHullKind, scene};
 pub use settings::{Aim, FRAMES_PER_CYCLE, FramingMode, Jitter, Lens, Raster, Sensor, Settings};
 use views::ListedViews;
 pub use views::{View, Views};

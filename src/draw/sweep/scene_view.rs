@@ -23,16 +23,22 @@ pub enum SceneHullKind {
     Occluder,
 }
 
-/// Convex hulls with their points in the walker's space, metres.
-pub type SceneHulls = Vec<(SceneHullKind, Vec<Vec3>)>;
+/// A convex hull of a scene.
+#[derive(Clone, Debug)]
+pub struct SceneHull {
+    /// What it is.
+    pub kind: SceneHullKind,
+    /// Its points in the walker's space, metres.
+    pub points: Vec<Vec3>,
+}
 
 /// The scene of one frame of a walk, before camera, lens and segmentation.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// All hulls of the scene.
-    pub hulls: SceneHulls,
+    pub hulls: Vec<SceneHull>,
     /// The walker's hulls at the moments of the exposure, if there is motion blur.
-    pub exposures: Vec<SceneHulls>,
+    pub exposures: Vec<Vec<SceneHull>>,
     /// The camera that sees the scene.
     pub camera: Camera,
     /// The floor on which the walker walks.
@@ -64,10 +70,12 @@ pub fn scene(
 }
 
 /// Returns the hulls of a figure, each with its kind.
-fn worn(figure: &Figure<'_>, parts: &[BodyPart]) -> SceneHulls {
-    let hulls = figure.hulls().map(Iterator::collect);
-    let things = parts.iter().map(|&part| SceneHullKind::Worn(part));
-    things.zip(hulls).collect()
+fn worn(figure: &Figure<'_>, parts: &[BodyPart]) -> Vec<SceneHull> {
+    let hulls = figure.hulls().zip(parts).map(|(points, &part)| SceneHull {
+        kind: SceneHullKind::Worn(part),
+        points: points.collect(),
+    });
+    hulls.collect()
 }
 
 impl PosedFrames<'_> {
@@ -78,11 +86,12 @@ impl PosedFrames<'_> {
         let mut hulls = worn(&posed.figure, parts);
         let mut exposures = Vec::new();
         if let Some(extras) = extras {
-            let all = |figure: &Figure<'_>, thing| -> SceneHulls {
-                figure
-                    .hulls()
-                    .map(|points| (thing, points.collect()))
-                    .collect()
+            let all = |figure: &Figure<'_>, kind| -> Vec<SceneHull> {
+                let hulls = figure.hulls().map(|points| SceneHull {
+                    kind,
+                    points: points.collect(),
+                });
+                hulls.collect()
             };
             if let Some(shadow) = extras.shadow() {
                 hulls.extend(all(&shadow, SceneHullKind::Shadow));

@@ -46,8 +46,13 @@ struct BaselineGroup<'e> {
     dims: Vec<(&'e Entrant, usize)>,
 }
 
-/// Mean pictures of each class, one per row, and the class of each row.
-type ClassMeans = (Array2<f32>, Vec<usize>);
+/// Mean pictures of each class.
+struct ClassMeans {
+    /// One in each row.
+    templates: Array2<f32>,
+    /// The class of each row.
+    classes: Vec<usize>,
+}
 
 impl Contest<'_> {
     /// Returns the baselines of these kinds for recognizers: one of each kind for each group of
@@ -164,7 +169,7 @@ impl Contest<'_> {
     fn refusal(&self, of: &Contract, known: Option<&ClassMeans>) -> Result<Option<String>> {
         let (numbers, probes) = (of.numbers(), self.probes(of)?.max(1));
         let compared = match known {
-            Some((known, _)) => known.nrows(),
+            Some(known) => known.templates.nrows(),
             None => (self.trial(of)?.comparisons() / probes as u64) as usize,
         };
         let sequences = self.source.sequences().list.iter();
@@ -197,7 +202,7 @@ fn plain(of: &Contract) -> Contract {
 
 fn with(baseline: Baseline, known: Option<&ClassMeans>, like: &Entrant) -> Entrant {
     let baseline = match known {
-        Some((templates, classes)) => baseline.enrolled(templates.view(), classes.clone()),
+        Some(known) => baseline.enrolled(known.templates.view(), known.classes.clone()),
         None => baseline,
     };
     Entrant {
@@ -292,5 +297,8 @@ fn known(entrant: &Entrant, pack: Option<&Pack<'_>>, probes: usize) -> Result<Op
     for (mut sum, &class) in sums.outer_iter_mut().zip(&classes) {
         sum /= counts[class];
     }
-    Ok(Some((sums, classes)))
+    Ok(Some(ClassMeans {
+        templates: sums,
+        classes,
+    }))
 }

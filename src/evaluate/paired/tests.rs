@@ -134,8 +134,8 @@ fn the_best_stands_first_and_of_equals_the_one_listed_first() {
 fn the_interval_is_that_of_the_exact_distribution() {
     let one = people(1, |number| u64::from(number < 3));
     let other = people(1, |number| u64::from((3..5).contains(&number)));
-    let (found, drawn) = difference([&one, &other], 4).unwrap();
-    assert!((found - 0.1).abs() < 1e-12);
+    let PairedEstimate { value, interval } = difference([&one, &other], 4).unwrap();
+    assert!((value - 0.1).abs() < 1e-12);
     // [sum + 10]
     let mut chances = vec![0.0; 21];
     chances[10] = 1.0;
@@ -160,7 +160,7 @@ fn the_interval_is_that_of_the_exact_distribution() {
         });
         (at.unwrap() as f64 - 10.0) / 10.0
     };
-    let drawn = drawn.unwrap();
+    let drawn = interval.unwrap();
     // With 2,000 resamples a quantile may be one step off: 0.1.
     assert!((drawn.low - quantile(0.025)).abs() < 0.11, "{drawn:?}");
     assert!((drawn.high - quantile(0.975)).abs() < 0.11, "{drawn:?}");
@@ -171,22 +171,23 @@ fn the_interval_is_that_of_the_exact_distribution() {
 fn a_ratio_that_all_people_share_is_sure() {
     let [one, other] = [people(10, |_| 9), people(10, |_| 6)];
     let rates = paired_rates([&one, &other], 1).unwrap();
-    let (ratio, drawn) = rates.ratio;
-    let ends = drawn.map(|drawn| (drawn.low, drawn.high));
-    assert_eq!((ratio, ends), (1.5, Some((1.5, 1.5))));
+    let PairedEstimate { value, interval } = rates.ratio;
+    let ends = interval.map(|interval| (interval.low, interval.high));
+    assert_eq!((value, ends), (1.5, Some((1.5, 1.5))));
     let nothing = people(10, |_| 0);
-    assert_eq!(paired_rates([&nothing, &nothing], 1).unwrap().ratio.0, 1.0);
+    assert_eq!(
+        paired_rates([&nothing, &nothing], 1).unwrap().ratio.value,
+        1.0
+    );
     assert!(paired_rates([&one, &people(9, |_| 9)], 1).is_none());
 }
 
 #[test]
 fn the_same_answers_do_not_differ() {
     let same = people(7, |number| number % 7);
-    let (difference, drawn) = difference([&same, &same], 2).unwrap();
-    assert_eq!(
-        (difference, drawn.unwrap().low, drawn.unwrap().high),
-        (0.0, 0.0, 0.0)
-    );
+    let PairedEstimate { value, interval } = difference([&same, &same], 2).unwrap();
+    let interval = interval.unwrap();
+    assert_eq!((value, interval.low, interval.high), (0.0, 0.0, 0.0));
 }
 
 #[test]

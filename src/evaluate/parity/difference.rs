@@ -38,26 +38,30 @@ pub(crate) struct AnswerDifference {
 }
 
 /// A vector of the reference and one of another side, of one length and finite.
-pub(crate) type VectorPair<'a> = (&'a [f32], &'a [f32]);
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct VectorPair<'a> {
+    pub(crate) reference: &'a [f32],
+    pub(crate) other: &'a [f32],
+}
 
 impl AnswerDifference {
     /// Returns the differences of all pairs, and the relative difference of each pair; none without
     /// numbers.
     pub(crate) fn measure(pairs: &[VectorPair<'_>]) -> Option<(Self, Vec<f64>)> {
-        let width = pairs.first()?.0.len();
+        let width = pairs.first()?.reference.len();
         if width == 0 {
             return None;
         }
         let count = pairs.len() as f64;
         let mut mean = vec![0.0; width];
-        for (reference, _) in pairs {
-            for (sum, &number) in mean.iter_mut().zip(*reference) {
+        for pair in pairs {
+            for (sum, &number) in mean.iter_mut().zip(pair.reference) {
                 *sum += f64::from(number) / count;
             }
         }
         let root_mean_square = |from: &[f64]| {
-            let squares = pairs.iter().flat_map(|(reference, _)| {
-                let numbers = reference.iter().copied().map(f64::from);
+            let squares = pairs.iter().flat_map(|pair| {
+                let numbers = pair.reference.iter().copied().map(f64::from);
                 numbers.zip(from).map(|(a, b)| (a - b) * (a - b))
             });
             (squares.sum::<f64>() / count).sqrt()
@@ -65,13 +69,15 @@ impl AnswerDifference {
         let size = root_mean_square(&vec![0.0; width]);
         let spread = root_mean_square(&mean).max(LEAST_SPREAD * size);
 
-        let relative = |&(a, b): &VectorPair<'_>| match Distance::Euclidean.between(a, b, 1) {
+        let relative = |pair: &VectorPair<'_>| match pair.distance(Distance::Euclidean) {
             0.0 => 0.0,
             length => length / spread,
         };
         let relatives: Vec<f64> = pairs.iter().map(relative).collect();
         let numbers = || {
-            let pairs = pairs.iter().flat_map(|(a, b)| a.iter().zip(*b));
+            let pairs = pairs
+                .iter()
+                .flat_map(|pair| pair.reference.iter().zip(pair.other));
             pairs.map(|(&a, &b)| (f64::from(a) - f64::from(b)).abs())
         };
         let difference = Self {
@@ -83,18 +89,28 @@ impl AnswerDifference {
             spread,
             greatest_relative: relatives.iter().copied().fold(0.0, f64::max),
             mean_relative: relatives.iter().sum::<f64>() / count,
-            worst_cosine: pairs.iter().map(cosine).fold(1.0, f64::min),
+            worst_cosine: pairs.iter().map(VectorPair::cosine).fold(1.0, f64::min),
         };
         Some((difference, relatives))
     }
 }
 
-/// Returns the cosine between two vectors; 1 for equal vectors, even if they are zero.
-fn cosine((a, b): &VectorPair<'_>) -> f64 {
-    if a == b {
-        return 1.0;
+impl<'a> VectorPair<'a> {
+    pub(crate) const fn new(reference: &'a [f32], other: &'a [f32]) -> Self {
+        Self { reference, other }
     }
-    1.0 - Distance::Cosine.between(a, b, 1)
+
+    fn distance(&self, distance: Distance) -> f64 {
+        distance.between(self.reference, self.other, 1)
+    }
+
+    /// Returns the cosine between the vectors; 1 for equal vectors, even if they are zero.
+    fn cosine(&self) -> f64 {
+        if self.reference == self.other {
+            return 1.0;
+        }
+        1.0 - self.distance(Distance::Cosine)
+    }
 }
 
 #[cfg(test)]
@@ -106,7 +122,7 @@ mod tests {
         // The mean is (10, 0): each vector is 5 away from it.
         let reference = [[13.0_f32, 4.0], [7.0, -4.0]];
         let other = [[13.0_f32, 4.0], [7.0, -3.0]];
-        let pairs = [0, 1].map(|at| (&reference[at][..], &other[at][..]));
+        let pairs = [0, 1].map(|at| VectorPair::new(&reference[at], &other[at]));
         let (found, relatives) = AnswerDifference::measure(&pairs).expect("numbers");
         assert_eq!((found.inputs, found.numbers), (2, 2));
         assert_eq!((found.greatest, found.mean), (1.0, 0.25));
@@ -121,7 +137,9 @@ mod tests {
     #[test]
     fn a_reference_that_hardly_varies_is_measured_by_a_thousandth_of_its_size() {
         let (a, b) = ([1000.0_f32], [1000.5_f32]);
-        let (found, _) = AnswerDifference::measure(&[(&a, &b), (&a, &a)]).expect("numbers");
+        let (found, _) =
+            AnswerDifference::measure(&[VectorPair::new(&a, &b), VectorPair::new(&a, &a)])
+                .expect("numbers");
         assert_eq!((found.size, found.spread), (1000.0, 1.0));
         assert_eq!((found.greatest_relative, found.mean_relative), (0.5, 0.25));
     }
@@ -129,12 +147,17 @@ mod tests {
     #[test]
     fn zeros_are_the_same_as_zeros_and_infinitely_far_from_others() {
         let (zero, one) = ([0.0_f32; 3], [1.0_f32; 3]);
-        let (same, _) = AnswerDifference::measure(&[(&zero, &zero)]).expect("numbers");
+        let (same, _) =
+            AnswerDifference::measure(&[VectorPair::new(&zero, &zero)]).expect("numbers");
         assert_eq!((same.greatest_relative, same.worst_cosine), (0.0, 1.0));
-        let (other, _) = AnswerDifference::measure(&[(&zero, &one)]).expect("numbers");
+        let (other, _) =
+            AnswerDifference::measure(&[VectorPair::new(&zero, &one)]).expect("numbers");
         assert_eq!(other.greatest_relative, f64::INFINITY);
         assert_eq!(other.worst_cosine, 0.0);
         assert_eq!(AnswerDifference::measure(&[]), None);
-        assert_eq!(AnswerDifference::measure(&[(&[], &[])]), None);
+        assert_eq!(
+            AnswerDifference::measure(&[VectorPair::new(&[], &[])]),
+            None
+        );
     }
 }

@@ -10,7 +10,7 @@ mod ranks;
 mod side;
 mod verdict;
 
-pub(crate) use difference::AnswerDifference;
+pub(crate) use difference::{AnswerDifference, VectorPair};
 pub(crate) use places::{InputDifference, ParityPart};
 pub(crate) use ranks::RankChanges;
 pub(crate) use side::ParitySide;

@@ -43,12 +43,14 @@ pub(super) struct ComparedAnswers {
 impl ComparedAnswers {
     /// Compares the answers to the first `sequences` sequences, where there are any.
     pub(super) fn compare(reference: &Answers, other: &Answers, sequences: usize) -> Self {
-        let embeddings = |at| (reference.embedding(at), other.embedding(at));
-        let scores = |at| (reference.scores(at), other.scores(at));
-        let numbers = |(a, b): VectorPair<'_>| a.iter().chain(b).all(|number| number.is_finite());
+        let embeddings = |at| VectorPair::new(reference.embedding(at), other.embedding(at));
+        let scores = |at| VectorPair::new(reference.scores(at), other.scores(at));
+        let numbers = |pair: VectorPair<'_>| {
+            let mut numbers = pair.reference.iter().chain(pair.other);
+            numbers.all(|number| number.is_finite())
+        };
         let has_answer = |at: &usize| {
-            let (a, b) = (embeddings(*at).0, scores(*at).0);
-            !(a.is_empty() && b.is_empty())
+            !(embeddings(*at).reference.is_empty() && scores(*at).reference.is_empty())
         };
         let shown: Vec<usize> = (0..sequences).filter(has_answer).collect();
         let is_finite = |at: &usize| numbers(embeddings(*at)) && numbers(scores(*at));

@@ -77,13 +77,13 @@ pub(super) fn boxes(similarity: &Similarity) -> Option<Chart> {
     let tenths = (0..=10).map(|tenth| floor + f64::from(tenth) * 0.1);
     let across: Vec<Tick> = tenths
         .filter(|index| *index <= 1.0 + 1e-9)
-        .map(|index| (share(index), format!("{index:.1}")))
+        .map(|index| Tick::new(share(index), format!("{index:.1}")))
         .collect();
     let place = |at: usize| (at as f64 + 0.5) / people.len() as f64;
     let names: Vec<Tick> = people
         .iter()
         .enumerate()
-        .map(|(at, name)| (place(at), (*name).to_owned()))
+        .map(|(at, name)| Tick::new(place(at), name))
         .collect();
     let drawn = html! {
         (axes.across(&across))
@@ -141,7 +141,7 @@ pub(super) fn accuracies(title: String, found: &[&Recognition]) -> Option<Chart>
     let share = |components: usize| components as f64 / most as f64;
     let ticks: Vec<Tick> = (0..=most)
         .step_by(10)
-        .map(|at| (share(at), at.to_string()))
+        .map(|at| Tick::new(share(at), at))
         .collect();
     let drawn = html! {
         (axes.across(&percents([0, 25, 50, 75, 100])))
