@@ -122,7 +122,7 @@ fn inputs_of_several_lengths_are_measured_where_a_model_takes_any() {
     let at = folder.path();
     write_network(at, "any", 1, None);
     let short = "--window-s 0.01 --windows 2 --warm-up 2 --batch 4 --views side --threads 1";
-    let bench = format!("bench any.onnx two.egp {short} --frames 40,1,8,40 --json any.json");
+    let bench = format!("bench any.onnx two.egp {short} --frames 20,1,8,20 --json any.json");
     let table = done(at, &words(&bench));
     let results = json(&fs::read_to_string(at.join("any.json")).expect("results"));
     let lengths = results["models"][0]["lengths"].as_array().expect("a list");
@@ -130,7 +130,7 @@ fn inputs_of_several_lengths_are_measured_where_a_model_takes_any() {
         .iter()
         .filter_map(|it| it["frames"].as_u64())
         .collect();
-    assert_eq!(frames, [1, 8, 40]);
+    assert_eq!(frames, [1, 8, 20]);
     for (length, frames) in lengths.iter().zip(frames) {
         assert_eq!(length["input"], serde_json::json!([1, frames, 64, 44]));
         assert_eq!(length["macs"], frames * macs_of_a_frame(1));
@@ -215,7 +215,7 @@ fn without_timings(output: &Output) -> String {
 fn a_score_that_is_ended_in_the_middle_asks_a_network_for_the_rest_only() {
     let folder = folder();
     let at = folder.path();
-    write_network(at, "slow", LAYERS / 3, None);
+    write_network(at, "slow", LAYERS / 8, None);
     let views = "--azimuth-deg 0,45,90,135";
     let score = format!("score slow.onnx two.egp {views} --no-baselines --threads 1 --json -");
     let whole = without_timings(&edgegait(at, &words(&score)));

@@ -215,6 +215,15 @@ fn every_cycle_is_answered_by_its_own_frames_at_any_pace_and_frame_rate() {
             .collect();
         let expected = in_all(&segmenter, &frames, fps);
         let expected: Vec<_> = expected.cycles.iter().map(whole_frames).collect();
+        let silhouettes: Vec<_> = frames
+            .iter()
+            .map(|frame| {
+                let mask = segmenter.segment(frame).mask;
+                let size = Settings::default().size;
+                let framed = framed(&mask.grey(), mask.columns(), size, FramingMode::Height);
+                framed.expect("framed").expect("a figure").to_coverage()
+            })
+            .collect();
         let mut still = || std::time::Duration::ZERO;
         let mut laps = Laps::new(&mut still);
         let mut walk = WatchedWalker::new(&segmenter, &echo, fps).expect("a path");
@@ -234,15 +243,7 @@ fn every_cycle_is_answered_by_its_own_frames_at_any_pace_and_frame_rate() {
             for answer in &found {
                 let shown = answer.outputs.scores.as_deref().expect("an echo");
                 let pixels = shown.chunks_exact(1500);
-                for (shown, frame) in pixels.zip(&frames[answer.frames.clone()]) {
-                    let mask = segmenter.segment(frame).mask;
-                    let framed = framed(
-                        &mask.grey(),
-                        mask.columns(),
-                        Settings::default().size,
-                        FramingMode::Height,
-                    );
-                    let framed = framed.expect("framed").expect("a figure").to_coverage();
+                for (shown, framed) in pixels.zip(&silhouettes[answer.frames.clone()]) {
                     let mut pairs = framed.pixels().iter().zip(shown);
                     let is_same = pairs.all(|(a, b)| (*a == 255) == (*b == 1.0));
                     assert!(is_same, "{fps} {steps_a_minute}");
