@@ -1,6 +1,6 @@
 //! Every capacity of the core, and the memory that follows from them.
 //!
-//! No other module states a limit. Parsing rejects a pack that exceeds one, so that every loop over
+//! No other module states a capacity on which memory depends. Parsing rejects a pack that exceeds one, so that every loop over
 //! hulls, points or coefficients is bounded.
 
 /// Rows of a silhouette or template of the default size: Charalambous & Bharath (BMVC 2016).

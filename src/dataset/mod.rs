@@ -1,5 +1,6 @@
-//! A dataset: a folder of Gait Energy Images (GEI) or other templates that any tool can read.
+//! Designs, datasets, trees of silhouettes, and the sequences of them that recognizers are shown.
 //!
+//! A dataset is a folder of Gait Energy Images (GEI) or other templates that any tool can read.
 //! `geis.npy` holds the images (u8, `[N, 50, 30]` or another size). `index.csv` states the person,
 //! walk and viewpoint of each. `manifest.json` states how they were made and their hashes, so that
 //! a result can be traced and repeated. NumPy and a spreadsheet open the first two.

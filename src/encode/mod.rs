@@ -1,4 +1,4 @@
-//! The encoder of packs, the only writer of what `edgegait-core` reads.
+//! The encoder and only writer of packs.
 //!
 //! The encoder measures every error that it states by decoding its own bytes with the core.
 

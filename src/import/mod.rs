@@ -1,6 +1,7 @@
 //! Readers of motion capture files, each in its own units, axes and names.
 //!
-//! Readers return what a file states and change nothing. [`crate::people::retarget`] finds the up
+//! Readers keep the units, axes and names of a file. A frame rate that the user gives replaces the
+//! file's, and `warnings` say what was assumed or repaired. [`crate::people::retarget`] finds the up
 //! axis, the unit and the joints' roles.
 
 use std::collections::HashSet;

@@ -20,7 +20,7 @@ const MAX_BYTES: u64 = 1 << 30;
 /// Multiply-accumulates of a batch: a fraction of a second on one core, some seconds on a small
 /// board. Our choice.
 const MACS_AT_ONCE: u64 = 2_000_000_000;
-/// The memory that a model may have, MB. Our choice.
+/// The most memory of one tensor, and of the process that tries a model, MB. Our choice.
 const MEMORY_MB: u64 = 2048;
 /// The variable of the environment that replaces it.
 const MEMORY_VARIABLE: &str = "EDGEGAIT_MODEL_MB";

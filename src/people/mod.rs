@@ -1,7 +1,7 @@
 //! People in f64, before encoding: bodies and motions.
 //!
-//! Everything that produces a walker (an importer, the built-in cohort) returns the
-//! types of this module, and the encoder takes them.
+//! Everything that produces a walker (`recorded`, `cohort`) returns the types of this module, and the
+//! encoder takes them.
 
 #[cfg(feature = "import")]
 pub mod audit;

@@ -20,8 +20,8 @@ pub enum NoCycle {
         /// The share of its mean by which the legs' outline swings, at most.
         swing: f32,
     },
-    /// A wave below the range of steps is stronger than any within: slower steps, or whole cycles of
-    /// a walker who is seen obliquely from in front or behind.
+    /// A wave below the range of steps swings at least 1.4 times as much as the strongest within:
+    /// slower steps, or whole cycles of a walker who is seen obliquely from in front or behind.
     Slower {
         /// The number of its maxima in a minute.
         waves_per_minute: f32,

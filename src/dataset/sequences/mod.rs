@@ -312,7 +312,7 @@ impl SequenceSource<'_> {
     /// # Errors
     /// If the folder is neither, or cannot be read.
     pub fn open(path: &Path, made: &[MadeTake], layout: &TreeLayout) -> Result<Self> {
-        // A tree that EdgeGait wrote has a manifest too, but no templates.
+        // A dataset has a manifest; a tree that EdgeGait wrote has `sequences.csv`, too.
         let has_templates =
             path.join("manifest.json").exists() && !path.join("sequences.csv").exists();
         let is_of_pictures = Dataset::pictures(path).is_some();

@@ -151,7 +151,8 @@ impl Tree {
         Ok(())
     }
 
-    /// Returns whether a folder looks like a tree: it has three levels of folders.
+    /// Returns whether a folder looks like a tree: it has three levels of folders, of which the first 16 of
+    /// each are looked at.
     #[must_use]
     pub fn is_at(root: &Path) -> bool {
         let deepen = |paths: Vec<PathBuf>| -> Vec<PathBuf> {

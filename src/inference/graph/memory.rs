@@ -1,4 +1,4 @@
-//! Bounds the memory of an inference, from the shapes in the graph.
+//! Bounds each tensor of an inference, from the shapes in the graph.
 
 use super::Graph;
 use super::macs::KnownTensors;
