@@ -107,7 +107,7 @@ pub enum Error {
     Missing(&'static str),
     /// The system cannot start threads.
     #[error("cannot start threads: {0}")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
+    Threads(#[source] std::io::Error),
     /// Results cannot be written as JSON.
     #[error("cannot write the results as JSON: {0}")]
     Json(#[from] serde_json::Error),
@@ -204,6 +204,12 @@ impl fmt::Display for FilePlace {
             Self::Line(line) => write!(f, ":{line}"),
             Self::Byte(byte) => write!(f, " at byte {byte}"),
         }
+    }
+}
+
+impl From<rayon::ThreadPoolBuildError> for Error {
+    fn from(error: rayon::ThreadPoolBuildError) -> Self {
+        Self::Threads(std::io::Error::other(error))
     }
 }
 

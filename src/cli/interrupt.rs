@@ -29,7 +29,7 @@ pub(super) fn listen() -> Result<()> {
         }
     };
     let started = std::thread::Builder::new().spawn(wait);
-    started.map(drop).map_err(failed)
+    started.map(drop).map_err(Error::Threads)
 }
 
 /// Prints where unfinished work can be resumed, when a process ends early.

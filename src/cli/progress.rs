@@ -217,7 +217,6 @@ impl TimedProgress {
             if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} [{elapsed}]") {
                 bar.set_style(style);
             }
-            bar.enable_steady_tick(Duration::from_millis(500));
             bar
         });
         Self {

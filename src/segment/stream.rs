@@ -161,9 +161,16 @@ impl Ffmpeg {
         let said = process
             .stderr
             .take()
-            .map(|from| std::thread::spawn(move || said(from)));
+            .map(|from| std::thread::Builder::new().spawn(move || said(from)))
+            .transpose();
         let frames = BufReader::with_capacity(BUFFER, frames);
-        Ok((Self { process, said }, frames))
+        // Ends the process if it is dropped.
+        let mut ffmpeg = Self {
+            process,
+            said: None,
+        };
+        ffmpeg.said = said.map_err(Error::Threads)?;
+        Ok((ffmpeg, frames))
     }
 
     /// Waits for the end of `ffmpeg`.

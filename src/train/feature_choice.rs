@@ -107,7 +107,9 @@ pub(crate) fn fit(samples: &Samples) -> Result<LinearModel> {
         .into());
     }
     let varying = chosen.iter().map(|&number| variances[number].within);
-    let varying = varying.filter(|&within| within > 0.0).min_by(f64::total_cmp);
+    let varying = varying
+        .filter(|&within| within > 0.0)
+        .min_by(f64::total_cmp);
     let least = varying.unwrap_or(1.0);
     let mut weights = Array2::zeros((chosen.len(), variances.len()));
     for (row, &number) in chosen.iter().enumerate() {
@@ -194,7 +196,11 @@ mod tests {
 
         // Where nothing varies within people, numbers keep their own unit.
         let steady = Array2::from_shape_fn((12, 50), |(at, row)| {
-            if row == 3 { samples.numbers[[at, 3]] } else { 0.0 }
+            if row == 3 {
+                samples.numbers[[at, 3]]
+            } else {
+                0.0
+            }
         });
         let fitted = fit(&Samples {
             numbers: steady,
