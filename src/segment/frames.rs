@@ -380,7 +380,12 @@ fn decoded(file: &Path, bytes: &[u8]) -> Result<RgbImage> {
 /// Returns a reader of a picture of this size, or of its header, with limits. Rejects pictures that
 /// are neither PNG nor JPEG.
 fn known<R: BufRead + Seek>(file: &Path, from: R, size: (u32, u32)) -> Result<ImageReader<R>> {
-    let reader = ImageReader::new(from).with_guessed_format();
+    let mut reader = ImageReader::new(from);
+    // By its name, unless its bytes say otherwise.
+    if let Ok(format) = ImageFormat::from_path(file) {
+        reader.set_format(format);
+    }
+    let reader = reader.with_guessed_format();
     let mut reader = reader.map_err(|error| Error::io(file, error))?;
     reader.limits(picture_limits(MAX_SIDE, size));
     match reader.format() {
