@@ -10,6 +10,7 @@ mod inference;
 mod report;
 mod sweep;
 mod train;
+mod visible;
 
 use edgegait_core::camera::ViewpointError;
 use edgegait_core::cycle::FrameRateError;
@@ -26,6 +27,7 @@ pub use inference::{InferenceError, TemplateOrigin};
 pub use report::ReportError;
 pub use sweep::SweepError;
 pub use train::TrainError;
+pub(crate) use visible::{is_hidden, visible, visible_name};
 
 /// A result whose error is ready to be shown to a user.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -38,7 +40,7 @@ pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 #[non_exhaustive]
 pub enum Error {
     /// A file holds something that cannot be used.
-    #[error("{}{place}: {problem}", path.display())]
+    #[error("{}{place}: {problem}", shown(path))]
     Input {
         /// The file.
         path: PathBuf,
@@ -50,7 +52,7 @@ pub enum Error {
         remedy: Option<Remedy>,
     },
     /// The operating system refused an operation.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", shown(path))]
     Io {
         /// The file or folder.
         path: PathBuf,
@@ -107,7 +109,7 @@ pub enum Error {
     Missing(&'static str),
     /// The system cannot start threads.
     #[error("cannot start threads: {0}")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
+    Threads(#[source] std::io::Error),
     /// Results cannot be written as JSON.
     #[error("cannot write the results as JSON: {0}")]
     Json(#[from] serde_json::Error),
@@ -139,10 +141,18 @@ pub struct RefusedWalk {
 impl fmt::Display for RefusedWalk {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.walk {
-            Some((name, _)) => write!(f, "{} {name}: {}", self.subject, self.problem),
+            Some((name, _)) => {
+                let (subject, name) = (visible_name(&self.subject), visible_name(name));
+                write!(f, "{subject} {name}: {}", self.problem)
+            }
             None => write!(f, "subject {:?}: {}", self.subject, self.problem),
         }
     }
+}
+
+/// Returns a path for a message, in one line.
+fn shown(path: &Path) -> String {
+    visible_name(&path.to_string_lossy()).into_owned()
 }
 
 /// Joins names with commas, or returns "none".
@@ -206,6 +216,12 @@ impl fmt::Display for FilePlace {
             Self::Line(line) => write!(f, ":{line}"),
             Self::Byte(byte) => write!(f, " at byte {byte}"),
         }
+    }
+}
+
+impl From<rayon::ThreadPoolBuildError> for Error {
+    fn from(error: rayon::ThreadPoolBuildError) -> Self {
+        Self::Threads(std::io::Error::other(error))
     }
 }
 

@@ -1,9 +1,10 @@
 //! Energy meters, where the machine has one.
 
 use super::board::SystemFiles;
+use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::thread::JoinHandle;
+use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
 /// The time between two readings of a power sensor.
@@ -102,15 +103,17 @@ impl Meter {
     }
 
     /// Starts to count energy.
-    #[must_use]
-    pub(crate) fn start(&self) -> EnergyCount {
-        match &self.kind {
+    ///
+    /// # Errors
+    /// If the system cannot start the thread that reads a sensor.
+    pub(crate) fn start(&self) -> Result<EnergyCount> {
+        Ok(match &self.kind {
             EnergyKind::Counters(counters) => EnergyCount::Counters(self.read(counters)),
             EnergyKind::Sensors(sensors) => {
                 let (stop, stopped) = channel();
                 let (files, sensors) = (self.files.clone(), sensors.clone());
                 let started = Instant::now();
-                let sampler = std::thread::spawn(move || {
+                let sampler = move || {
                     let mut watts = Vec::new();
                     loop {
                         let microwatts = sensors.iter().map(|path| files.number::<f64>(path));
@@ -122,10 +125,11 @@ impl Meter {
                     }
                     let mean = watts.iter().sum::<f64>() / watts.len() as f64;
                     Some(mean * started.elapsed().as_secs_f64())
-                });
+                };
+                let sampler = Builder::new().spawn(sampler).map_err(Error::Threads)?;
                 EnergyCount::Sensors { stop, sampler }
             }
-        }
+        })
     }
 
     /// Returns the joules since `count` started; none if the meter can no longer be read.
@@ -205,7 +209,7 @@ mod tests {
         ]);
         let meter = Meter::find(root.path()).expect("a meter");
         assert_eq!(meter.source(), "powercap package-0, package-1");
-        let count = meter.start();
+        let count = meter.start().expect("a count");
         write(root.path(), &format!("{zone}:0/energy_uj"), "499000\n");
         write(root.path(), &format!("{zone}:1/energy_uj"), "3000000\n");
         // 0.5 J past the wrap, and 2 J.
@@ -224,7 +228,7 @@ mod tests {
         ]);
         let meter = Meter::find(root.path()).expect("a meter");
         assert_eq!(meter.source(), "hwmon ltc4282 energy1_input");
-        let count = meter.start();
+        let count = meter.start().expect("a count");
         write(
             root.path(),
             "sys/class/hwmon/hwmon1/energy1_input",
@@ -232,7 +236,7 @@ mod tests {
         );
         assert_eq!(meter.stop(count), Some(0.25));
         // It wrapped, at an unknown value.
-        let count = meter.start();
+        let count = meter.start().expect("a count");
         write(root.path(), "sys/class/hwmon/hwmon1/energy1_input", "1\n");
         assert_eq!(meter.stop(count), None);
     }
@@ -247,7 +251,7 @@ mod tests {
         let meter = Meter::find(root.path()).expect("a meter");
         assert_eq!(meter.source(), "hwmon ina219 VDD_IN");
         let started = Instant::now();
-        let count = meter.start();
+        let count = meter.start().expect("a count");
         std::thread::sleep(Duration::from_millis(120));
         let least = 5.0 * 0.12;
         let joules = meter.stop(count).expect("sampled");

@@ -330,7 +330,9 @@ impl MeasuredModel<'_> {
         let full_s = self.rank1_s(call_s, parts.preprocessing.times.p50_us * 1e-6);
         let share = watched.cap.begin(full_s);
         let most = (full_s > share.most_s).then(|| share_of(self.pictures, share.most_s / full_s));
-        Accuracy::within(&self.entrants, &self.task.scene, self.task.seed, most)
+        let (entrants, scene, seed) = (&self.entrants, &self.task.scene, self.task.seed);
+        let all = rayon::ThreadPoolBuilder::new().build()?;
+        all.install(|| Accuracy::within(entrants, scene, seed, most))
     }
 
     /// Returns the time of each operator, if the task asks for them and the runtime reports them.

@@ -8,6 +8,7 @@ use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::panic::resume_unwind;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
+use std::thread::Builder;
 
 /// The exit code of a process whose parent has ended: a shell's code for SIGHUP.
 const ORPHANED: i32 = 128 + 1;
@@ -78,8 +79,8 @@ pub(crate) fn measured_by<R: DeserializeOwned>(
     let mut child = spawned.map_err(failed)?;
     let held = child.stdin.take();
     let (words, printed) = (child.stderr.take(), child.stdout.take());
-    let (stderr, stdout) = std::thread::scope(|scope| {
-        let words = scope.spawn(|| -> Result<String> {
+    let heard = std::thread::scope(|scope| -> Result<_> {
+        let words = || -> Result<String> {
             // Closing it ends the child. It stays open until the child has ended, or `told` fails.
             let _held = held;
             let mut rest = String::new();
@@ -94,14 +95,19 @@ pub(crate) fn measured_by<R: DeserializeOwned>(
                 }
             }
             Ok(rest)
-        });
+        };
+        // Without the thread, its closure is dropped, and with it what keeps the child alive.
+        let words = Builder::new().spawn_scoped(scope, words);
+        let words = words.map_err(Error::Threads)?;
         let mut stdout = Vec::new();
         let read = printed.map_or(Ok(0), |mut it| it.read_to_end(&mut stdout));
         let words = words.join().unwrap_or_else(|panic| resume_unwind(panic));
-        (words, read.map(|_| stdout))
+        Ok((words, read.map(|_| stdout)))
     });
+    let status = child.wait().map_err(failed)?;
+    let (stderr, stdout) = heard?;
     let output = Output {
-        status: child.wait().map_err(failed)?,
+        status,
         stdout: stdout.map_err(failed)?,
         stderr: stderr?.into_bytes(),
     };
@@ -119,10 +125,7 @@ pub(crate) fn end_with_parent() -> Result<()> {
         remove_unfinished();
         std::process::exit(ORPHANED);
     };
-    std::thread::Builder::new()
-        .spawn(wait)
-        .map(drop)
-        .map_err(|error| Error::io("a thread", error))
+    Builder::new().spawn(wait).map(drop).map_err(Error::Threads)
 }
 
 /// Returns the result of the process that measured a model, or its error.

@@ -225,7 +225,7 @@ impl BenchResults {
     /// # Errors
     /// If the file cannot be read, or holds something else.
     pub(crate) fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
+        let text = crate::files::read_to_string(path)?;
         serde_json::from_str(&text).map_err(|error| {
             let expected = "expected the JSON results of edgegait bench";
             let stated: Option<serde_json::Value> = serde_json::from_str(&text).ok();

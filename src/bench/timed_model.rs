@@ -180,8 +180,9 @@ impl<'a> Watched<'a> {
 }
 
 impl Watch for Watched<'_> {
-    fn begin(&mut self) {
-        self.count = self.meter.as_ref().map(Meter::start);
+    fn begin(&mut self) -> Result<()> {
+        self.count = self.meter.as_ref().map(Meter::start).transpose()?;
+        Ok(())
     }
 
     fn end(&mut self) -> Option<f64> {

@@ -96,7 +96,10 @@ pub(crate) struct MeasuredWindow {
 /// An observer that is called when a window begins and ends, outside the timed part.
 pub(crate) trait Watch {
     /// Called when a window begins.
-    fn begin(&mut self);
+    ///
+    /// # Errors
+    /// If the observer cannot start.
+    fn begin(&mut self) -> Result<()>;
     /// Called when a window has ended; returns its energy in joules, if metered.
     fn end(&mut self) -> Option<f64>;
 }
@@ -135,7 +138,7 @@ pub(crate) fn measure<const N: usize>(
                 }
                 works[at]()?;
             }
-            watch.begin();
+            watch.begin()?;
             window(plan, until, batch as u64, works[at], &mut times)?;
             let energy_j = watch.end();
             let times =
@@ -178,7 +181,9 @@ mod tests {
     struct Counted(usize);
 
     impl Watch for Counted {
-        fn begin(&mut self) {}
+        fn begin(&mut self) -> Result<()> {
+            Ok(())
+        }
         fn end(&mut self) -> Option<f64> {
             self.0 += 1;
             Some(2.0)

@@ -4,7 +4,7 @@ use super::outputs::{Output, OutputKind, check};
 use super::stop::Stop;
 use crate::draw::sweep::Views;
 use crate::encode::within_error::choose::FrontierChoice;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, visible};
 use crate::files::{ResultHeader, write_bytes};
 use serde::Serialize;
 use std::fmt::Display;
@@ -88,7 +88,7 @@ impl Common {
     /// Prints text for people, unless `--quiet` is given or the JSON results go to standard output.
     pub(super) fn say(&self, text: impl Display) {
         if !self.quiet {
-            self.put(text);
+            self.put(visible(&text.to_string()));
         }
     }
 

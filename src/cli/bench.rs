@@ -271,7 +271,14 @@ pub(super) fn run(args: &BenchArgs) -> Result<()> {
     if let Some(cpus) = &args.cpus {
         pin(cpus)?;
     }
-    let models = models(&paths)?;
+    // Models are measured in other processes.
+    let pool = rayon::ThreadPoolBuilder::new().build()?;
+    pool.install(|| measure_all(args, &paths, data))
+}
+
+/// Measures each model in a process of its own, and shows the results.
+fn measure_all(args: &BenchArgs, paths: &[PathBuf], data: Option<PathBuf>) -> Result<()> {
+    let models = models(paths)?;
     if args.path.is_given() {
         return video::run(args, &models, data);
     }

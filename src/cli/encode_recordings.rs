@@ -21,17 +21,21 @@ pub(super) fn encoded_people(
 ) -> Result<(Vec<Subject>, EncodedPack)> {
     // Each round has fewer walks.
     loop {
-        let made = subjects(recordings, body).and_then(|people| {
+        let people = subjects(recordings, body);
+        let is_implausible = people.is_err();
+        let made = people.and_then(|people| {
             let encoded = encode(&people)?;
             Ok((people, encoded))
         });
         match made {
-            Err(Error::Refused(refused))
-                if keep_going.is_given()
-                    || refused.iter().all(|refusal| refusal.walk.is_some()) =>
-            {
+            Err(Error::Refused(refused)) => {
                 let all = recordings.iter().map(Recording::walks).sum();
                 let errors = without(recordings, &refused);
+                if is_implausible && !keep_going.is_given() {
+                    // Measurements are settings.
+                    let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
+                    return Err(Error::Usage(lines.join("\n")));
+                }
                 let all = if recordings.is_empty() {
                     errors.len()
                 } else {

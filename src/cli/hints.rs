@@ -3,7 +3,7 @@
 
 use crate::error::{
     ChoiceError, Error, EvaluateError, InferenceError, Remedy, SettingError, SweepError,
-    TemplateOrigin,
+    TemplateOrigin, visible,
 };
 use edgegait_core::silhouette::Size;
 use std::fmt;
@@ -13,7 +13,7 @@ pub(super) struct WithFlags<'a>(pub &'a Error);
 
 impl fmt::Display for WithFlags<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.with_runtime("--runtime ort --ort-lib PATH"))
+        f.write_str(&visible(&self.with_runtime("--runtime ort --ort-lib PATH")))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Handles the signals by which the user, or the system, ends the command early.
 
 use crate::dataset::unfinished_work;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, visible_name};
 use crate::files::remove_unfinished;
 
 /// Makes SIGINT, SIGTERM and SIGHUP remove unfinished files, unless the work can be resumed, and
@@ -29,7 +29,7 @@ pub(super) fn listen() -> Result<()> {
         }
     };
     let started = std::thread::Builder::new().spawn(wait);
-    started.map(drop).map_err(failed)
+    started.map(drop).map_err(Error::Threads)
 }
 
 /// Prints where unfinished work can be resumed, when a process ends early.
@@ -37,7 +37,7 @@ pub(super) fn tell_unfinished() {
     for folder in unfinished_work() {
         eprintln!(
             "{} keeps the finished part: continue with --resume",
-            folder.display()
+            visible_name(&folder.to_string_lossy())
         );
     }
 }

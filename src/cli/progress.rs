@@ -2,7 +2,7 @@
 
 use super::args::Common;
 use super::stop::Stop;
-use crate::error::Result;
+use crate::error::{Result, visible_name};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::VecDeque;
 use std::io::IsTerminal as _;
@@ -217,7 +217,6 @@ impl TimedProgress {
             if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} [{elapsed}]") {
                 bar.set_style(style);
             }
-            bar.enable_steady_tick(Duration::from_millis(500));
             bar
         });
         Self {
@@ -240,6 +239,7 @@ impl TimedProgress {
     }
 
     fn show(&self, what: &str, left_s: f64) {
+        let what = visible_name(what);
         let line = format!("{what}, about {} left", time_of(left_s));
         if let Some(bar) = &self.bar {
             bar.set_message(line);
@@ -251,9 +251,9 @@ impl TimedProgress {
         if self.is_quiet {
             return;
         }
-        let is_new = printed.0 != what && left_s > 10.0 * INTERVAL.as_secs_f64();
+        let is_new = printed.0 != *what && left_s > 10.0 * INTERVAL.as_secs_f64();
         if is_new || printed.1.elapsed() >= INTERVAL {
-            *printed = (what.to_owned(), Instant::now());
+            *printed = (what.into_owned(), Instant::now());
             eprintln!("{line}");
         }
     }

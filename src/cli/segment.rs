@@ -3,7 +3,7 @@
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
-use crate::error::Result;
+use crate::error::{Result, visible};
 use crate::files::ResultHeader;
 use crate::report::write_png;
 use crate::segment::{
@@ -192,7 +192,7 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
     }
     let seconds = started.elapsed().as_secs_f64();
     for warning in header.warnings.iter().filter(|_| !args.common.quiet) {
-        eprintln!("warning: {warning}");
+        eprintln!("warning: {}", visible(warning));
     }
     args.common.say(format_args!(
         "wrote {}: {frames} silhouettes of {}x{} pixels, {empty} of them empty; {:.0} pixels on average; {:.0} frames a second",

@@ -20,7 +20,7 @@ pub(super) struct CheckedFile {
 impl CheckedFile {
     pub(super) fn open(shard: &Path, name: &str, manifest: &Manifest) -> Result<Self> {
         let path = shard.join(name);
-        let file = File::open(&path).map_err(|source| Error::io(&path, source))?;
+        let file = crate::files::open(&path)?;
         let known = manifest.files.iter().find(|file| file.path == name);
         Ok(Self {
             path,

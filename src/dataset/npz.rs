@@ -42,7 +42,7 @@ pub(super) fn write(made: &Path, names: &[String]) -> Result<()> {
     let whole = [MANIFEST.to_owned()];
     for name in names.iter().filter(|name| *name != INDEX).chain(&whole) {
         archive.start_file(name.as_str(), options).map_err(failed)?;
-        let mut from = File::open(made.join(name)).map_err(io)?;
+        let mut from = crate::files::open(made.join(name))?;
         std::io::copy(&mut from, &mut archive).map_err(io)?;
     }
     let index = made.join(INDEX);
@@ -85,7 +85,7 @@ pub(super) fn manifest(path: &Path) -> Result<Manifest> {
             format!("expected a dataset as .npz, with a {MANIFEST}: {error}"),
         )
     };
-    let file = File::open(path).map_err(|error| Error::io(path, error))?;
+    let file = crate::files::open(path)?;
     let mut archive = ZipArchive::new(BufReader::new(file)).map_err(refuse)?;
     let entry = archive.by_name(MANIFEST).map_err(refuse)?;
     let mut text = Vec::new();
@@ -96,7 +96,7 @@ pub(super) fn manifest(path: &Path) -> Result<Manifest> {
 
 /// Calls `take` with the text of each row in a column.
 fn each(index: &Path, column: usize, mut take: impl FnMut(&str) -> Result<()>) -> Result<()> {
-    let file = File::open(index).map_err(|source| Error::io(index, source))?;
+    let file = crate::files::open(index)?;
     let mut reader = csv::Reader::from_reader(BufReader::new(file));
     let mut record = csv::StringRecord::new();
     let refuse = |error: csv::Error| Error::input(index, error.to_string());

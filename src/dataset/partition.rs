@@ -6,7 +6,6 @@
 //! sequences of the test set (github.com/ShiqiYu/OpenGait, `datasets/`).
 
 use std::collections::HashSet;
-use std::fs;
 use std::path::Path;
 
 use crate::error::{Error, FilePlace, Result};
@@ -40,7 +39,7 @@ impl Partition {
     /// # Errors
     /// If it cannot be read, is not a partition, or has a person or a sequence in both sets.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = fs::read(path).map_err(|error| Error::io(path, error))?;
+        let text = crate::files::read(path)?;
         Self::parse(path, &text)
     }
 

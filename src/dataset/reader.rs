@@ -1,6 +1,5 @@
 //! A dataset on disk, checked when it is opened and then read without errors.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::index::{read_index, read_plain_index};
@@ -205,7 +204,7 @@ impl Dataset {
 
 fn read(dir: &Path, name: &str, manifest: &Manifest) -> Result<(PathBuf, Vec<u8>)> {
     let path = dir.join(name);
-    let bytes = fs::read(&path).map_err(|source| Error::io(&path, source))?;
+    let bytes = crate::files::read(&path)?;
     if let Some(file) = manifest.files.iter().find(|file| file.path == name) {
         let found = sha256_of_bytes(&bytes);
         if found != file.sha256 {
@@ -245,7 +244,7 @@ impl Manifest {
 }
 
 pub(super) fn read_manifest(path: &Path) -> Result<Manifest> {
-    let text = fs::read(path).map_err(|source| Error::io(path, source))?;
+    let text = crate::files::read(path)?;
     parse_manifest(path, &text)
 }
 
@@ -271,6 +270,7 @@ mod tests {
     use crate::dataset::{Contents, DatasetFormat, DatasetRun, DatasetWriter, Existing, Item};
     use crate::files::ResultHeader;
     use edgegait_core::budget::PIXELS;
+    use std::fs;
 
     fn row(subject: &str, azimuth_deg: f64) -> IndexRow {
         IndexRow {

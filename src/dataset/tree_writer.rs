@@ -88,7 +88,7 @@ pub fn check_folder_name(name: &str) -> Result<()> {
 pub(super) fn foreign(root: &Path) -> Result<Option<PathBuf>> {
     let path = root.join(SEQUENCES);
     let refuse = |error: csv::Error| Error::input(&path, error.to_string());
-    let file = fs::File::open(&path).map_err(|error| Error::io(&path, error))?;
+    let file = crate::files::open(&path)?;
     let (mut files, mut inner, mut outer) = (HashSet::new(), HashSet::new(), HashSet::new());
     for name in [MANIFEST, INDEX, WALKERS, SEQUENCES, PARTITION] {
         files.insert(PathBuf::from(name));
@@ -230,7 +230,7 @@ fn copy(from: &Path, to: &Path) -> Result<String> {
         vec![(from.to_path_buf(), to.to_path_buf())]
     };
     for (from, to) in files {
-        let bytes = fs::read(&from).map_err(|source| Error::io(&from, source))?;
+        let bytes = crate::files::read(&from)?;
         digest.update(&bytes);
         fs::write(&to, bytes).map_err(|source| Error::io(&to, source))?;
     }

@@ -307,7 +307,7 @@ fn path_beside(target: &Path) -> Result<PathBuf> {
 
 fn read(folder: &Path) -> Result<Journal> {
     let path = folder.join(JOURNAL);
-    let text = fs::read(&path).map_err(|source| Error::io(&path, source))?;
+    let text = crate::files::read(&path)?;
     let journal = serde_json::from_slice(&text);
     let journal: Journal = journal.map_err(|error| Error::json(&path, &error))?;
     if journal.schema != SCHEMA {

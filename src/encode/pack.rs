@@ -48,10 +48,20 @@ pub fn encode_subjects(
     progress: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Vec<u8>> {
     check_walks(subjects)?;
-    let bodies = subjects
-        .par_iter()
-        .map(|subject| Bodies::encode(subject, body_error_mm(max_error_mm)))
-        .collect::<Result<Vec<_>>>()?;
+    let encode = |subject| Bodies::encode(subject, body_error_mm(max_error_mm));
+    let bodies: Vec<Result<Bodies>> = subjects.par_iter().map(encode).collect();
+    let refused_bodies = subjects.iter().zip(&bodies).filter_map(|(subject, body)| {
+        Some(RefusedWalk {
+            subject: subject.name.clone(),
+            walk: None,
+            problem: body.as_ref().err()?.to_string(),
+        })
+    });
+    let refused_bodies: Vec<RefusedWalk> = refused_bodies.collect();
+    if !refused_bodies.is_empty() {
+        return Err(Error::Refused(refused_bodies));
+    }
+    let bodies = bodies.into_iter().collect::<Result<Vec<_>>>()?;
     let (mut motions, mut whose) = (Vec::new(), Vec::new());
     for (subject, bodies) in subjects.iter().zip(&bodies) {
         let skeleton = bodies.skeleton()?;
@@ -59,7 +69,9 @@ pub fn encode_subjects(
             whose.push((subject, walk));
             motions.push(match &walk.motion {
                 Track::Loop(cycle) => {
-                    EncodableMotion::Loop(Box::new(EncodingTarget::new(cycle, skeleton.clone())?))
+                    let target = EncodingTarget::new(cycle, skeleton.clone());
+                    let named = |error| Error::Refused(vec![refused(subject, walk, &error)]);
+                    EncodableMotion::Loop(Box::new(target.map_err(named)?))
                 }
                 Track::Uncut(span) => EncodableMotion::Uncut(span, Box::new(skeleton.clone())),
             });

@@ -57,7 +57,7 @@ impl Cache {
     #[cfg(feature = "import")]
     pub(crate) fn read(&self, kind: &str, key: &CacheKey) -> Option<Vec<u8>> {
         let path = self.path(kind, key)?;
-        let bytes = fs::read(&path).ok()?;
+        let bytes = super::read(&path).ok()?;
         touch(&path);
         Some(bytes)
     }

@@ -1,17 +1,23 @@
 //! Safe reading and writing: files that are whole or not there, their SHA-256, results that are
-//! kept, the header of every result, numbered files, named or own TOML files, and text tables.
+//! kept, what other files name, the header of every result, numbered files, named or own TOML files, and text tables.
 
 pub mod cache;
 mod header;
 mod locked_folder;
+#[cfg(feature = "import")]
+pub(crate) mod named_below;
 pub(crate) mod named_or_file;
 mod numbered;
+mod picture;
+mod regular;
 mod staging;
 pub(crate) mod text_table;
 
 pub use header::{InputFile, ResultHeader, SCHEMA};
 pub(crate) use locked_folder::{LOCK, LockedFolder, refuse_link, remove_locked};
 pub(crate) use numbered::{doubts, numbered_files};
+pub(crate) use picture::picture_limits;
+pub(crate) use regular::{open, read, read_to_string};
 pub use staging::{Staging, remove_unfinished};
 pub(crate) use staging::{folder_of, together};
 
@@ -32,7 +38,7 @@ use std::path::Path;
 pub fn sha256_of_file(path: impl AsRef<Path>) -> Result<String> {
     let path = path.as_ref();
     let io = |source| Error::io(path, source);
-    let mut file = File::open(path).map_err(io)?;
+    let mut file = open(path)?;
     let mut hasher = Sha256::new();
     let mut piece = vec![0; 1 << 16];
     loop {

@@ -40,5 +40,5 @@ pub(crate) fn toml_of(
             format!("expected a {what} of at most {MAX_BYTES} bytes, found {length}"),
         ));
     }
-    std::fs::read_to_string(path).map(Cow::Owned).map_err(io)
+    super::read_to_string(path).map(Cow::Owned)
 }

@@ -1,5 +1,6 @@
 //! Text tables that commands print, for a terminal or as Markdown.
 
+use crate::error::{visible, visible_name};
 use std::fmt;
 
 /// The alignment of a column, and its minimum width in characters.
@@ -37,13 +38,15 @@ impl<'a> Table<'a> {
     }
 
     pub(crate) fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
-        let cells = cells.into_iter().map(Into::into);
+        let cells = cells.into_iter();
+        let cells = cells.map(|cell| visible_name(&cell.into()).into_owned());
         self.lines.push(TableLine::Row(cells.collect()));
     }
 
     /// Adds a line of text outside the columns.
     pub(crate) fn note(&mut self, text: impl Into<String>) {
-        self.lines.push(TableLine::Note(text.into()));
+        self.lines
+            .push(TableLine::Note(visible(&text.into()).into_owned()));
     }
 
     fn column(&self, at: usize) -> Column {
@@ -139,6 +142,15 @@ mod tests {
         apart.row(["", ""]);
         apart.row(["é", "é"]);
         assert_eq!(apart.to_string(), "é  é\n");
+    }
+
+    #[test]
+    fn a_cell_stays_in_its_row_and_its_column() {
+        let mut table = Table::new(&[Left(0)]);
+        table.row(["a\nb\u{1b}[31m", "c"]);
+        table.row(["é", "d"]);
+        let expected = "a\\nb\\u{1b}[31m c\né              d\n";
+        assert_eq!(table.to_string(), expected);
     }
 
     #[test]

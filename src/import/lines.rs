@@ -7,8 +7,8 @@
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
-use super::files::open_file;
 use crate::error::{Error, FilePlace, Result};
+use crate::files::open;
 
 /// Longest accepted line, bytes. Our choice: a row of 4,096 joints fits.
 const MAX_LINE: usize = 1 << 20;
@@ -30,7 +30,7 @@ pub(super) struct Lines {
 impl Lines {
     /// Opens the file at `path`.
     pub(super) fn open(path: &Path) -> Result<Self> {
-        let file = open_file(path).map_err(|source| Error::io(path, source))?;
+        let file = open(path)?;
         Ok(Self::over(path, Box::new(BufReader::new(file))))
     }
 

@@ -28,7 +28,7 @@ impl Mesh {
     /// If the file cannot be read, is not an OBJ, has no faces, or has numbers that are not finite.
     pub(crate) fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        let bytes = read_file(path).map_err(|error| Error::io(path, error))?;
+        let bytes = read_file(path)?;
         let options = tobj::LoadOptions {
             triangulate: true,
             ignore_points: true,

@@ -48,6 +48,8 @@ struct AnswerFile {
     end: u64,
     /// Whether this process may append; only one at a time may.
     is_own: bool,
+    /// The model's own counts, once it has answered: another answer is none.
+    counts: Option<[usize; 3]>,
 }
 
 /// The answer to one input.
@@ -106,16 +108,27 @@ impl Recognizer for CachedRecognizer {
         }
         let hashes: Vec<Hash> = inputs.iter().map(|input| hash(input)).collect();
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut answers: Vec<Option<CachedAnswer>> =
-            hashes.iter().map(|hash| file.find(hash)).collect();
-        let lacking: Vec<usize> = (0..batch).filter(|&at| answers[at].is_none()).collect();
-        if !lacking.is_empty() {
-            let asked: Vec<f32> = lacking.iter().flat_map(|&at| inputs[at]).copied().collect();
-            let found = self.recognizer.run(&asked, lacking.len())?;
-            for (row, &at) in lacking.iter().enumerate() {
-                let answer = CachedAnswer::from_row(&found, row);
-                file.add(&hashes[at], &answer);
-                answers[at] = Some(answer);
+        let mut answers: Vec<Option<CachedAnswer>> = (0..batch).map(|_| None).collect();
+        // At most twice: an answer in the file may be broken, or not be this model's.
+        while answers.iter().any(Option::is_none) {
+            let is_lacking = |&at: &usize| answers[at].is_none() && !file.has(&hashes[at]);
+            let lacking: Vec<usize> = (0..batch).filter(is_lacking).collect();
+            if !lacking.is_empty() {
+                let asked: Vec<f32> = lacking.iter().flat_map(|&at| inputs[at]).copied().collect();
+                let found = self.recognizer.run(&asked, lacking.len())?;
+                file.counts = Some(counts_of(&found));
+                for (row, &at) in lacking.iter().enumerate() {
+                    let answer = CachedAnswer::from_row(&found, row);
+                    file.add(&hashes[at], &answer);
+                    answers[at] = Some(answer);
+                }
+            } else if file.counts.is_none() {
+                file.counts = Some(counts_of(&self.recognizer.run(inputs[0], 1)?));
+            }
+            for (answer, hash) in answers.iter_mut().zip(&hashes) {
+                if answer.is_none() {
+                    *answer = file.find(hash);
+                }
             }
         }
         let mut outputs = Outputs::default();
@@ -173,6 +186,7 @@ impl AnswerFile {
             known: HashMap::new(),
             end: 0,
             is_own: file.try_lock().is_ok(),
+            counts: None,
             file,
         };
         let length = answered.file.metadata().map_err(io)?.len();
@@ -207,16 +221,30 @@ impl AnswerFile {
         self.file.read_exact(bytes).ok()
     }
 
-    /// Returns the answer to an input, if it is in the file and intact.
+    /// Returns whether the file has an answer to an input, as far as is known.
+    fn has(&self, hash: &Hash) -> bool {
+        self.known.contains_key(hash)
+    }
+
+    /// Returns the answer to an input, if it is in the file, intact and of the model's counts, and
+    /// forgets it otherwise.
     fn find(&mut self, hash: &Hash) -> Option<CachedAnswer> {
+        let found = self.intact(hash);
+        if found.is_none() {
+            self.known.remove(hash);
+        }
+        found
+    }
+
+    fn intact(&mut self, hash: &Hash) -> Option<CachedAnswer> {
         let begin = *self.known.get(hash)?;
         let mut head = [0; HEAD];
         self.read_at(begin, &mut head)?;
         let mut record = vec![0; HEAD + 4 * numbers_after(&head)? + CHECK];
         self.read_at(begin, &mut record)?;
         let (content, check) = record.split_last_chunk::<CHECK>()?;
-        if content.get(..HASH) != Some(hash) || check_of(content) != *check {
-            self.known.remove(hash);
+        let is_intact = content.get(..HASH) == Some(hash) && check_of(content) == *check;
+        if !is_intact || self.counts != Some(counts(&head)) {
             return None;
         }
         let [dims, parts, _] = counts(&head);
@@ -256,6 +284,15 @@ impl AnswerFile {
             self.end = end;
         }
     }
+}
+
+/// Returns the counts of each answer of a model.
+const fn counts_of(outputs: &Outputs) -> [usize; 3] {
+    [
+        outputs.embedding_dims,
+        outputs.embedding_parts,
+        outputs.classes,
+    ]
 }
 
 /// Returns the counts in an answer's head.
@@ -387,7 +424,8 @@ mod tests {
         let record = HEAD + 3 * 4 + CHECK;
         assert_eq!(whole.len(), 2 * record);
         for (length, lacking) in [
-            (2 * record, 0),
+            // An answer tells the model's counts.
+            (2 * record, 1),
             (2 * record - 1, 1),
             (record + 3, 1),
             (5, 2),
@@ -415,6 +453,31 @@ mod tests {
             let two = again.run(&INPUT[..4], 2).unwrap();
             assert_eq!(two.embedding, [3.0, 1.0, 7.0, 3.0], "{at}");
             assert!(asked.load(Ordering::Relaxed) >= 1, "{at}");
+        }
+    }
+
+    #[test]
+    fn an_answer_of_other_counts_than_the_models_is_asked_again() {
+        let folder = tempfile::tempdir().unwrap();
+        for (numbers, parts, scores) in [(3, 1, 1), (2, 2, 1), (2, 1, 0), (64, 7, 1)] {
+            let path = folder.path().join(format!("{numbers} {parts} {scores}"));
+            let answer = CachedAnswer {
+                embedding: vec![9.0; numbers],
+                parts,
+                scores: vec![9.0; scores],
+            };
+            AnswerFile::open(&path)
+                .unwrap()
+                .add(&hash(&INPUT[..2]), &answer);
+            let (again, asked) = kept(&path);
+            let two = again.run(&INPUT[..4], 2).unwrap();
+            assert_eq!(two.embedding, [3.0, 1.0, 7.0, 3.0]);
+            assert_eq!(two.scores.as_deref(), Some(&[2.0, 4.0][..]));
+            assert_eq!(asked.load(Ordering::Relaxed), 2);
+            // Alone, once for the counts, and once for the answer.
+            let (alone, asked) = kept(&path);
+            alone.run(&INPUT[..2], 1).unwrap();
+            assert!(asked.load(Ordering::Relaxed) <= 2);
         }
     }
 

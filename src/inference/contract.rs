@@ -167,8 +167,7 @@ impl Contract {
                 ),
             )),
             Ok(_) => {
-                let text =
-                    std::fs::read_to_string(&path).map_err(|error| Error::io(&path, error))?;
+                let text = crate::files::read_to_string(&path)?;
                 Self::parse(&path, &text).map(Some)
             }
         }

@@ -37,7 +37,7 @@ impl Firmware {
                 format!("expected a recognizer of at most {MAX_BYTES} bytes, found {length}");
             return Err(Error::input(path, problem));
         }
-        let bytes = std::fs::read(path).map_err(io)?;
+        let bytes = crate::files::read(path)?;
         let input = InputFile {
             path: path.display().to_string(),
             sha256: sha256_of_bytes(&bytes),
@@ -84,8 +84,9 @@ impl Firmware {
     pub fn is_one(path: &Path) -> bool {
         use std::io::Read as _;
         let mut start = [0; RECOGNIZER_MAGIC.len()];
-        let read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut start));
-        read.is_ok() && start == RECOGNIZER_MAGIC
+        let file = crate::files::open(path).ok();
+        let read = file.and_then(|mut file| file.read_exact(&mut start).ok());
+        read.is_some() && start == RECOGNIZER_MAGIC
     }
 
     /// Returns the file's path and hash, for results.

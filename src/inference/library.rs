@@ -47,7 +47,7 @@ impl Library {
                     .into(),
             ));
         }
-        let file = ReadCache::new(File::open(&absolute).map_err(io)?);
+        let file = ReadCache::new(crate::files::open(&absolute)?);
         let (kind, magics): (_, &[&[u8]]) = if cfg!(any(target_os = "macos", target_os = "ios")) {
             ("a Mach-O library", &MACH_O)
         } else if cfg!(windows) {

@@ -95,7 +95,7 @@ impl Model {
                 ),
             ));
         }
-        let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+        let bytes = crate::files::read(path)?;
         if bytes.starts_with(&RECOGNIZER_MAGIC) {
             return Err(Error::input(
                 path,

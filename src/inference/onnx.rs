@@ -447,7 +447,7 @@ pub(super) fn operator_times(
         session.end_profiling()
     };
     let path = written().map_err(|error| failed(error.into()))?;
-    let text = std::fs::read_to_string(&path).map_err(|error| Error::io(&path, error))?;
+    let text = crate::files::read_to_string(&path)?;
     let times = profile::read_times(&text, runs);
     times.map_err(|error| failed(format!("its profile cannot be read: {error}").into()).into())
 }

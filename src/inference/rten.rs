@@ -76,9 +76,24 @@ fn check_process(now: u32) -> Result<()> {
     }
 }
 
+/// Checks that these threads could be started: the runtime itself would then work on the calling
+/// thread, and end the process when it needs others.
+fn check_threads(pool: &ThreadPool) -> Result<()> {
+    let own = || std::thread::current().id();
+    if pool.run(own) == own() {
+        let problem = "the embedded runtime got fewer than it asked for";
+        return Err(Error::Threads(std::io::Error::other(problem)));
+    }
+    Ok(())
+}
+
 impl RtenRecognizer {
     pub(super) fn load(model: &Model, threads: usize) -> Result<Self> {
         check_process(std::process::id())?;
+        // It folds constants on threads of its own.
+        check_threads(rten::thread_pool())?;
+        let pool = ThreadPool::with_num_threads(threads);
+        check_threads(&pool)?;
         let refuse =
             |problem: String| Error::input(model.path(), problem).with_remedy(Remedy::OnnxRuntime);
         for operator in model.graph().operators.keys() {
@@ -124,7 +139,7 @@ impl RtenRecognizer {
         }
         Ok(Self {
             model: loaded,
-            pool: Arc::new(ThreadPool::with_num_threads(threads)),
+            pool: Arc::new(pool),
             runtime: runtime_name(),
             contract: model.contract().clone(),
             at_once: model.at_once(),

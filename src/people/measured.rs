@@ -103,7 +103,7 @@ impl MeasuredPeople {
     }
 
     fn read_columns(path: &Path, others: Others) -> Result<(Self, Vec<Error>)> {
-        let text = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+        let text = crate::files::read(path)?;
         let refuse = |position: Option<&Position>, problem| {
             Error::at(path, FilePlace::Line(line(&text, position)), problem)
         };
@@ -272,10 +272,11 @@ impl CsvColumn {
         if (least..=most).contains(&(value * unit)) {
             return Ok(value * unit);
         }
+        // Rounded inwards, so that what is stated is accepted.
+        let (least, most) = ((least / unit * 1e3).ceil(), (most / unit * 1e3).floor());
+        let (least, most) = (least * 1e-3, most * 1e-3);
         Err(format!(
-            "{name} of {text}: expected {:.3} to {:.3} ({of})",
-            least / unit,
-            most / unit
+            "{name} of {text}: expected {least:.3} to {most:.3} ({of})"
         ))
     }
 }

@@ -30,7 +30,7 @@ impl Renamings {
     /// For another header, no rows, a name with two rows, and known names that are not known. Names
     /// the line.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+        let text = crate::files::read(path)?;
         let refuse = |position: Option<&Position>, problem| {
             Error::at(path, FilePlace::Line(line(&text, position)), problem)
         };

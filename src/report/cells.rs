@@ -2,16 +2,14 @@
 
 use super::heatmap::{colour, ink};
 use super::percent;
+use crate::error::visible_name;
 use crate::evaluate::results::RecognizerResult;
 use maud::{Markup, html};
 
-/// Shortens text to at most `width` characters, with a mark where it was cut. Control characters
-/// become `?`.
+/// Shortens text to at most `width` characters, with a mark where it was cut. Hidden
+/// characters become escapes.
 pub(super) fn shortened(text: &str, width: usize) -> String {
-    let mut clean: String = text
-        .chars()
-        .map(|c| if c.is_control() { '?' } else { c })
-        .collect();
+    let mut clean = visible_name(text).into_owned();
     if let Some((cut, _)) = clean.char_indices().nth(width) {
         let last = clean[..cut].char_indices().last().map_or(0, |(at, _)| at);
         clean.truncate(last);

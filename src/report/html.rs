@@ -17,7 +17,7 @@ use super::summary::{finding, summary};
 use super::viewpoints::recognizer;
 use super::{THIN, chart, cmc_roc, grouped, paired, people, percent, png};
 use crate::draw::template::Template;
-use crate::error::{Error, ReportError, Result};
+use crate::error::{Error, ReportError, Result, visible};
 use crate::evaluate::results::ScoreResults;
 use crate::files::{ResultHeader, write_atomically};
 
@@ -135,7 +135,7 @@ pub(super) fn document(title: &str, body: &Markup) -> String {
             body { (body) }
         }
     };
-    page.into_string()
+    visible(&page.into_string()).into_owned()
 }
 
 fn facts(results: &ScoreResults) -> Markup {

@@ -1,5 +1,6 @@
 //! Charts in their own files (SVG).
 
+use crate::error::visible;
 use maud::{Markup, html};
 
 /// The page's colours on white paper, because viewers other than browsers do not support CSS
@@ -28,7 +29,7 @@ pub(crate) fn standalone((width, height): (f64, f64), title: &str, chart: &Marku
             (chart)
         }
     };
-    svg.into_string() + "\n"
+    visible(&svg.into_string()).into_owned() + "\n"
 }
 
 #[cfg(test)]

@@ -5,15 +5,15 @@ use super::evenly_spaced::EvenlySpaced;
 use super::stream::Stream;
 use super::y4m::{MAX_PIXELS, MAX_SIDE};
 use crate::error::{Error, Remedy, Result};
-use crate::files::{InputFile, doubts, hex, numbered_files};
+use crate::files::{InputFile, doubts, hex, numbered_files, open, picture_limits, read};
 use image::{ImageFormat, ImageReader, RgbImage};
 use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
 use std::fs;
-use std::io::Cursor;
+use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::{Path, PathBuf};
 
-/// The maximum number of bytes in a picture's file, and of memory for its decoding.
+/// The maximum number of bytes in a picture's file.
 const MAX_BYTES: u64 = 1 << 28;
 /// The maximum number of frames in a batch, and of their bytes. Our choice: a few for each thread.
 const BATCH: usize = 32;
@@ -338,9 +338,7 @@ fn check_background_size(file: &Path, found: (u32, u32), expected: (u32, u32)) -
 
 /// Reads a picture's size from its header.
 fn size_of(file: &Path) -> Result<(u32, u32)> {
-    let reader = ImageReader::open(file).and_then(ImageReader::with_guessed_format);
-    let reader = reader.map_err(|error| Error::io(file, error))?;
-    let size = known(file, reader)?
+    let size = known(file, BufReader::new(open(file)?), (0, 0))?
         .into_dimensions()
         .map_err(|error| no_picture(file, &error))?;
     let pixels = u64::from(size.0) * u64::from(size.1);
@@ -366,26 +364,30 @@ fn bytes_of(file: &Path) -> Result<Vec<u8>> {
             format!("expected a picture of at most {MAX_BYTES} bytes, found {length}"),
         ));
     }
-    fs::read(file).map_err(io)
+    read(file)
 }
 
 /// Decodes a picture.
 fn decoded(file: &Path, bytes: &[u8]) -> Result<RgbImage> {
-    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-    let mut reader = known(file, reader.map_err(|error| Error::io(file, error))?)?;
-    let mut limits = image::Limits::default();
-    (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
-    limits.max_alloc = Some(MAX_BYTES);
-    reader.limits(limits);
-    let picture = reader.decode().map_err(|error| no_picture(file, &error))?;
+    let of_size = |size| known(file, Cursor::new(bytes), size);
+    let size = of_size((0, 0))?.into_dimensions();
+    let size = size.map_err(|error| no_picture(file, &error))?;
+    let picture = of_size(size)?.decode();
+    let picture = picture.map_err(|error| no_picture(file, &error))?;
     Ok(picture.into_rgb8())
 }
 
-/// Rejects pictures that are neither PNG nor JPEG.
-fn known<R: std::io::BufRead + std::io::Seek>(
-    file: &Path,
-    reader: ImageReader<R>,
-) -> Result<ImageReader<R>> {
+/// Returns a reader of a picture of this size, or of its header, with limits. Rejects pictures that
+/// are neither PNG nor JPEG.
+fn known<R: BufRead + Seek>(file: &Path, from: R, size: (u32, u32)) -> Result<ImageReader<R>> {
+    let mut reader = ImageReader::new(from);
+    // By its name, unless its bytes say otherwise.
+    if let Ok(format) = ImageFormat::from_path(file) {
+        reader.set_format(format);
+    }
+    let reader = reader.with_guessed_format();
+    let mut reader = reader.map_err(|error| Error::io(file, error))?;
+    reader.limits(picture_limits(MAX_SIDE, size));
     match reader.format() {
         Some(ImageFormat::Png | ImageFormat::Jpeg) => Ok(reader),
         _ => Err(Error::input(

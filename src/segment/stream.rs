@@ -6,7 +6,6 @@ use crate::error::{Error, Result};
 use crate::files::InputFile;
 use image::RgbImage;
 use std::ffi::OsString;
-use std::fs::File;
 use std::io::{BufRead, BufReader, ErrorKind, Read as _};
 use std::path::Path;
 use std::process::{Child, ChildStderr, Command, Stdio};
@@ -40,7 +39,7 @@ impl Stream {
             let reader = BufReader::with_capacity(BUFFER, std::io::stdin());
             return Self::from_reader(Box::new(reader), Path::new("standard input"), None);
         }
-        let file = File::open(path).map_err(|error| Error::io(path, error))?;
+        let file = crate::files::open(path)?;
         let mut reader = BufReader::with_capacity(BUFFER, file);
         let start = reader.fill_buf().map_err(|error| Error::io(path, error))?;
         let is_y4m = path
@@ -161,9 +160,16 @@ impl Ffmpeg {
         let said = process
             .stderr
             .take()
-            .map(|from| std::thread::spawn(move || said(from)));
+            .map(|from| std::thread::Builder::new().spawn(move || said(from)))
+            .transpose();
         let frames = BufReader::with_capacity(BUFFER, frames);
-        Ok((Self { process, said }, frames))
+        // Ends the process if it is dropped.
+        let mut ffmpeg = Self {
+            process,
+            said: None,
+        };
+        ffmpeg.said = said.map_err(Error::Threads)?;
+        Ok((ffmpeg, frames))
     }
 
     /// Waits for the end of `ffmpeg`.

@@ -4,7 +4,9 @@
 //!
 //! The publication compares the variance within a person's clothes row by row; it leaves open by
 //! how much a row has to be better. Here the variance between people's means has to be greater than
-//! the variance within people, and each number is measured in units of the latter's square root.
+//! the variance within people, and each number is measured in units of the latter's square root. A
+//! number that does not vary within people counts as much as the steadiest one that does (our choice:
+//! in its own unit it would count without limit).
 //! The numbers of any template can be chosen from. The chosen numbers are robust to whatever the
 //! samples of one person differ in, clothes or something else.
 
@@ -77,7 +79,7 @@ impl Variances {
     /// Returns whether the number varies more between people than within them.
     #[must_use]
     fn is_chosen(self) -> bool {
-        self.between > self.within && self.within > 0.0
+        self.between > self.within
     }
 }
 
@@ -104,9 +106,14 @@ pub(crate) fn fit(samples: &Samples) -> Result<LinearModel> {
         }
         .into());
     }
+    let varying = chosen.iter().map(|&number| variances[number].within);
+    let varying = varying
+        .filter(|&within| within > 0.0)
+        .min_by(f64::total_cmp);
+    let least = varying.unwrap_or(1.0);
     let mut weights = Array2::zeros((chosen.len(), variances.len()));
     for (row, &number) in chosen.iter().enumerate() {
-        weights[[row, number]] = (1.0 / variances[number].within.sqrt()) as f32;
+        weights[[row, number]] = (1.0 / variances[number].within.max(least).sqrt()) as f32;
     }
     let classes = samples.names.len();
     let of = Classes::<f32>::averaged(samples.numbers.view(), &samples.labels, classes)?;
@@ -171,6 +178,37 @@ mod tests {
         assert!((f64::from(found[0]) - 0.5 * scale).abs() < 1e-3 * scale);
         let scores = fitted.scores(found.view());
         assert!(scores[1] > scores[0]);
+    }
+
+    #[test]
+    fn numbers_that_do_not_vary_within_people_are_chosen_and_count_the_most() {
+        let mut samples = samples();
+        for at in 0..12 {
+            samples.numbers[[at, 3]] = if at < 6 { 0.25 } else { 0.5 };
+        }
+        let fitted = fit(&samples).expect("two people");
+        assert_eq!(chosen(&fitted), [0, 2, 3]);
+        let weights = &fitted.embedding.weights;
+        // Row 0 varies the least of those that vary: 12 squares of 0.005, by 10 degrees of freedom.
+        let most = 1.0 / (12.0_f64 * 0.005 * 0.005 / 10.0).sqrt();
+        assert!((f64::from(weights[[2, 3]]) - most).abs() < 1e-3 * most);
+        assert!(weights[[0, 0]] == weights[[2, 3]] && weights[[1, 2]] < weights[[2, 3]]);
+
+        // Where nothing varies within people, numbers keep their own unit.
+        let steady = Array2::from_shape_fn((12, 50), |(at, row)| {
+            if row == 3 {
+                samples.numbers[[at, 3]]
+            } else {
+                0.0
+            }
+        });
+        let fitted = fit(&Samples {
+            numbers: steady,
+            ..samples
+        });
+        let fitted = fitted.expect("two people");
+        assert_eq!((chosen(&fitted), fitted.dims()), (vec![3], 1));
+        assert_eq!(fitted.embedding.weights[[0, 3]], 1.0);
     }
 
     #[test]

@@ -110,7 +110,9 @@ fn double_precision_agrees_with_single() {
 fn a_fit_is_the_same_on_every_thread_and_twice() {
     let (geis, labels) = people(60, 3, 3);
     let here = fit(geis.view(), &labels, 3, TrainOptions::default()).expect("three people");
-    let there = std::thread::spawn(move || fit(geis.view(), &labels, 3, TrainOptions::default()))
+    let there = std::thread::Builder::new()
+        .spawn(move || fit(geis.view(), &labels, 3, TrainOptions::default()))
+        .expect("a thread")
         .join()
         .expect("no panic")
         .expect("three people");

@@ -254,9 +254,13 @@ fn a_bench_that_dies_takes_the_process_that_measures_with_it() {
     let temporary = at.join("temporary");
     fs::create_dir(&temporary).expect("a folder");
     let measuring = |parent: u32| -> Option<String> {
-        let children = format!("/proc/{parent}/task/{parent}/children");
-        let children = fs::read_to_string(children).ok()?;
-        children.split_whitespace().next().map(str::to_owned)
+        // Of any of its threads.
+        let threads = fs::read_dir(format!("/proc/{parent}/task")).ok()?.flatten();
+        let mut children = threads.filter_map(|thread| {
+            let children = fs::read_to_string(thread.path().join("children")).ok()?;
+            children.split_whitespace().next().map(str::to_owned)
+        });
+        children.next()
     };
     for signal in ["-INT", "-KILL"] {
         let mut parent = heeding_signals()

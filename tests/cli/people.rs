@@ -80,14 +80,26 @@ fn people_whom_the_norms_do_not_know_are_refused_with_the_range() {
     for (flags, found) in [
         ("--age-years 81", ["81", "18.00 to 80.00"]),
         ("--age-years 17.9", ["17.9", "18.00 to 80.00"]),
-        ("--stature-m 2.2", ["2.2", "1.40 to 2.00"]),
-        ("--sex female --stature-m 1.95", ["1.95", "1.40 to 1.85"]),
-        ("--stature-m 1.7 --mass-kg 130", ["130", "46.24 to 124.27"]),
-        ("--mass-kg nan", ["NaN", "31.53 to 171.36"]),
+        ("--stature-m 2.2", ["2.2", "1.41 to 1.99"]),
+        ("--sex female --stature-m 1.95", ["1.95", "1.41 to 1.85"]),
+        ("--stature-m 1.7 --mass-kg 130", ["130", "46.24 to 124.26"]),
+        ("--mass-kg nan", ["NaN", "31.54 to 171.36"]),
     ] {
         let command = format!("cohort --people 2 --out none.egp {flags}");
         refused(at, &words(&command), 2, &found);
         assert_eq!(fs::read_dir(at).expect("a folder").count(), 0);
+    }
+    for flags in [
+        "--stature-m 1.41",
+        "--stature-m 1.99",
+        "--sex female --stature-m 1.85",
+        "--stature-m 1.7 --mass-kg 46.24",
+        "--stature-m 1.7 --mass-kg 124.26",
+        "--mass-kg 31.54",
+        "--mass-kg 171.36",
+    ] {
+        let command = format!("cohort --people 1 --speeds-kmh 5 --out made.egp {flags}");
+        done(at, &words(&command));
     }
 }
 

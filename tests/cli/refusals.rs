@@ -174,8 +174,14 @@ fn a_bad_pack_is_exit_code_1_and_the_message_names_file_and_byte() {
         }
     }
     for (command, words) in [
-        ("inspect", "folder.egp: Is a directory"),
-        ("render", "folder.egp: Is a directory"),
+        (
+            "inspect",
+            "folder.egp: expected a regular file, found a folder",
+        ),
+        (
+            "render",
+            "folder.egp: expected a regular file, found a folder",
+        ),
         (
             "sweep",
             "folder.egp: expected a pack or a tree of silhouettes",

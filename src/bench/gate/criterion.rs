@@ -118,7 +118,7 @@ pub(super) fn unix_s(time: SystemTime) -> f64 {
 }
 
 fn parsed<T: DeserializeOwned>(path: &Path) -> Result<T> {
-    let bytes = fs::read(path).map_err(|error| Error::io(path, error))?;
+    let bytes = crate::files::read(path)?;
     serde_json::from_slice(&bytes)
         .map_err(|error| Error::input(path, format!("expected criterion's JSON: {error}")))
 }

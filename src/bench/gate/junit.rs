@@ -5,6 +5,7 @@
 
 use super::judge::GateOutcome;
 use super::report::{GateLine, GateReport};
+use crate::error::is_hidden;
 use std::fmt::Write as _;
 
 /// The beginning of every JUnit file of this command.
@@ -74,7 +75,7 @@ fn escaped(text: &str) -> String {
             '&' => out.push_str("&amp;"),
             '"' => out.push_str("&quot;"),
             '\n' | '\t' | '\r' => out.push(' '),
-            _ if letter.is_control() || matches!(letter, '\u{fffe}' | '\u{ffff}') => {}
+            _ if is_hidden(letter) || matches!(letter, '\u{fffe}' | '\u{ffff}') => {}
             _ => out.push(letter),
         }
     }

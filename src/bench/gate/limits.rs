@@ -153,7 +153,7 @@ impl GateLimits {
             let problem = format!("expected limits of at most {MAX_BYTES} bytes, found {length}");
             return Err(Error::input(path, problem));
         }
-        Self::parse(path, &std::fs::read_to_string(path).map_err(io)?)
+        Self::parse(path, &crate::files::read_to_string(path)?)
     }
 
     /// Reads limits from TOML; `path` is for messages.

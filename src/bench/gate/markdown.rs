@@ -2,6 +2,7 @@
 
 use super::judge::GateOutcome;
 use super::report::GateReport;
+use crate::error::is_hidden;
 use crate::files::text_table::Column::Left;
 use crate::files::text_table::Table;
 
@@ -56,7 +57,7 @@ fn plain(text: &str) -> String {
                 out.push('\\');
                 out.push(letter);
             }
-            _ if letter.is_control() => out.push(' '),
+            _ if is_hidden(letter) => out.push(' '),
             _ => out.push(letter),
         }
     }

@@ -52,7 +52,7 @@ impl ResultFile {
             let problem = format!("expected results of at most {MAX_BYTES} bytes, found {length}");
             return Err(Error::input(path, problem));
         }
-        let text = std::fs::read_to_string(path).map_err(io)?;
+        let text = crate::files::read_to_string(path)?;
         Self::parse(path, &text)
     }
 

@@ -101,7 +101,7 @@ pub(super) fn timed(
     let mut tally = AnswerTally::new();
     let mut windows = Vec::new();
     let mut again = 0;
-    watch.begin();
+    watch.begin()?;
     laps.resume();
     let mut window = PathWindow::default();
     // The measured time at which the window and the last frame began.
@@ -140,7 +140,7 @@ pub(super) fn timed(
         if windows.len() >= plan.windows as usize && tally.answers > 0 {
             break;
         }
-        watch.begin();
+        watch.begin()?;
         laps.resume();
         window_begun = laps.total();
     }

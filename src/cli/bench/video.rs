@@ -20,6 +20,7 @@ use std::ffi::OsStr;
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread::Builder;
 use std::time::{Duration, SystemTime};
 
 /// The name that stands for a synthetic video.
@@ -295,7 +296,7 @@ fn ticking<T>(progress: &Progress, seconds: f64, work: impl FnOnce() -> Result<T
     let expected = seconds.ceil() as usize;
     std::thread::scope(|scope| {
         let (done, is_done) = channel::<()>();
-        let ticks = scope.spawn(move || -> Result<()> {
+        let ticks = move || -> Result<()> {
             let mut left = expected;
             while is_done.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
                 if left > 0 {
@@ -304,7 +305,9 @@ fn ticking<T>(progress: &Progress, seconds: f64, work: impl FnOnce() -> Result<T
                 }
             }
             (0..left).try_for_each(|_| progress.step())
-        });
+        };
+        let ticks = Builder::new().spawn_scoped(scope, ticks);
+        let ticks = ticks.map_err(Error::Threads)?;
         let found = work();
         drop(done);
         ticks.join().unwrap_or_else(|panic| resume_unwind(panic))?;

@@ -105,7 +105,7 @@ impl PackSource {
                 format!("{length} bytes, expected a pack of at most {MAX_PACK_BYTES}"),
             ));
         }
-        let bytes = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+        let bytes = crate::files::read(path)?;
         Pack::parse(&bytes).map_err(|error| {
             let problem = format!("expected {}", error.expected);
             Error::at(path, FilePlace::Byte(error.byte), problem)
@@ -176,9 +176,9 @@ pub(crate) fn built_in(walks: &[String]) -> CohortOptions {
 fn start_of(path: &Path) -> Result<Vec<u8>> {
     use std::io::Read as _;
     let mut start = Vec::new();
-    std::fs::File::open(path)
-        .and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut start))
-        .map_err(|error| Error::io(path, error))?;
+    let mut file = crate::files::open(path)?.take(MAGIC.len() as u64);
+    let read = file.read_to_end(&mut start);
+    read.map_err(|error| Error::io(path, error))?;
     if start.starts_with(b"PK") {
         return Err(Error::input(
             path,
@@ -197,5 +197,16 @@ pub(crate) fn is_pack_or_folder(path: &Path) -> Result<bool> {
     if metadata.is_dir() {
         return Ok(true);
     }
-    Ok(start_of(path)? == MAGIC)
+    let start = start_of(path)?;
+    // A damaged pack is none, but not a model either.
+    let is_called_pack = path
+        .extension()
+        .is_some_and(|found| found.eq_ignore_ascii_case("egp"));
+    if start.is_empty() && !is_called_pack {
+        return Err(Error::input(
+            path,
+            "expected a model, a pack or a folder, found an empty file",
+        ));
+    }
+    Ok(is_called_pack || start == MAGIC)
 }

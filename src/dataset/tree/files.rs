@@ -1,7 +1,7 @@
 //! The picture files of one sequence, and how they are read.
 
 use std::fs;
-use std::io::{BufReader, Read as _};
+use std::io::{BufRead, BufReader, Cursor, Read as _, Seek};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use super::frame::GreyPicture;
 use super::{MAX_BYTES, MAX_FRAMES, MAX_SIDE, Modality, pickle};
 use crate::dataset::npy::{mask_array, stated_shape};
 use crate::error::{Error, FilePlace, Remedy, Result};
-use crate::files::{doubts, numbered_files};
+use crate::files::{doubts, numbered_files, open, picture_limits};
 
 /// The maximum number of names that a message lists.
 const LISTED: usize = 12;
@@ -153,7 +153,8 @@ impl FrameFiles {
                 let mut first = None;
                 for path in paths {
                     // Unreadable files are reported when they are read in full.
-                    let Ok((columns, rows)) = reader(path)?.into_dimensions() else {
+                    let header = reader(path, BufReader::new(open(path)?), (0, 0));
+                    let Ok((columns, rows)) = header.into_dimensions() else {
                         return Ok(None);
                     };
                     let size = (rows as usize, columns as usize);
@@ -171,8 +172,8 @@ const BEGINNING: u64 = 512;
 /// Reads the shape of an array from the beginning of its file, if it is there.
 fn beginning(path: &Path) -> Result<Option<[usize; 3]>> {
     let mut start = Vec::new();
-    let file = fs::File::open(path);
-    let read = file.and_then(|file| file.take(BEGINNING).read_to_end(&mut start));
+    let mut file = open(path)?.take(BEGINNING);
+    let read = file.read_to_end(&mut start);
     read.map_err(|error| Error::io(path, error))?;
     Ok(match StoredFormat::from_name(path) {
         Some(StoredFormat::Npy) => stated_shape(&start),
@@ -243,30 +244,30 @@ impl StoredFormat {
     }
 }
 
-/// Opens a reader of a picture with limits on its size.
-fn reader(path: &Path) -> Result<ImageReader<BufReader<fs::File>>> {
-    let file = fs::File::open(path).map_err(|error| Error::io(path, error))?;
-    let mut limits = image::Limits::default();
-    (limits.max_image_width, limits.max_image_height) = (Some(MAX_SIDE), Some(MAX_SIDE));
-    limits.max_alloc = Some(MAX_BYTES);
+/// Returns a reader of a picture of this size, or of its header, with limits.
+fn reader<R: BufRead + Seek>(path: &Path, from: R, size: (u32, u32)) -> ImageReader<R> {
     let format = match StoredFormat::from_name(path) {
         Some(StoredFormat::Jpeg) => ImageFormat::Jpeg,
         _ => ImageFormat::Png,
     };
-    let mut reader = ImageReader::with_format(BufReader::new(file), format);
-    reader.limits(limits);
-    Ok(reader)
+    let mut reader = ImageReader::with_format(from, format);
+    reader.limits(picture_limits(MAX_SIDE, size));
+    reader
 }
 
 /// Decodes a picture; returns its grey pixels and the number of columns.
 pub(in crate::dataset) fn decode(path: &Path) -> Result<(Vec<u8>, usize)> {
-    let reader = reader(path)?;
-    let name = match reader.format() {
-        Some(ImageFormat::Jpeg) => "JPEG",
+    let mut bytes = Vec::new();
+    let read = open(path)?.take(MAX_BYTES).read_to_end(&mut bytes);
+    read.map_err(|error| Error::io(path, error))?;
+    let name = match StoredFormat::from_name(path) {
+        Some(StoredFormat::Jpeg) => "JPEG",
         _ => "PNG",
     };
-    let picture = reader
-        .decode()
+    let of_size = |size| reader(path, Cursor::new(&bytes), size);
+    let size = of_size((0, 0)).into_dimensions();
+    let picture = size
+        .and_then(|size| of_size(size).decode())
         .map_err(|error| Error::input(path, format!("cannot be read as {name}: {error}")))?;
     if picture.color().has_alpha() {
         return Err(Error::input(
@@ -302,7 +303,7 @@ fn show_array(
             format!("expected an array of at most {MAX_BYTES} bytes, found {length}"),
         ));
     }
-    let bytes = fs::read(path).map_err(io)?;
+    let bytes = crate::files::read(path)?;
     let array = match StoredFormat::from_name(path) {
         Some(StoredFormat::Npy) => {
             mask_array(&bytes).map_err(|problem| Error::input(path, problem))?

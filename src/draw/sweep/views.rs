@@ -136,7 +136,7 @@ impl Views {
             azimuth_deg: f32,
             elevation_deg: f32,
         }
-        let file = std::fs::File::open(path).map_err(|error| Error::io(path, error))?;
+        let file = crate::files::open(path)?;
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
             .from_reader(file);

@@ -1,6 +1,7 @@
 //! The manifest of a study, which pairs takes of silhouettes with recordings.
 
 use crate::error::{Error, FilePlace, Result};
+use crate::files::named_below::is_below;
 use csv::ReaderBuilder;
 use std::path::Path;
 
@@ -47,7 +48,7 @@ const REQUIRED: [&str; 4] = ["id", "take", "view", "source"];
 /// # Errors
 /// If the file cannot be read or a value is invalid; the message names the line and the column.
 pub(crate) fn read(path: &Path) -> Result<Vec<Pairing>> {
-    let text = std::fs::read(path).map_err(|error| Error::io(path, error))?;
+    let text = crate::files::read(path)?;
     let mut reader = ReaderBuilder::new()
         .trim(csv::Trim::All)
         .from_reader(text.as_slice());
@@ -153,6 +154,12 @@ fn row<'a>(
         }
     };
     let root = field("source_root");
+    let source = required("source")?;
+    if !is_below(&source) {
+        return Err(format!(
+            "source: expected a path in a folder of recordings, without .., found {source:?}"
+        ));
+    }
     Ok(Pairing {
         line,
         person: required("id")?,
@@ -162,7 +169,7 @@ fn row<'a>(
         fps,
         cycles,
         contacts: contacts.map_err(|problem| format!("lhs: {problem}"))?,
-        source: required("source")?,
+        source,
         root: (!root.is_empty()).then(|| root.to_owned()),
         offset,
         distance_m,
@@ -268,6 +275,10 @@ mod tests {
                 "m.csv:3: 1/a/90 is in line 2 already",
             ),
             ("id,take,view,source\n1,a\n", "m.csv:2"),
+            (
+                "id,take,view,source\n1,a,90,../a.bvh\n",
+                "m.csv:2: source: expected a path in a folder of recordings",
+            ),
             (
                 "id,take,view,source,distance_m\n1,a,90,a,0\n",
                 "distance_m: expected 0.1",

@@ -238,7 +238,10 @@ impl StudyPlan {
                     "azimuth: expected degrees, since the view's name {name:?} states none"
                 ));
             };
-            let view = View::new(azimuth, elevation)?;
+            let view = match View::new(azimuth, elevation) {
+                Ok(view) => view,
+                Err(error) => return refuse(error.to_string()),
+            };
             let distance_m = row.distance_m.unwrap_or(distance_m);
             match found {
                 Some((known, metres, line)) if known != view || metres != distance_m => {

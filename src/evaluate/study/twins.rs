@@ -11,6 +11,7 @@ use crate::draw::sweep::{
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{Error, FilePlace, Result};
 use crate::people::cohort::{self, CohortOptions};
+use crate::people::encodable::without;
 use crate::people::measured::MeasuredPeople;
 use crate::people::recorded::{BodyOptions, Keep, ReadOptions, Recording, SubjectName, subjects};
 use crate::people::{Subject, Track};
@@ -155,6 +156,17 @@ impl Walkers {
         Ok(walkers)
     }
 
+    /// Names the file of a recording that is refused.
+    fn named(&self, error: Error) -> Error {
+        match error {
+            Error::Refused(refused) => without(&mut self.recordings.clone(), &refused)
+                .into_iter()
+                .next()
+                .unwrap_or(Error::Refused(refused)),
+            other => other,
+        }
+    }
+
     /// Makes twins with bodies of these measurements, and with trunks that lean further ahead by
     /// `lean_deg` degrees.
     ///
@@ -165,7 +177,7 @@ impl Walkers {
             measured: measured.clone(),
             ..BodyOptions::default()
         };
-        let mut people = subjects(&self.recordings, &options)?;
+        let mut people = subjects(&self.recordings, &options).map_err(|it| self.named(it))?;
         for person in &mut people {
             let walks = person.walks.iter_mut();
             for motion in walks.map(|walk| &mut walk.motion) {
@@ -176,7 +188,7 @@ impl Walkers {
                 }
             }
         }
-        let pack = pack(&people, &|| Ok(()))?;
+        let pack = pack(&people, &|| Ok(())).map_err(|it| self.named(it))?;
         let parsed = Pack::parse(&pack)?;
         let mut cycles: Vec<TwinCycle> = Vec::new();
         for (number, walk) in parsed.walks().enumerate() {

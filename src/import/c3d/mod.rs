@@ -10,9 +10,9 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::files::open_file;
 use super::{MAX_POSITIONS, Markers, MotionFormat, RATE_HZ, metres};
 use crate::error::{Error, FilePlace, Remedy, Result};
+use crate::files::open;
 
 mod layout;
 mod machine;
@@ -43,7 +43,7 @@ const NOT_POSITIONS: [&str; 7] = [
 /// # Errors
 /// For incomplete files: damaged parameters, fewer frames than stated, no markers.
 pub(super) fn read(path: &Path, given_hz: Option<f64>) -> Result<Markers> {
-    let file = open_file(path).map_err(|source| Error::io(path, source))?;
+    let file = open(path)?;
     let length = file
         .metadata()
         .map_err(|source| Error::io(path, source))?

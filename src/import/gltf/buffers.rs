@@ -10,6 +10,7 @@ use gltf::accessor::sparse::IndexType;
 use gltf::accessor::{Accessor, DataType};
 use gltf::buffer::{Source, View};
 
+use crate::files::named_below::{is_below, leads_out};
 use crate::import::files::{MAX_BYTES, read_file};
 
 /// The maximum number of values in one accessor. Our choice: bodies have 10 to 100 thousand
@@ -202,15 +203,15 @@ fn from_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
             .decode(text)
             .map_err(|error| format!("its base64 is broken: {error}"));
     }
-    let shown = || uri.chars().take(80).collect::<String>();
-    if uri.contains(':') || uri.starts_with('/') {
+    let shown: String = uri.chars().take(80).collect();
+    let name = percent_decoded(uri).ok_or_else(|| format!("`{shown}` is not a file name"))?;
+    let path = folder.join(&name);
+    if !is_below(&name) || leads_out(folder, &path) {
         return Err(format!(
-            "expected a file beside the .gltf, found `{}`",
-            shown()
+            "expected a file beside the .gltf, or in a folder there, found `{shown}`"
         ));
     }
-    let name = percent_decoded(uri).ok_or_else(|| format!("`{}` is not a file name", shown()))?;
-    read_file(&folder.join(name)).map_err(|error| format!("{}: {error}", shown()))
+    read_file(&path).map_err(|error| error.to_string())
 }
 
 fn percent_decoded(uri: &str) -> Option<String> {

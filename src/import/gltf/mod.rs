@@ -9,10 +9,10 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, DVec4};
 use gltf::Document;
-use gltf::json::validation::Checked;
 use gltf::scene::Transform;
 
 use self::buffers::Buffers;
+use self::checks::{check_length, check_targets};
 use self::clip::{GltfAnimation, Moves};
 use self::skin::SkinJoints;
 use super::files::read_file;
@@ -20,6 +20,7 @@ use super::{Motion, MotionFormat, SourceFrame, SourceJoint};
 use crate::error::{Error, Remedy, Result};
 
 mod buffers;
+mod checks;
 mod clip;
 mod extensions;
 mod people;
@@ -61,8 +62,9 @@ pub(super) enum WantedAnimation<'a> {
 /// If the file is not a complete glTF with one skinned skeleton (or one of this name) that only
 /// rotates and moves, or has no such animation.
 pub(super) fn read(path: &Path, clip: WantedAnimation<'_>, person: Option<&str>) -> Result<Motion> {
-    let bytes = read_file(path).map_err(|error| Error::io(path, error))?;
+    let bytes = read_file(path)?;
     let fail = |problem: String| Error::input(path, problem);
+    check_length(&bytes).map_err(fail)?;
     let incomplete = |error: gltf::Error| fail(format!("not a complete glTF 2.0 file: {error}"));
     let gltf::Gltf { document, blob } =
         gltf::Gltf::from_slice_without_validation(&bytes).map_err(incomplete)?;
@@ -83,33 +85,6 @@ pub(super) fn read(path: &Path, clip: WantedAnimation<'_>, person: Option<&str>)
     Buffers::load(&document, blob, folder)
         .and_then(|buffers| motion(&document, &buffers, &graph, &skins, clip))
         .map_err(fail)
-}
-
-/// Rejects documents on which the crate's own check panics, or which it leaves to panic later.
-fn check_targets(root: &gltf::json::Root) -> std::result::Result<(), String> {
-    let count = root.accessors.len();
-    let parts = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
-    let mut used = parts.flat_map(|part| part.attributes.values());
-    if let Some(wrong) = used.find(|accessor| accessor.value() >= count) {
-        return Err(format!(
-            "a mesh refers to accessor {} of {count}",
-            wrong.value()
-        ));
-    }
-    let count = root.nodes.len();
-    let channels = root.animations.iter().flat_map(|all| &all.channels);
-    for target in channels.map(|channel| &channel.target) {
-        if target.node.value() >= count {
-            return Err(format!(
-                "an animation moves node {} of {count}",
-                target.node.value()
-            ));
-        }
-        if target.path == Checked::Invalid {
-            return Err("expected an animation of translation, rotation, scale or weights".into());
-        }
-    }
-    Ok(())
 }
 
 fn motion(

@@ -269,10 +269,22 @@ fn what_cannot_be_used_is_refused_with_its_reason() {
         ),
         (
             with("/buffers/0/uri", json!("gone.bin")),
-            "buffer 0: gone.bin: No such file",
+            "gone.bin: No such file",
         ),
         (
             with("/buffers/0/uri", json!("/dev/zero")),
+            "expected a file beside the .gltf",
+        ),
+        (
+            with("/buffers/0/uri", json!("%2Fdev%2Fzero")),
+            "expected a file beside the .gltf",
+        ),
+        (
+            with("/buffers/0/uri", json!("a/%2e%2e/../../b.bin")),
+            "expected a file beside the .gltf",
+        ),
+        (
+            with("/buffers/0/uri", json!("C%3A%5Cb.bin")),
             "expected a file beside the .gltf",
         ),
         (
@@ -383,6 +395,34 @@ fn what_cannot_be_used_is_refused_with_its_reason() {
 }
 
 #[test]
+fn buffers_are_beside_the_file_or_in_a_folder_there() {
+    let outer = tempfile::tempdir().unwrap();
+    let folder = outer.path().join("in");
+    std::fs::create_dir_all(folder.join("b c")).unwrap();
+    for path in ["in/b c/a.bin", "in/a.bin", "out.bin"] {
+        std::fs::write(outer.path().join(path), bytes()).unwrap();
+    }
+    let path = folder.join("t.gltf");
+    let read = |uri: &str| {
+        let scene = with("/buffers/0/uri", json!(uri)).to_string();
+        std::fs::write(&path, scene).unwrap();
+        Motion::read(&path).map_err(|error| error.to_string())
+    };
+    for uri in ["a.bin", "./a.bin", "b%20c/a.bin"] {
+        assert_eq!(read(uri).unwrap().frames.len(), 31, "{uri}");
+    }
+    let expected = "expected a file beside the .gltf";
+    assert!(read("../out.bin").unwrap_err().contains(expected));
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("../out.bin", folder.join("link.bin")).unwrap();
+        std::os::unix::fs::symlink("a.bin", folder.join("inner.bin")).unwrap();
+        assert!(read("link.bin").unwrap_err().contains(expected));
+        assert_eq!(read("inner.bin").unwrap().frames.len(), 31);
+    }
+}
+
+#[test]
 fn no_truncated_or_changed_binary_file_panics() {
     let data = bytes();
     let mut scene = scene(&data);
@@ -407,6 +447,12 @@ fn no_truncated_or_changed_binary_file_panics() {
     assert_eq!(read(&glb).unwrap().frames.len(), 31);
     for length in (0..glb.len()).step_by(5) {
         assert!(read(&glb[..length]).is_err(), "{length}");
+    }
+    for stated in [0, 3, 11, glb.len() + 1] {
+        let lies = [&glb[..8], &word(stated), &glb[12..]].concat();
+        let problem = read(&lies).unwrap_err().to_string();
+        let expected = format!("its header states {stated} bytes, found {}", glb.len());
+        assert!(problem.contains(&expected), "{problem}");
     }
     for at in 0..glb.len() {
         let change = [0x01, 0x40][at % 2];

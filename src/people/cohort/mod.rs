@@ -93,9 +93,13 @@ impl Profile {
     pub fn check(&self) -> Result<()> {
         let within = |what: &str, value: Option<f64>, (low, high): (f64, f64), unit: &str| {
             match value {
-                Some(value) if !(low..=high).contains(&value) => Err(Error::Usage(format!(
-                    "{what} of {value} {unit}: expected {low:.2} to {high:.2}, the range of the measured people behind the model"
-                ))),
+                Some(value) if !(low..=high).contains(&value) => {
+                    // Rounded inwards, so that what is stated is accepted.
+                    let (low, high) = ((low * 1e2).ceil() * 1e-2, (high * 1e2).floor() * 1e-2);
+                    Err(Error::Usage(format!(
+                        "{what} of {value} {unit}: expected {low:.2} to {high:.2}, the range of the measured people behind the model"
+                    )))
+                }
                 _ => Ok(()),
             }
         };

@@ -14,6 +14,7 @@ use std::panic::resume_unwind;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::Builder;
 
 /// Number of inputs in a call of a callable.
 const AT_ONCE: usize = 256;
@@ -115,11 +116,13 @@ pub(crate) fn command(
         .collect();
     py.detach(move || {
         std::thread::scope(|scope| {
-            let worker = scope.spawn(move || {
+            let worker = move || {
                 // The receiver waits until it is dropped.
                 let _sender = sender;
                 embed::results(&words, held)
-            });
+            };
+            let worker = Builder::new().spawn_scoped(scope, worker);
+            let worker = worker.map_err(|error| exception(&edgegait::Error::Threads(error)))?;
             let raised = served(&receiver, &functions, &stop);
             let done = worker.join().unwrap_or_else(|panic| resume_unwind(panic));
             match raised {

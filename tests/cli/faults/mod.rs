@@ -2,6 +2,7 @@
 //! or counted by another program.
 
 mod hostile;
+mod inputs;
 mod masks;
 mod motion;
 mod pictures;

@@ -19,10 +19,12 @@ struct Watched<'a> {
 }
 
 impl Watch for Watched<'_> {
-    fn begin(&mut self) {
+    fn begin(&mut self) -> Result<()> {
         self.begun += 1;
         self.clock.fetch_add(3_600_000, Ordering::Relaxed);
+        Ok(())
     }
+
     fn end(&mut self) -> Option<f64> {
         self.ended += 1;
         self.clock.fetch_add(3_600_000, Ordering::Relaxed);
