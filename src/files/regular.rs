@@ -105,7 +105,8 @@ mod tests {
             "(File::open(",
             "image::open(",
             "ImageReader::open(",
-            "from_path(",
+            ".from_path(",
+            "Reader::from_path(",
         ];
         // They read what the system or this program wrote, or are not part of it.
         let own = [
