@@ -10,6 +10,7 @@ use super::keep_going::with_hint;
 use super::progress::Progress;
 use super::recognizers::{entrant, sort_inputs, with_contracts};
 use super::runtime::{RuntimeChoice, refuse_idle_library};
+use super::trial::try_out;
 use crate::draw::sweep::Views;
 use crate::error::{ChoiceError, Error, EvaluateError, Result, SettingError};
 use crate::evaluate::contest::{Contest, Entrant, ShownPicture};
@@ -190,6 +191,7 @@ fn planned(
             runtime,
         };
         one.refuse_like(&planned)?;
+        try_out(&one.model, &one.runtime)?;
         planned.push(one);
     }
     Ok(planned)

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::contents::{DatasetFormat, name_of};
-use super::reader::read_manifest;
+use super::manifest::read_manifest;
 use super::{INDEX, MANIFEST, Manifest, WALKERS, npz, tree_writer};
 use crate::draw::template::Template;
 use crate::error::{ChoiceError, Error, Result};

@@ -2,7 +2,7 @@
 
 use super::contents::{Contents, DatasetFormat};
 use super::existing::Existing;
-use super::reader::read_manifest;
+use super::manifest::read_manifest;
 use super::unfinished::difference;
 use super::writer::{DatasetRun, DatasetWriter};
 use super::{MANIFEST, Manifest};

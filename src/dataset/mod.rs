@@ -20,6 +20,7 @@ mod existing;
 pub mod gait_cycles;
 mod index;
 mod items;
+mod manifest;
 mod mask_numbers;
 mod merge;
 mod npy;

@@ -7,8 +7,8 @@ use std::io::{BufReader, BufWriter, Read as _, Write as _};
 use std::path::Path;
 
 use super::index::COLUMNS;
+use super::manifest::parse_manifest;
 use super::npy::npy_header;
-use super::reader::parse_manifest;
 use super::{INDEX, MANIFEST, Manifest};
 use crate::error::{Error, Result};
 use zip::write::{SimpleFileOptions, ZipWriter};

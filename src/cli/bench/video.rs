@@ -8,6 +8,7 @@ use crate::bench::{
 };
 use crate::cli::args::Common;
 use crate::cli::progress::Progress;
+use crate::cli::trial::try_out;
 use crate::dataset::sequences::is_pack_or_folder;
 use crate::draw::sweep::{UNCUT_FPS, jobs};
 use crate::error::{Error, Result};
@@ -121,11 +122,14 @@ pub(super) fn run(args: &BenchArgs, models: &[Model], pack: Option<PathBuf>) -> 
     args.draw.refuse_for_video()?;
     refuse_flags(args, asked, pack.as_deref())?;
     models.iter().try_for_each(check_model)?;
-    let runtime = args.runtime.runtime()?.name().name;
+    let runtime = args.runtime.runtime()?;
+    models
+        .iter()
+        .try_for_each(|model| try_out(model, &runtime))?;
     let root = Path::new("/");
     let load_of_others = load_of_others(root);
     let folder = Staging::temporary()?;
-    let mut header = header(args, models, asked).with("runtime", runtime);
+    let mut header = header(args, models, asked).with("runtime", runtime.name().name);
     if is_made(asked) {
         let source_args = args.source(pack);
         let source = source_args.load(&args.common)?;

@@ -17,8 +17,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::MANIFEST;
+use super::manifest::read_manifest;
 use super::pixel_check::PixelCheck;
-use super::reader::read_manifest;
 use crate::draw::sweep::FramingMode;
 use crate::error::{Error, Remedy, Result};
 use edgegait_core::cycle::LowerBody;

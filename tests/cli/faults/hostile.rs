@@ -52,7 +52,13 @@ fn a_model_that_ends_its_process_ends_a_child() {
     let at = folder.path();
     // Two sides of 2^20 plus the brightest pixel.
     fs::copy(onnx("grows.onnx"), at.join("grows.onnx")).expect("a model");
-    for command in ["check grows.onnx", "score grows.onnx"] {
+    fs::copy(onnx("grows.onnx"), at.join("again.onnx")).expect("a model");
+    for command in [
+        "check grows.onnx",
+        "score grows.onnx",
+        "parity grows.onnx again.onnx",
+        "bench grows.onnx --video made",
+    ] {
         let output = edgegait(at, &words(command));
         let said = format!("{}{}", text(&output.stdout), text(&output.stderr));
         assert!(matches!(code(&output), 1 | 4), "{command}: {said}");
