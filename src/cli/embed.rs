@@ -90,6 +90,14 @@ pub fn swept(words: &[OsString], pack: Option<PackSource>) -> Result<Items> {
     }
 }
 
+/// Checks words as the command line does, and runs nothing.
+///
+/// # Errors
+/// For unknown words and values that flags do not take, [`Error::Usage`].
+pub fn check(words: &[OsString]) -> Result<()> {
+    parsed(words).map(drop)
+}
+
 /// Parses these words as a subcommand.
 fn parsed(words: &[OsString]) -> Result<Command> {
     let words = std::iter::once("edgegait".into()).chain(words.iter().cloned());

@@ -11,6 +11,9 @@ use crate::evaluate::wilson::Interval;
 use serde::Deserialize as _;
 use std::mem::discriminant;
 
+/// The maximum of a person's probes in results: sums over people cannot overflow.
+const MOST_PROBES: u64 = 1 << 32;
+
 /// The estimate of one value, and its reliability.
 pub(super) struct KnownFigure {
     pub estimate: Estimate,
@@ -123,6 +126,19 @@ impl KnownFigure {
             .first()
             .and_then(|place| place.object()?.get("by_person"));
         let estimate = Estimate::from_runs(&places, measure);
+        let by_person = people.and_then(|people| Vec::<PersonResult>::deserialize(people).ok());
+        let mut everyone = by_person.iter().flatten();
+        if let Some(wrong) = everyone.find(|one| one.hits > one.probes || one.probes > MOST_PROBES)
+        {
+            return Err(format!(
+                "{}: {}: by_person: expected at most {MOST_PROBES} probes of {} and no more hits, found {} and {}",
+                runs[0].path.display(),
+                place.path,
+                wrong.person,
+                wrong.probes,
+                wrong.hits
+            ));
+        }
         Ok(Self {
             estimate,
             judged: match is_disturbed {
@@ -131,7 +147,7 @@ impl KnownFigure {
             },
             is_cut: cut.is_some(),
             unsure: unsure.or(cut),
-            by_person: people.and_then(|people| Vec::deserialize(people).ok()),
+            by_person,
         })
     }
 

@@ -126,6 +126,20 @@ fn rank_1_is_compared_person_by_person() {
 }
 
 #[test]
+fn hits_and_probes_that_no_run_has_are_refused() {
+    let limit = "[[limit]]\nfigure = \"recognizers.rank1\"\nnot_worse = true\n";
+    for (probes, hits) in [(u64::MAX, 9), (1 << 33, 9), (10, 11)] {
+        let mut wrong = [score([9; 10])];
+        let person = &mut wrong[0].value["recognizers"][0]["by_person"][3];
+        person["probes"] = json!(probes);
+        person["hits"] = json!(hits);
+        let said = report(limit, &wrong, &[score([9; 10])]).expect_err("too many");
+        let problem = format!("probes of p3 and no more hits, found {probes} and {hits}");
+        assert!(said.to_string().contains(&problem), "{said}");
+    }
+}
+
+#[test]
 fn what_cannot_be_judged_is_an_error_and_no_pass() {
     let one = [bench(100.0, |_| {})];
     for (text, words) in [
