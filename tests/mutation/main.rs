@@ -5,6 +5,10 @@
 //! `EDGEGAIT_MUTATION_ONLY=bvh` runs one target, and `bvh:17` one execution. With `EDGEGAIT_DATA`,
 //! the broken recordings in its folder `hard` are seeds, too.
 #![expect(unsafe_code, reason = "a counting global allocator requires it")]
+#![expect(
+    clippy::ptr_arg,
+    reason = "mutators have one type, and most change the length"
+)]
 
 #[path = "../helpers/data.rs"]
 mod data;

@@ -10,8 +10,8 @@ use std::fs;
 use std::io::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// The most bytes that an execution may have in use.
@@ -26,6 +26,9 @@ const KEPT: usize = 20;
 /// What a reader says: an error is a refusal.
 pub type Outcome = Result<(), Box<dyn Error>>;
 
+/// Reads a mutated file in one of several ways.
+type Reader = dyn Fn(&[u8], &mut Chance) -> Outcome;
+
 /// A reader and what it is given.
 pub struct Target {
     pub name: &'static str,
@@ -36,8 +39,7 @@ pub struct Target {
     pub own: Vec<Mutator>,
     /// Mutators of any bytes or text.
     pub any: Vec<Mutator>,
-    /// Reads a mutated file in one of several ways.
-    pub read: Box<dyn Fn(&[u8], &mut Chance) -> Outcome>,
+    pub read: Box<Reader>,
 }
 
 impl Target {
@@ -94,14 +96,15 @@ pub fn run(targets: &[Target], plan: &Plan) -> (String, Vec<String>) {
     let hook = take_hook();
     set_hook(Box::new(|panic| {
         // The first of several threads is the cause.
-        let mut heard = HEARD.lock().unwrap_or_else(|poison| poison.into_inner());
+        let mut heard = HEARD.lock().unwrap_or_else(PoisonError::into_inner);
         if heard.is_empty() {
             *heard = panic.to_string().replace('\n', " ");
         }
     }));
     let (begin, begun) = channel();
     let running = plan.work.join("running");
-    let watch = std::thread::spawn(move || watch(&begun, &running));
+    let watch = std::thread::Builder::new().spawn(move || watch(&begun, &running));
+    let watch = watch.expect("a thread");
     let started = Instant::now();
     let mut tallies: Vec<Tally> = targets.iter().map(|_| Tally::default()).collect();
     let mut findings = Vec::new();
@@ -159,10 +162,7 @@ fn execute(target: &Target, number: u64, plan: &Plan, tally: &mut Tally) -> Opti
     let _ = fs::write(&running, &bytes);
     let mut chance = Chance::new(!plan.seed, name, number);
     let mut judge = || {
-        HEARD
-            .lock()
-            .unwrap_or_else(|poison| poison.into_inner())
-            .clear();
+        HEARD.lock().unwrap_or_else(PoisonError::into_inner).clear();
         let start = Instant::now();
         let read = || catch_unwind(AssertUnwindSafe(|| (target.read)(&bytes, &mut chance)));
         let (read, peak) = peak_of(read);
@@ -200,7 +200,7 @@ fn execute(target: &Target, number: u64, plan: &Plan, tally: &mut Tally) -> Opti
 }
 
 fn heard(panic: &(dyn Any + Send)) -> String {
-    let heard = HEARD.lock().unwrap_or_else(|poison| poison.into_inner());
+    let heard = HEARD.lock().unwrap_or_else(PoisonError::into_inner);
     if heard.is_empty() {
         return format!("a silent panic: {:?}", panic.downcast_ref::<String>());
     }

@@ -182,7 +182,7 @@ pub fn zip(bytes: &mut Vec<u8>, chance: &mut Chance) {
         _ => {
             members[at].0 = chance
                 .one_of(&["", "../up", "/top", "a\\b", "manifest.json"])
-                .into()
+                .into();
         }
     }
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));

@@ -60,7 +60,7 @@ fn change(fields: &mut Vec<Field>, chance: &mut Chance) {
             }
             Payload::Fixed(number) => set_number(number, chance),
             Payload::Bytes(found) if found.len() < 64 && chance.is(40) => {
-                text::token(found, chance)
+                text::token(found, chance);
             }
             Payload::Bytes(found) => chance.one_of(&ALL)(found, chance),
             Payload::Message(inner) => inner.clear(),

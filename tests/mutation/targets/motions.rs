@@ -8,6 +8,7 @@ use edgegait::import::{FileContents, ImportOptions, Motion};
 use edgegait::people::recorded::{BodyOptions, Keep, subjects};
 use edgegait::people::{Body, Track};
 use edgegait::{MAX_ERROR_MM, ReadOptions, Recording, encode_subjects};
+use glam::DVec3;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -216,7 +217,7 @@ fn check(contents: &FileContents) {
 pub fn check_motion(motion: &Motion) {
     assert!(motion.sample_rate_hz.is_finite(), "a frame rate");
     let offsets = motion.joints.iter().map(|joint| joint.offset);
-    assert!(offsets.into_iter().all(|it| it.is_finite()), "an offset");
+    assert!(offsets.into_iter().all(DVec3::is_finite), "an offset");
     for frame in &motion.frames {
         let is_finite = frame.root.is_finite() && frame.rotations.iter().all(|it| it.is_finite());
         assert!(is_finite, "a frame");

@@ -8,6 +8,7 @@ use edgegait::Pack;
 use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::linear::LinearRecognizer;
 use edgegait_core::pose::{ModelPose, Pose};
+use glam::Vec3;
 use std::fs;
 
 const SHARES: [f64; 5] = [0.0, 0.37, 1.0, -2.5, 1e12];
@@ -49,10 +50,7 @@ pub fn read_pack(bytes: &[u8]) -> Outcome {
         let rest = ModelPose::new(&avatar.skeleton(), &Pose::REST);
         let body = UnpackedBody::new(&avatar);
         let figure = Figure::new(&body, &rest);
-        assert!(
-            figure.points().all(|point| point.is_finite()),
-            "a point of a body"
-        );
+        assert!(figure.points().all(Vec3::is_finite), "a point of a body");
     }
     let mut buffer = vec![0.0; 63 * 60];
     for walk in pack.walks() {
