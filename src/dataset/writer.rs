@@ -413,7 +413,11 @@ impl DatasetWriter {
             let walkers = self.walkers()?;
             from.copy(|bytes| walkers.append(bytes))?;
         }
-        self.work.journal.rows += manifest.geis;
+        let rows = self.work.journal.rows.checked_add(manifest.geis);
+        self.work.journal.rows = rows.ok_or_else(|| {
+            let problem = format!("expected fewer rows, found {}", manifest.geis);
+            Error::input(shard.join(MANIFEST), problem)
+        })?;
         self.work.journal.done += 1;
         self.note()
     }

@@ -23,6 +23,7 @@ mod exports;
 mod faults;
 mod guide;
 mod keep_going;
+mod kills;
 mod made;
 mod outputs;
 mod people;

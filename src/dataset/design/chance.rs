@@ -54,7 +54,8 @@ impl Speeds {
     /// Returns the number of different speeds between two.
     pub(super) fn count(between: [f64; 2]) -> usize {
         let [low, high] = between;
-        ((high * KMH).floor() - (low * KMH).ceil()).max(-1.0) as usize + 1
+        let more = ((high * KMH).floor() - (low * KMH).ceil()).max(-1.0);
+        (more + 1.0) as usize
     }
 
     /// Returns the slowest and the fastest speed, or all.
