@@ -38,6 +38,9 @@ pub(super) struct Level {
     pub(super) jaccard: f64,
 }
 
+/// The distance of a mesh's vertices from the origin, metres, from which on it is no figure.
+const FARTHEST_M: f64 = 1e4;
+
 /// Fits hulls with each number of points in `budgets`, most first, to `views` images, and measures
 /// them on as many others.
 ///
@@ -53,6 +56,16 @@ pub(super) fn fit(
 ) -> Result<Vec<Level>> {
     if skinned.triangles.is_empty() {
         return Err(Error::Mesh("the mesh has no triangles".into()));
+    }
+    // Coordinates of all examples stay finite in 32 bits.
+    let mut all = examples
+        .iter()
+        .chain([&skinned.rest])
+        .flat_map(|it| &it.mesh);
+    if let Some(far) = all.find(|vertex| !(vertex.length() < FARTHEST_M)) {
+        return Err(Error::Mesh(format!(
+            "expected a mesh within {FARTHEST_M} m, found a vertex at {far}"
+        )));
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut images = |examples: &[PosedMesh]| -> Vec<TrainingView> {

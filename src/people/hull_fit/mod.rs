@@ -136,6 +136,8 @@ mod tests {
     use crate::import::{MotionFormat, Skin, SourceFrame, SourceJoint};
     use crate::people::cohort::Person;
     use edgegait_core::pack::Sex;
+    use rand::{RngExt as _, SeedableRng as _};
+    use rand_chacha::ChaCha8Rng;
 
     /// A figure of boxes, one to a joint, on the average man's skeleton.
     fn boxes() -> Motion {
@@ -229,6 +231,52 @@ mod tests {
             .expect("a thread");
         let alone = one.install(fit).expect("hulls");
         assert_eq!(alone[1].hulls[0].points, levels[1].hulls[0].points);
+    }
+
+    /// A seeded sample of numbers and triangles that files may state. What fits are like is seen
+    /// with four pictures as with four hundred.
+    #[test]
+    fn a_mesh_with_impossible_parts_is_fitted_or_refused() {
+        const EXTREMES: [f64; 9] = [0.0, -0.0, -1.0, 3.0, 1e-30, 1e5, -1e9, 1e20, 3e38];
+        let (mut fitted, mut refused) = (0, 0);
+        for seed in 0..60 {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let mut mesh = boxes();
+            let skin = mesh.skin.as_mut().expect("a skin");
+            for _ in 0..rng.random_range(1..6) {
+                let extreme = EXTREMES[rng.random_range(0..EXTREMES.len())];
+                let (joint, axis) = (rng.random_range(0..JOINTS), rng.random_range(0..3));
+                let vertex = rng.random_range(0..skin.vertices.len());
+                let triangle = rng.random_range(0..skin.triangles.len());
+                match rng.random_range(0..7) {
+                    0 => skin.vertices[vertex][axis] = extreme,
+                    1 => skin.vertices[vertex] *= extreme,
+                    2 => skin.vertices.fill(DVec3::splat(extreme)),
+                    3 => skin.triangles[triangle] = [vertex as u32; 3],
+                    4 => skin.triangles.truncate(triangle + 1),
+                    5 => mesh.joints[joint].offset[axis] = extreme,
+                    _ => skin.weights.fill(vec![(joint, 1.0)]),
+                }
+            }
+            let fit = || {
+                let figure = RiggedMesh::from_motion(&mesh).map_err(Error::Mesh)?;
+                let examples = figure.examples(4, seed)?;
+                descent::fit(&figure.skinned(), &examples, &[96], 4, seed, &|| Ok(()))
+            };
+            match fit() {
+                Ok(levels) => {
+                    fitted += 1;
+                    let hulls = levels.iter().flat_map(|level| &level.hulls);
+                    let mut points = hulls.flat_map(|hull| &hull.points);
+                    assert!(points.all(|point| point.is_finite()), "seed {seed}");
+                }
+                Err(_) => refused += 1,
+            }
+        }
+        assert!(
+            fitted > 5 && refused > 5,
+            "{fitted} fitted, {refused} refused"
+        );
     }
 
     #[test]

@@ -166,6 +166,10 @@ impl Chains {
         let Some((top, bottom)) = self.ends() else {
             return;
         };
+        // A figure out of the picture has no rows in it.
+        if from >= to {
+            return;
+        }
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
