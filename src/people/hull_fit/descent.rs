@@ -38,7 +38,8 @@ pub(super) struct Level {
     pub(super) jaccard: f64,
 }
 
-/// The distance of a mesh's vertices from the origin, metres, from which on it is no figure.
+/// The distance of a mesh's vertices from the origin, metres, from which on it is no figure. Our
+/// choice.
 const FARTHEST_M: f64 = 1e4;
 
 /// Fits hulls with each number of points in `budgets`, most first, to `views` images, and measures
@@ -62,7 +63,7 @@ pub(super) fn fit(
         .iter()
         .chain([&skinned.rest])
         .flat_map(|it| &it.mesh);
-    if let Some(far) = all.find(|vertex| !(vertex.length() < FARTHEST_M)) {
+    if let Some(far) = all.find(|vertex| vertex.is_nan() || vertex.length() >= FARTHEST_M) {
         return Err(Error::Mesh(format!(
             "expected a mesh within {FARTHEST_M} m, found a vertex at {far}"
         )));

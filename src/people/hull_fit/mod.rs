@@ -239,7 +239,7 @@ mod tests {
     fn a_mesh_with_impossible_parts_is_fitted_or_refused() {
         const EXTREMES: [f64; 9] = [0.0, -0.0, -1.0, 3.0, 1e-30, 1e5, -1e9, 1e20, 3e38];
         let (mut fitted, mut refused) = (0, 0);
-        for seed in 0..60 {
+        for seed in 0..24 {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             let mut mesh = boxes();
             let skin = mesh.skin.as_mut().expect("a skin");
@@ -252,7 +252,7 @@ mod tests {
                     0 => skin.vertices[vertex][axis] = extreme,
                     1 => skin.vertices[vertex] *= extreme,
                     2 => skin.vertices.fill(DVec3::splat(extreme)),
-                    3 => skin.triangles[triangle] = [vertex as u32; 3],
+                    3 => skin.triangles[triangle] = [u32::try_from(vertex).expect("few"); 3],
                     4 => skin.triangles.truncate(triangle + 1),
                     5 => mesh.joints[joint].offset[axis] = extreme,
                     _ => skin.weights.fill(vec![(joint, 1.0)]),
