@@ -298,7 +298,7 @@ def test_misuse_raises():
     for wrong in [3, b"bytes", ["a.egp"]]:
         with pytest.raises(TypeError, match="expected a Design, a Pack or a path"):
             edgegait.Dataset(wrong)
-    with pytest.raises(OSError, match="directory"):
+    with pytest.raises(OSError, match="expected a regular file, found a folder"):
         edgegait.Dataset(".")
 
 
