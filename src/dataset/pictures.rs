@@ -14,10 +14,17 @@ pub(super) struct GeiPictures {
 impl GeiPictures {
     /// Lists the GEIs of a tree, if its first view holds one and no frames.
     pub(super) fn find(root: &Path) -> Option<Self> {
+        let is_gei = |view: &PathBuf| {
+            let entries = std::fs::read_dir(view).into_iter().flatten().flatten();
+            let mut names = entries.map(|entry| entry.file_name());
+            names.next().is_some_and(|name| name == TEMPLATE) && names.next().is_none()
+        };
+        // Trees of frames are large: their folders are not listed here.
+        if !Tree::some_views(root).iter().any(is_gei) {
+            return None;
+        }
         let tree = Tree::open(root, &TreeLayout::default()).ok()?;
-        let first = std::fs::read_dir(tree.folder(0)).ok()?;
-        let mut names = first.flatten().map(|entry| entry.file_name());
-        (names.next()? == TEMPLATE && names.next().is_none()).then_some(Self { tree })
+        is_gei(&tree.folder(0)).then_some(Self { tree })
     }
 
     /// Returns the paths of all GEIs, by person, take and view.

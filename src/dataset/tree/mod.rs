@@ -155,6 +155,11 @@ impl Tree {
     /// each are looked at.
     #[must_use]
     pub fn is_at(root: &Path) -> bool {
+        !Self::some_views(root).is_empty()
+    }
+
+    /// Returns folders three levels down, at most 16, without listing the whole tree.
+    pub(in crate::dataset) fn some_views(root: &Path) -> Vec<PathBuf> {
         let deepen = |paths: Vec<PathBuf>| -> Vec<PathBuf> {
             let inner = paths.iter().map(|path| {
                 let names = folders(path).unwrap_or_default().into_iter();
@@ -162,7 +167,7 @@ impl Tree {
             });
             inner.flatten().take(16).collect()
         };
-        !deepen(deepen(deepen(vec![root.to_path_buf()]))).is_empty()
+        deepen(deepen(deepen(vec![root.to_path_buf()])))
     }
 
     /// Returns all sequences, sorted by name.
