@@ -296,17 +296,7 @@ fn joints_that_no_table_knows_are_named_by_a_file() {
         &["no leg joints", "--joints FILE.csv: the line name,known"],
     );
     let packed = |file: &str, flags: &[&str]| {
-        let mut arguments = vec![
-            "import",
-            file,
-            "--out",
-            "x.egp",
-            "--overwrite",
-            "--subject",
-            "x",
-        ];
-        arguments.extend(flags);
-        done(at, &arguments);
+        import(at, &at.join(file), &[&["--subject", "x"], flags].concat());
         fs::read(at.join("x.egp")).expect("a pack")
     };
     let named = ["--joints", "joints.csv"];
