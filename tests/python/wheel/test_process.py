@@ -1,5 +1,6 @@
 """Long-lived processes: interruptions, forks and leaks."""
 
+import json
 import os
 import signal
 import subprocess
@@ -57,8 +58,9 @@ def test_control_c_ends_work(work):
 def test_a_generation_that_was_interrupted_is_gone_on_with(tmp_path):
     out = tmp_path / "set"
     make = lambda **more: edgegait.generate("domain-random", people=60, out=out, **more)  # noqa: E731
-    # Interrupt when the first people are stored; all of them take some seconds.
-    interrupted(make, lambda: any(path.stat().st_size > 0 for path in out.glob("train.unfinished/**/*.npy")))
+    # Interrupt when the journal, which is replaced whole, counts the first people; all take some seconds.
+    journal = out / "train.unfinished" / "journal.json"
+    interrupted(make, lambda: journal.exists() and json.loads(journal.read_text())["done"] > 0)
     assert not (out / "train").exists()
     with pytest.raises(ValueError, match="did not finish"):
         make()
