@@ -27,7 +27,7 @@ pub use inference::{InferenceError, TemplateOrigin};
 pub use report::ReportError;
 pub use sweep::SweepError;
 pub use train::TrainError;
-pub(crate) use visible::{is_hidden, visible, visible_name};
+pub(crate) use visible::{is_hidden, visible, visible_name, visible_toml};
 
 /// A result whose error is ready to be shown to a user.
 pub type Result<T> = std::result::Result<T, Error>;

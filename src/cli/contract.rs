@@ -2,7 +2,7 @@
 
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
-use crate::error::Result;
+use crate::error::{Result, visible_name};
 use crate::files::{ResultHeader, write_bytes};
 use crate::inference::{Contract, Model, list_of};
 use serde::Serialize;
@@ -38,7 +38,7 @@ pub(super) fn run(args: &ContractArgs) -> Result<()> {
         list_of(&graph.outputs)
     );
     let contract = model.stated_contract();
-    let text = contract.explained(&about.replace(char::is_control, "?"))?;
+    let text = contract.explained(&visible_name(&about))?;
     let out = args.out();
     let mut header = ResultHeader::new("contract", args.common.seed);
     header.inputs = model.inputs()?;

@@ -381,17 +381,38 @@ impl DatasetWriter {
     /// Appends the folder of a shard as one unit of work.
     ///
     /// # Errors
-    /// If its files do not have the hashes in its manifest, or a file cannot be read or written.
+    /// If its files do not have the hashes and rows in its manifest, or a file cannot be read or
+    /// written.
     pub(super) fn append(&mut self, shard: &Path, manifest: &Manifest) -> Result<()> {
         let checked =
             |name: &str| crate::dataset::checked_file::CheckedFile::open(shard, name, manifest);
+        let expect_rows = |found: usize, name: &str| {
+            let expected = manifest.geis;
+            let problem = || {
+                format!(
+                    "expected {expected} rows, as {MANIFEST} says, found {found} (make the shard again)"
+                )
+            };
+            let is_right = found == expected;
+            is_right
+                .then_some(())
+                .ok_or_else(|| Error::input(shard.join(name), problem()))
+        };
         match &mut self.store {
             Store::Arrays(arrays) => {
                 for array in arrays {
-                    let mut from = checked(&array.array.file())?;
+                    let name = array.array.file();
+                    let mut from = checked(&name)?;
                     from.skip_header()?;
                     let io = |source| Error::io(&self.target, source);
-                    from.copy(|bytes| array.push(bytes).map_err(io))?;
+                    let mut length = 0;
+                    from.copy(|bytes| {
+                        length += bytes.len();
+                        array.push(bytes).map_err(io)
+                    })?;
+                    if !array.array.is_of_frames {
+                        expect_rows(length / array.array.bytes(), &name)?;
+                    }
                 }
             }
             Store::Tree(sequences) => {
@@ -406,18 +427,23 @@ impl DatasetWriter {
         }
         let mut from = checked(INDEX)?;
         from.skip_line()?;
-        from.copy(|bytes| self.index.append(bytes))?;
+        let (mut rows, mut is_quoted) = (0, false);
+        from.copy(|bytes| {
+            for byte in bytes {
+                is_quoted ^= *byte == b'"';
+                rows += usize::from(*byte == b'\n' && !is_quoted);
+            }
+            self.index.append(bytes)
+        })?;
+        expect_rows(rows, INDEX)?;
         if manifest.files.iter().any(|file| file.path == WALKERS) {
             let mut from = checked(WALKERS)?;
             from.skip_line()?;
             let walkers = self.walkers()?;
             from.copy(|bytes| walkers.append(bytes))?;
         }
-        let rows = self.work.journal.rows.checked_add(manifest.geis);
-        self.work.journal.rows = rows.ok_or_else(|| {
-            let problem = format!("expected fewer rows, found {}", manifest.geis);
-            Error::input(shard.join(MANIFEST), problem)
-        })?;
+        // Each row was there, so that the sum cannot overflow.
+        self.work.journal.rows += rows;
         self.work.journal.done += 1;
         self.note()
     }

@@ -237,7 +237,7 @@ mod tests {
                 dressed,
                 ..options(first, people)
             };
-            assert_same_bytes(&worn(5, 6), &worn(7, 3));
+            assert_same_bytes(&worn(5, 4), &worn(7, 2));
         }
     }
 
@@ -267,14 +267,14 @@ mod tests {
             let poses = format!("{:?}", poses.collect::<Vec<_>>());
             (own.name.to_owned(), avatar.len_bytes(), points, poses)
         };
-        for (at, number) in (7..10).enumerate() {
+        for (at, number) in (7..9).enumerate() {
             assert_eq!(entries(&all, number - 5), entries(&some, at));
         }
     }
 
     #[test]
     fn the_stored_code_is_within_a_tenth_of_one_that_is_fitted_to_the_pack() {
-        let options = options(100, 60);
+        let options = options(100, 30);
         let people = subjects(&options).expect("people");
         let fitted = encode_subjects(&people, MAX_ERROR_MM, &|| Ok(())).expect("a pack");
         let stored = pack(&options, MAX_ERROR_MM, Effort::Searched).expect("a pack");

@@ -23,6 +23,20 @@ pub(crate) fn visible_name(text: &str) -> Cow<'_, str> {
     escaped(text, is_hidden)
 }
 
+/// Returns a text as a string of TOML with hidden characters as escapes, as in `\u001b`.
+pub(crate) fn visible_toml(text: &str) -> String {
+    if !text.contains(is_hidden) {
+        return toml::Value::from(text).to_string();
+    }
+    // What JSON escapes, TOML reads alike.
+    let json = serde_json::Value::from(text).to_string();
+    let letters = json.chars().map(|letter| match is_hidden(letter) {
+        true => format!("\\u{:04x}", u32::from(letter)),
+        false => letter.to_string(),
+    });
+    letters.collect()
+}
+
 fn escaped(text: &str, is_escaped: impl Fn(char) -> bool) -> Cow<'_, str> {
     if !text.contains(&is_escaped) {
         return Cow::Borrowed(text);
@@ -41,6 +55,15 @@ fn escaped(text: &str, is_escaped: impl Fn(char) -> bool) -> Cow<'_, str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_text_of_toml_is_the_same_text_without_hidden_characters() {
+        let text = "models[\u{9b}31m \"x\" \u{202e}\u{7f}\n].p50_us";
+        let written = visible_toml(text);
+        assert!(!written.contains(is_hidden), "{written:?}");
+        let read: toml::Table = toml::from_str(&format!("figure = {written}")).expect("TOML");
+        assert_eq!(read["figure"].as_str(), Some(text));
+    }
 
     #[test]
     fn what_a_terminal_acts_upon_is_escaped_and_names_of_people_are_not() {

@@ -423,6 +423,26 @@ fn shards_put_together_are_the_bytes_of_one_run() {
             refused(&at, &words(&merge), code, &[problem]);
             assert!(!at.join("other").exists() && !at.join("other.unfinished").exists());
         }
+        // A shard whose manifest counts one row more than it has.
+        let manifest = at.join("s2").join(part).join("manifest.json");
+        let right = fs::read_to_string(&manifest).expect("a manifest");
+        let rows: serde_json::Value = serde_json::from_str(&right).expect("JSON");
+        let rows = rows["geis"].as_u64().expect("a number");
+        let wrong = right.replacen(
+            &format!("\"geis\": {rows}"),
+            &format!("\"geis\": {}", rows + 1),
+            1,
+        );
+        fs::write(&manifest, wrong).expect("written");
+        let merge = format!("merge s1/{part} s2/{part} --out other");
+        let problem = format!(
+            "expected {} rows, as manifest.json says, found {rows}",
+            rows + 1
+        );
+        refused(&at, &words(&merge), 1, &[&problem]);
+        assert!(!at.join("other").exists());
+        fs::write(&manifest, right).expect("written");
+        fs::remove_dir_all(at.join("other.unfinished")).expect("removed");
         // A shard with a changed byte.
         let table = at.join("s2").join(part).join("index.csv");
         let changed = fs::read_to_string(&table)

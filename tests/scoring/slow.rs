@@ -215,7 +215,7 @@ fn without_timings(output: &Output) -> String {
 fn a_score_that_is_ended_in_the_middle_asks_a_network_for_the_rest_only() {
     let folder = folder();
     let at = folder.path();
-    write_network(at, "slow", LAYERS / 8, None);
+    write_network(at, "slow", LAYERS / 25, None);
     let views = "--azimuth-deg 0,45,90,135";
     let score = format!("score slow.onnx two.egp {views} --no-baselines --threads 1 --json -");
     let whole = without_timings(&edgegait(at, &words(&score)));

@@ -4,7 +4,7 @@ use super::estimate::{BetterDirection, Estimate, FigureKind};
 use super::figure::{FigurePath, written};
 use super::report::number;
 use super::results::ResultFile;
-use crate::error::{Error, Result, is_hidden};
+use crate::error::{Error, Result, visible_toml};
 use serde_json::Value;
 
 /// How a limit follows from a value. Each limit has a bound that needs no baseline, so that the
@@ -260,24 +260,10 @@ fn written_limit(results: &Value, path: &str, limit: UsualLimit) -> String {
     };
     format!(
         "\n[[limit]]\nfigure = {} # now {}\n{}\n",
-        quoted(path),
+        visible_toml(&path),
         number(worst.value),
         limit.bounds(worst, kind)
     )
-}
-
-/// Returns a path as a string of TOML in which a terminal acts upon nothing.
-fn quoted(path: String) -> String {
-    if !path.contains(is_hidden) {
-        return toml::Value::from(path).to_string();
-    }
-    // What JSON escapes, TOML reads alike.
-    let json = Value::from(path).to_string();
-    let letters = json.chars().map(|letter| match is_hidden(letter) {
-        true => format!("\\u{:04x}", u32::from(letter)),
-        false => letter.to_string(),
-    });
-    letters.collect()
 }
 
 /// Adds the paths of the values in `value` that have a better direction, with all elements of
@@ -319,15 +305,6 @@ fn name_of(value: &Value) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_path_with_hidden_characters_is_the_same_path_without_them() {
-        let path = "models[\u{9b}31m \"x\" \u{202e}\u{7f}\n].p50_us".to_owned();
-        let text = quoted(path.clone());
-        assert!(!text.contains(is_hidden), "{text:?}");
-        let read: toml::Table = toml::from_str(&format!("figure = {text}")).expect("TOML");
-        assert_eq!(read["figure"].as_str(), Some(path.as_str()));
-    }
 
     #[test]
     fn a_time_below_0_holds_its_own_limit() {

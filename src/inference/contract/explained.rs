@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::Contract;
-use crate::error::{InferenceError, Result};
+use crate::error::{InferenceError, Result, visible_toml};
 
 /// A key of a contract.
 struct ContractKey {
@@ -166,7 +166,7 @@ fn add(text: &mut String, table: &toml::Table, keys: &[ContractKey]) {
     {
         let line = match table.get(*key) {
             Some(toml::Value::Table(_)) => continue,
-            Some(value) => format!("{key} = {value}"),
+            Some(value) => format!("{key} = {}", visible_value(value)),
             None => (*absent).to_owned(),
         };
         for remark in remark.lines() {
@@ -176,11 +176,24 @@ fn add(text: &mut String, table: &toml::Table, keys: &[ContractKey]) {
     }
 }
 
+/// Returns a value as TOML, with characters that a terminal acts upon as escapes, as in `\u001B`.
+fn visible_value(value: &toml::Value) -> String {
+    match value {
+        toml::Value::Array(all) => {
+            let all: Vec<String> = all.iter().map(visible_value).collect();
+            format!("[{}]", all.join(", "))
+        }
+        toml::Value::String(text) => visible_toml(text),
+        _ => value.to_string(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{OutputNames, Training};
     use super::*;
     use crate::draw::template::Template;
+    use crate::error::visible;
     use crate::inference::input::{Distance, InputLayout, InputRange};
     use std::path::Path;
 
@@ -198,7 +211,7 @@ mod tests {
             frames: Some(30),
             view_input: Some("seen".into()),
             distance: Distance::Cosine,
-            classes: vec!["a".into(), "b\n".into()],
+            classes: vec!["a".into(), "b\n".into(), "\u{9b}31m\u{202e}c".into()],
             outputs: OutputNames {
                 embedding: Some("x/y".into()),
                 scores: Some("z".into()),
@@ -223,6 +236,7 @@ mod tests {
             let text = contract.explained("m.onnx").expect("text");
             let read = Contract::parse(Path::new("m.toml"), &text).expect(&text);
             assert_eq!(read, contract, "{text}");
+            assert_eq!(visible(&text), text);
         }
     }
 
