@@ -125,6 +125,14 @@ pub enum Error {
     /// The command, or a process that it started, failed in another way, as the text explains.
     #[error("{0}")]
     Failed(String),
+    /// An error about what these files hold, which names none of them.
+    #[error("{}: {error}", paths(.files))]
+    Within {
+        /// The files and folders that were read.
+        files: Vec<PathBuf>,
+        /// The error.
+        error: Box<Self>,
+    },
 }
 
 /// A walk that cannot be encoded, or a person with all of their walks.
@@ -153,6 +161,12 @@ impl fmt::Display for RefusedWalk {
 /// Returns a path for a message, in one line.
 fn shown(path: &Path) -> String {
     visible_name(&path.to_string_lossy()).into_owned()
+}
+
+/// Returns paths for a message, in one line.
+pub(crate) fn paths(all: &[PathBuf]) -> String {
+    let shown: Vec<String> = all.iter().map(|path| shown(path)).collect();
+    shown.join(", ")
 }
 
 /// Joins names with commas, or returns "none".
@@ -272,6 +286,43 @@ impl Error {
         Self::Io {
             path: path.as_ref().to_path_buf(),
             source,
+        }
+    }
+
+    /// Adds the files and folders that the work read, `inputs`, to an error about their contents
+    /// that names none of them. Those that do not exist are left out.
+    #[must_use]
+    pub fn within(self, inputs: &[PathBuf]) -> Self {
+        let is_of_contents = matches!(
+            self,
+            Self::Choice(ChoiceError::FolderName(_))
+                | Self::Refused(_)
+                | Self::Pack(_)
+                | Self::Encode(_)
+                | Self::Train(_)
+                | Self::Sweep(_)
+                | Self::Azimuth(_)
+                | Self::Frame(_)
+                | Self::Inference(_)
+                | Self::Evaluate(_)
+                | Self::Report(_)
+                | Self::Mesh(_)
+        );
+        let text = self.to_string();
+        let mut files: Vec<PathBuf> = inputs
+            .iter()
+            .filter(|path| path.exists())
+            .cloned()
+            .collect();
+        files.dedup();
+        let mut names = files.iter().filter_map(|path| path.file_name());
+        let is_named = names.any(|name| text.contains(&*name.to_string_lossy()));
+        if !is_of_contents || is_named || files.is_empty() {
+            return self;
+        }
+        Self::Within {
+            files,
+            error: Box::new(self),
         }
     }
 

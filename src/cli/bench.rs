@@ -164,7 +164,7 @@ fn cpus(text: &str) -> std::result::Result<CpuList, String> {
 }
 
 impl BenchArgs {
-    fn files(&self) -> FileArgs {
+    pub(super) fn files(&self) -> FileArgs {
         let inputs = [&self.inputs[..], &self.compare].concat();
         FileArgs {
             inputs: with_contracts(&inputs)

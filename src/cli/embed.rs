@@ -59,8 +59,10 @@ pub fn results(words: &[OsString], held: EmbeddedInputs) -> Result<String> {
         Command::Score(mut args) => {
             args.common.stop = held.stop;
             args.contest.held = held.pack;
-            args.common.check("score", &args.files())?;
-            with_threads(&args.common, || score::run_with(&args, &held.recognizers))?;
+            let files = args.files();
+            args.common.check("score", &files)?;
+            with_threads(&args.common, || score::run_with(&args, &held.recognizers))
+                .map_err(|error| error.within(&files.inputs))?;
         }
         command => {
             run(command, &held.stop)?;

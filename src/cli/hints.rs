@@ -3,7 +3,7 @@
 
 use crate::error::{
     ChoiceError, Error, EvaluateError, InferenceError, Remedy, SettingError, SweepError,
-    TemplateOrigin, visible,
+    TemplateOrigin, paths, visible,
 };
 use edgegait_core::silhouette::Size;
 use std::fmt;
@@ -21,6 +21,9 @@ impl WithFlags<'_> {
     /// Returns the text, with these flags for a model that the embedded runtime does not run.
     pub(super) fn with_runtime(&self, other: &str) -> String {
         let Self(error) = self;
+        if let Error::Within { files, error } = error {
+            return format!("{}: {}", paths(files), Self(error).with_runtime(other));
+        }
         let advice = way_out(error, other).map_or(String::new(), |advice| format!(" ({advice})"));
         format!("{}{error}{advice}", flag(error))
     }

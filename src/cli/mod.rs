@@ -61,7 +61,7 @@ mod trial;
 mod values;
 mod walks;
 
-use crate::error::Result;
+use crate::error::{Result, is_hidden, visible};
 use again::set_program;
 use clap::parser::ValueSource;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
@@ -163,9 +163,12 @@ pub fn main() -> std::process::ExitCode {
 /// process.
 #[must_use]
 pub fn code_of(words: Vec<OsString>, program: Vec<OsString>) -> u8 {
-    let matches = command().get_matches_from(&words);
+    let matches = command().try_get_matches_from(&words);
     set_program(program);
-    let mut cli = Cli::of_matches(&matches).unwrap_or_else(|error| error.exit());
+    let mut cli = match matches.and_then(|matches| Cli::of_matches(&matches)) {
+        Ok(cli) => cli,
+        Err(error) => return refuse_words(&words, &error),
+    };
     if let Command::Bench(args) = &mut cli.command {
         args.words = words.into_iter().skip(2).collect();
     }
@@ -177,6 +180,20 @@ pub fn code_of(words: Vec<OsString>, program: Vec<OsString>) -> u8 {
             error.exit_code()
         }
     }
+}
+
+/// Prints what is wrong with the words of a command, or the help that they ask for, and returns the
+/// exit code.
+fn refuse_words(words: &[OsString], error: &clap::Error) -> u8 {
+    let mut each = words.iter();
+    if each.any(|word| word.to_string_lossy().contains(is_hidden)) {
+        // Without colours, as clap repeats words as they are.
+        eprintln!("{}", visible(&error.render().to_string()));
+    } else {
+        // A closed pipe is no error.
+        let _ = error.print();
+    }
+    u8::try_from(error.exit_code()).unwrap_or(2)
 }
 
 /// The outcome of a command that did its work, as the exit code of the process. Errors have 1 and
@@ -197,15 +214,18 @@ fn run(command: Command, stop: &Stop) -> Result<Ending> {
         ($name:ident, $args:expr) => {{
             let mut args = $args;
             args.common.stop = stop.clone();
-            args.common.check(stringify!($name), &args.files())?;
+            let files = args.files();
+            args.common.check(stringify!($name), &files)?;
             with_threads(&args.common, || $name::run(&args))
+                .map_err(|error| error.within(&files.inputs))
         }};
     }
     match command {
         // Its threads are the threads of one inference.
         Command::Bench(mut args) => {
             args.common.stop = stop.clone();
-            bench::run(&args)
+            let inputs = args.files().inputs;
+            bench::run(&args).map_err(|error| error.within(&inputs))
         }
         Command::Check(args) => return run!(check, args),
         Command::Cohort(args) => run!(cohort, args),

@@ -10,7 +10,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::dataset::sequences::{MadeTake, SequenceTake};
-use crate::draw::confounders::{Condition, NORMAL};
+use crate::draw::confounders::{Condition, Conditions, NORMAL};
 use crate::error::{Error, EvaluateError, Result};
 use crate::files::named_or_file::toml_of;
 use crate::people::variation::CYCLES_OF_A_TAKE;
@@ -218,13 +218,20 @@ impl Protocol {
     /// Parses a protocol from TOML; `path` is for messages.
     ///
     /// # Errors
-    /// If the text is not TOML, a key is unknown, or the protocol is inconsistent.
+    /// If the text is not TOML, a key is unknown, the protocol is inconsistent, or there are no such
+    /// conditions.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let protocol: Self =
             toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
-        match protocol.problem() {
-            Some(problem) => Err(Error::input(path, problem)),
-            None => Ok(protocol),
+        if let Some(problem) = protocol.problem() {
+            return Err(Error::input(path, problem));
+        }
+        // A file of conditions names itself in its own errors.
+        let conditions = protocol.conditions.as_deref().map(Conditions::named);
+        match conditions.transpose() {
+            Err(Error::Usage(problem)) => Err(Error::input(path, format!("conditions: {problem}"))),
+            Err(error) => Err(error),
+            Ok(_) => Ok(protocol),
         }
     }
 

@@ -245,6 +245,7 @@ fn names_from_files_reach_no_terminal_as_they_are() {
     let shown = "Zoë\\u{1b}[31m\\u{9b}7m\\u{7}\\u{202e}x\\nerror: y";
     assert!(check(&["import", &file, "--out", "x.egp"]).contains("Zoë"));
     assert!(check(&["inspect", "x.egp"]).contains(shown));
+    assert!(check(&["sweep", "x.egp", "--\u{1b}[31m\u{202e}x"]).contains("--\\u{202e}x"));
     fs::write(at.join(NAME), "{").expect("a file");
     assert!(check(&["render", NAME]).contains(shown));
     assert!(
@@ -268,4 +269,27 @@ fn names_from_files_reach_no_terminal_as_they_are() {
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     let found = json["subjects"].to_string() + &json.to_string();
     assert!(found.contains("\\u001b[31m"), "{found}");
+}
+
+/// Errors about what a file holds, of code that knows numbers but no files.
+#[test]
+fn an_error_about_contents_names_the_files_that_were_read() {
+    let folder = folder();
+    let at = folder.path();
+    let train = ["train", "two.egp", "--subjects", "F01", "--views", "side"];
+    let said = "two.egp: training needs at least 2 classes, found 1";
+    refused(at, &train, 1, &[said]);
+    let built_in = "src/evaluate/protocols/casia-b.toml";
+    let text = Path::new(env!("CARGO_MANIFEST_DIR")).join(built_in);
+    let text = fs::read_to_string(text).expect("a protocol");
+    let other = text.replace("conditions = \"casia-b\"", "conditions = \"rain\"");
+    assert_ne!(other, text);
+    fs::write(at.join("p.toml"), other).expect("written");
+    let score = ["score", "pixels", "two.egp", "--protocol", "p.toml"];
+    refused(
+        at,
+        &score,
+        1,
+        &["p.toml: conditions: there is no set of conditions \"rain\""],
+    );
 }
