@@ -40,7 +40,7 @@ impl Frames {
         let bases_of = bases.map(decoded);
         Self {
             left: std::array::from_fn(|joint| decoded(references[joint]) * bases_of[joint]),
-            right: bases_of.map(|basis| basis.inverse()),
+            right: bases_of.map(DQuat::inverse),
             references,
             bases,
             steps,

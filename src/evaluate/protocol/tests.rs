@@ -172,9 +172,7 @@ fn only_the_set_on_which_nothing_acts_is_clean() {
         ("casia-b", "NM"),
         ("tum-iitkgp", "regular"),
     ] {
-        let list = crate::draw::confounders::Conditions::named(conditions)
-            .expect("built in")
-            .list;
+        let list = Conditions::named(conditions).expect("built in").list;
         let under = named("closed-set").under(&list);
         assert_eq!(under.probes.len(), list.len());
         assert_eq!(clean(&under), [expected]);
