@@ -16,7 +16,7 @@ fn a_run_that_was_killed_at_any_moment_ends_with_the_bytes_of_an_undisturbed_one
     let at = folder.path();
     fs::write(at.join("d.toml"), DESIGN).expect("a design");
     let tree = "generate d.toml --format casia-b --threads 1";
-    for (command, kills) in [(LONG, 20), (tree, 10)] {
+    for (command, kills) in [(LONG, 12), (tree, 6)] {
         let _ = fs::remove_dir_all(at.join("whole"));
         let _ = fs::remove_dir_all(at.join("killed"));
         done(at, &words(&format!("{command} --out whole")));

@@ -12,15 +12,8 @@ use std::path::Path;
 const DESIGN: &str = "seed = 5\n[population]\npeople = \"0..3\"\n[walks]\ntakes = 2\ncycles = 2\n[views]\nazimuth_deg = [60, 90]\n\
      elevation_deg = [0]\n[images]\nraster = \"rows\"\nframes_per_cycle = FRAMES\n";
 
-/// The orders of three recognizers.
-const ORDERS: [[usize; 3]; 6] = [
-    [0, 1, 2],
-    [0, 2, 1],
-    [1, 0, 2],
-    [1, 2, 0],
-    [2, 0, 1],
-    [2, 1, 0],
-];
+/// Orders of three recognizers: each is the first, and each comes before and after each other.
+const ORDERS: [[usize; 3]; 3] = [[0, 1, 2], [1, 2, 0], [2, 1, 0]];
 
 /// Returns the name in results of a model or a file.
 fn name_of(model: &str) -> &str {
@@ -140,7 +133,7 @@ fn filmed_people_are_probed_as_if_alone() {
     let rest = format!("{} --fps 30 --protocol leave-one-take-out", tree.display());
     write_column_means(folder.path(), "columns");
     let models = ["columns.onnx", "side", "spread"];
-    let found = is_alike_alone(folder.path(), models, &ORDERS[3..4], &rest);
+    let found = is_alike_alone(folder.path(), models, &ORDERS[1..2], &rest);
     // Two takes of two people from one side.
     assert_eq!(row(&found, "columns")["probes"], 4);
 }
@@ -154,7 +147,7 @@ fn recordings_of_many_cycles_are_probed_as_if_alone_with_data() {
     let people = "101,102,103,111";
     let rest = format!("{} --fps 30 --subjects {people}", tree.display());
     let models = ["gei-small", "gaitset-small", "side"];
-    let found = is_alike_alone(folder.path(), models, &ORDERS[3..4], &rest);
+    let found = is_alike_alone(folder.path(), models, &ORDERS[1..2], &rest);
     // Each person's first take is enrolled, and the others are probes, from five viewpoints.
     let takes = people
         .split(',')

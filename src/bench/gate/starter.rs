@@ -4,7 +4,7 @@ use super::estimate::{BetterDirection, Estimate, FigureKind};
 use super::figure::{FigurePath, written};
 use super::report::number;
 use super::results::ResultFile;
-use crate::error::{Error, Result, visible_toml};
+use crate::error::{Error, Result, visible_name, visible_toml};
 use serde_json::Value;
 
 /// How a limit follows from a value. Each limit has a bound that needs no baseline, so that the
@@ -149,7 +149,7 @@ fn rounded(value: f64, round: fn(f64) -> f64) -> String {
 /// # Errors
 /// If the results have no value that has a better direction.
 pub(crate) fn starter(results: &ResultFile) -> Result<String> {
-    let command = &results.header.command;
+    let command = visible_name(&results.header.command);
     let mut text = format!(
         "# Limits on the results of {command}: edgegait gate LIMITS.toml RESULT [BASELINE]\n\
          # figure is the path of a value, which is divided by that of per. Limits: at_most, at_least; relative to a baseline: ratio_at_most,\n\
