@@ -295,8 +295,7 @@ impl Error {
     pub fn within(self, inputs: &[PathBuf]) -> Self {
         let is_of_contents = matches!(
             self,
-            Self::Choice(ChoiceError::FolderName(_))
-                | Self::Refused(_)
+            Self::Refused(_)
                 | Self::Pack(_)
                 | Self::Encode(_)
                 | Self::Train(_)

@@ -95,6 +95,8 @@ fn links_and_strangers_in_unfinished_work_are_refused() {
             let error = text(&output.stderr);
             assert_ne!(code(&output), 0, "{name}{flags}");
             assert!(error.contains("out.unfinished"), "{name}: {error}");
+            let is_link = error.contains("to be a link");
+            assert_eq!(is_link, name != "mine.txt", "{name}: {error}");
         }
         assert_eq!(fs::read(at.join("victim")).expect("a file"), b"precious");
         assert!(work.join(name).exists(), "{name}");
