@@ -163,10 +163,14 @@ fn shown(path: &Path) -> String {
     visible_name(&path.to_string_lossy()).into_owned()
 }
 
-/// Returns paths for a message, in one line.
+/// Returns the first paths for a message, in one line, and how many more there are.
 pub(crate) fn paths(all: &[PathBuf]) -> String {
-    let shown: Vec<String> = all.iter().map(|path| shown(path)).collect();
-    shown.join(", ")
+    const MOST: usize = 3;
+    let first: Vec<String> = all.iter().take(MOST).map(|path| shown(path)).collect();
+    match all.len().saturating_sub(MOST) {
+        0 => first.join(", "),
+        more => format!("{} and {more} more", first.join(", ")),
+    }
 }
 
 /// Joins names with commas, or returns "none".

@@ -388,15 +388,13 @@ impl DatasetWriter {
             |name: &str| crate::dataset::checked_file::CheckedFile::open(shard, name, manifest);
         let expect_rows = |found: usize, name: &str| {
             let expected = manifest.geis;
-            let problem = || {
-                format!(
-                    "expected {expected} rows, as {MANIFEST} says, found {found} (make the shard again)"
-                )
-            };
-            let is_right = found == expected;
-            is_right
-                .then_some(())
-                .ok_or_else(|| Error::input(shard.join(name), problem()))
+            if found == expected {
+                return Ok(());
+            }
+            let problem = format!(
+                "expected {expected} rows, as {MANIFEST} says, found {found} (make the shard again)"
+            );
+            Err(Error::input(shard.join(name), problem))
         };
         match &mut self.store {
             Store::Arrays(arrays) => {
@@ -411,7 +409,7 @@ impl DatasetWriter {
                         array.push(bytes).map_err(io)
                     })?;
                     if !array.array.is_of_frames {
-                        expect_rows(length / array.array.bytes(), &name)?;
+                        expect_rows(length.div_ceil(array.array.bytes()), &name)?;
                     }
                 }
             }
