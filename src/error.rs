@@ -336,6 +336,7 @@ impl Error {
         match self {
             Self::Usage(_) | Self::Choice(_) | Self::Viewpoint(_) | Self::FrameRate(_) => 2,
             Self::Refused(refused) if refused.iter().all(|refusal| refusal.walk.is_none()) => 2,
+            Self::Within { error, .. } => error.exit_code(),
             _ => 1,
         }
     }

@@ -6,7 +6,7 @@
 use super::again::{is_known, set_program};
 use super::hints::WithFlags;
 pub use super::stop::Stop;
-use super::{Cli, Command, command, run, score, sweep, with_threads};
+use super::{Cli, Command, command, run, score, sweep, with_files, with_threads};
 use crate::dataset::Items;
 use crate::dataset::sequences::PackSource;
 use crate::error::{Error, Result};
@@ -60,9 +60,8 @@ pub fn results(words: &[OsString], held: EmbeddedInputs) -> Result<String> {
             args.common.stop = held.stop;
             args.contest.held = held.pack;
             let files = args.files();
-            args.common.check("score", &files)?;
-            with_threads(&args.common, || score::run_with(&args, &held.recognizers))
-                .map_err(|error| error.within(&files.inputs))?;
+            let work = || score::run_with(&args, &held.recognizers);
+            with_files(&args.common, "score", &files, work)?;
         }
         command => {
             run(command, &held.stop)?;
@@ -86,7 +85,8 @@ pub fn swept(words: &[OsString], pack: Option<PackSource>) -> Result<Items> {
     match parsed(&words)? {
         Command::Sweep(mut args) => {
             args.source.held = pack;
-            with_threads(&args.common, || sweep::items(&args))
+            let read = args.files().inputs;
+            with_threads(&args.common, || sweep::items(&args)).map_err(|error| error.within(&read))
         }
         _ => Err(Error::Missing("the words of a sweep")),
     }

@@ -215,9 +215,9 @@ fn run(command: Command, stop: &Stop) -> Result<Ending> {
             let mut args = $args;
             args.common.stop = stop.clone();
             let files = args.files();
-            args.common.check(stringify!($name), &files)?;
-            with_threads(&args.common, || $name::run(&args))
-                .map_err(|error| error.within(&files.inputs))
+            with_files(&args.common, stringify!($name), &files, || {
+                $name::run(&args)
+            })
         }};
     }
     match command {
@@ -255,6 +255,17 @@ fn run(command: Command, stop: &Stop) -> Result<Ending> {
         Command::TryModel(args) => trial::run(&args),
     }
     .map(|()| Ending::Done)
+}
+
+/// Checks the files of a command, and runs `work` on them with the requested number of threads.
+fn with_files<R: Send>(
+    common: &args::Common,
+    command: &'static str,
+    files: &args::FileArgs,
+    work: impl FnOnce() -> Result<R> + Send,
+) -> Result<R> {
+    common.check(command, files)?;
+    with_threads(common, work).map_err(|error| error.within(&files.inputs))
 }
 
 /// Runs `work` with the requested number of threads.

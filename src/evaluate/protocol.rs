@@ -218,19 +218,19 @@ impl Protocol {
     /// Parses a protocol from TOML; `path` is for messages.
     ///
     /// # Errors
-    /// If the text is not TOML, a key is unknown, the protocol is inconsistent, or there are no such
-    /// conditions.
+    /// If the text is not TOML, a key is unknown, the protocol is inconsistent, or no built-in
+    /// conditions have this name.
     pub fn parse(path: &Path, text: &str) -> Result<Self> {
         let protocol: Self =
             toml::from_str(text).map_err(|error| Error::toml(path, text, &error))?;
         if let Some(problem) = protocol.problem() {
             return Err(Error::input(path, problem));
         }
-        // A file of conditions names itself in its own errors.
-        let conditions = protocol.conditions.as_deref().map(Conditions::named);
-        match conditions.transpose() {
-            Err(Error::Usage(problem)) => Err(Error::input(path, format!("conditions: {problem}"))),
-            Err(error) => Err(error),
+        // A file of conditions is read where it is used: other conditions may replace it.
+        let built_in = protocol.conditions.as_deref();
+        let built_in = built_in.filter(|name| !name.ends_with(".toml"));
+        match built_in.map(Conditions::named).transpose() {
+            Err(error) => Err(Error::input(path, format!("conditions: {error}"))),
             Ok(_) => Ok(protocol),
         }
     }

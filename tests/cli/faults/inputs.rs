@@ -292,4 +292,10 @@ fn an_error_about_contents_names_the_files_that_were_read() {
         1,
         &["p.toml: conditions: there is no set of conditions \"rain\""],
     );
+    // A file that is missing is read only if no other conditions replace it.
+    let other = text.replace("conditions = \"casia-b\"", "conditions = \"gone.toml\"");
+    fs::write(at.join("p.toml"), other).expect("written");
+    refused(at, &score, 1, &["gone.toml: No such file"]);
+    let replaced = [&score[..], &["--conditions", "casia-b"]].concat();
+    refused(at, &replaced, 1, &["no take is in its gallery"]);
 }
