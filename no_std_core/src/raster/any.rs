@@ -3,8 +3,9 @@
 use super::moments::AreaMoments;
 use super::placement::{Extent, Placement};
 use super::rows::{self, Sampling};
-#[cfg(feature = "skia")]
 use super::skia::Skia;
+#[cfg(feature = "skia")]
+use super::tiny_skia::TinySkia;
 use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
 use crate::body::Figure;
@@ -27,10 +28,9 @@ pub struct AnyWindow(AnyKind);
     )
 )]
 enum AnyKind {
-    #[cfg(feature = "skia")]
     Skia(Skia),
     #[cfg(feature = "skia")]
-    SkiaAa(Skia<Coverage>),
+    SkiaAa(TinySkia<Coverage>),
     Rows(rows::BitWindow),
 }
 
@@ -38,10 +38,9 @@ impl AnyWindow {
     pub(super) fn new(rasterizer: Rasterizer, size: Size, simd: Simd) -> Self {
         let rows = |sampling| AnyKind::Rows(rows::BitWindow::new(size, sampling, simd));
         Self(match rasterizer {
-            #[cfg(feature = "skia")]
             Rasterizer::Skia => AnyKind::Skia(Skia::new(size)),
             #[cfg(feature = "skia")]
-            Rasterizer::SkiaAa => AnyKind::SkiaAa(Skia::anti_aliased(size)),
+            Rasterizer::SkiaAa => AnyKind::SkiaAa(TinySkia::anti_aliased(size)),
             Rasterizer::Rows => rows(Sampling::Once),
             Rasterizer::Rows3x3 => rows(Sampling::ThreeByThree),
         })
@@ -52,7 +51,6 @@ impl AnyWindow {
 macro_rules! each {
     ($self:ident, $window:ident => $does:expr) => {
         match &$self.0 {
-            #[cfg(feature = "skia")]
             AnyKind::Skia($window) => $does,
             #[cfg(feature = "skia")]
             AnyKind::SkiaAa($window) => $does,
@@ -61,7 +59,6 @@ macro_rules! each {
     };
     (mut $self:ident, $window:ident => $does:expr) => {
         match &mut $self.0 {
-            #[cfg(feature = "skia")]
             AnyKind::Skia($window) => $does,
             #[cfg(feature = "skia")]
             AnyKind::SkiaAa($window) => $does,
@@ -96,7 +93,6 @@ impl Pixels for AnyWindow {
     }
     fn cut(&self, left: isize, frame: &mut AnySilhouette) -> u64 {
         match &self.0 {
-            #[cfg(feature = "skia")]
             AnyKind::Skia(window) => {
                 let mut silhouette = window.blank();
                 let area = window.cut(left, &mut silhouette);

@@ -19,10 +19,11 @@ mod image_points;
 pub(crate) mod moments;
 pub(crate) mod placement;
 mod rows;
-#[cfg(feature = "skia")]
 mod skia;
 #[cfg(test)]
 mod tests;
+#[cfg(feature = "skia")]
+mod tiny_skia;
 mod window;
 
 use crate::budget::VIEWS_AT_ONCE;
@@ -37,8 +38,9 @@ use framing::{FramedFigure, check_jitter};
 use glam::Vec2;
 pub use placement::{Extent, Placement};
 pub use rows::SampleImages;
-#[cfg(feature = "skia")]
 pub use skia::Skia;
+#[cfg(feature = "skia")]
+pub use tiny_skia::TinySkia;
 pub use window::PosedHulls;
 pub(crate) use window::{Fill, Pixels};
 
@@ -52,7 +54,6 @@ pub(crate) use window::{Fill, Pixels};
 pub enum Rasterizer {
     /// tiny-skia without anti-aliasing: one sample at the pixel's centre, with coordinates
     /// truncated to 1/64 pixel (0.3-0.4 % of on-pixels differ from exact sampling).
-    #[cfg(feature = "skia")]
     Skia,
     /// tiny-skia with anti-aliasing: 4x4 samples a pixel, hull by hull, so that
     /// two hulls which cover parts of one pixel blend instead of adding up.
@@ -67,7 +68,6 @@ pub enum Rasterizer {
 impl Rasterizer {
     /// All rasterisers.
     pub const ALL: &[Self] = &[
-        #[cfg(feature = "skia")]
         Self::Skia,
         #[cfg(feature = "skia")]
         Self::SkiaAa,
@@ -80,7 +80,6 @@ impl Rasterizer {
     #[must_use]
     pub const fn spacing(self) -> f32 {
         match self {
-            #[cfg(feature = "skia")]
             Self::Skia => 1.0,
             #[cfg(feature = "skia")]
             Self::SkiaAa => 0.25,
@@ -93,7 +92,6 @@ impl Rasterizer {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
-            #[cfg(feature = "skia")]
             Self::Skia => "skia",
             #[cfg(feature = "skia")]
             Self::SkiaAa => "skia-aa",

@@ -1,124 +1,59 @@
-//! Filling of outlines with tiny-skia. Only this file uses it.
+//! tiny-skia's pixels without tiny-skia: outlines are filled by its fixed-point arithmetic, a row
+//! of bits at a time, without a heap.
 //!
-//! Hulls are filled one by one, so that tiny-skia's allocations for a fill are bounded by a
-//! constant, [`crate::budget::SKIA_TRANSIENT_BYTES`].
+//! tiny-skia 0.12 cuts coordinates off to 1/64 pixel, steps along a line in 1/65,536 pixel
+//! (`edge.rs`), and turns on what an outline winds around (`scan/path.rs`). Lines cross rows in the
+//! same places here, so that each pixel is the same. `TinySkia` is what tests compare with.
 
 use super::moments::AreaMoments;
 use super::placement::{Extent, Placement, as_pixels};
 use super::window::{Fill, Pixels, PosedHulls};
 use super::{DrawError, Rasterizer};
-use crate::budget::{
-    MAX_OUTLINE, SKIA_EDGES_BYTES, SKIA_TRANSIENT_BYTES, SKIA_WINDOW_COLUMNS, skia_resident_bytes,
-};
+use crate::budget::{MAX_OUTLINE, MAX_ROWS, SKIA_WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::outline::{Outline, clipped, convex};
-use crate::silhouette::{Coverage, Silhouette, Size};
-use core::marker::PhantomData;
-use glam::Vec2;
-use tiny_skia::{FillRule, Mask, PathBuilder, Transform};
+use crate::silhouette::{Silhouette, Size};
+use glam::{Vec2, Vec2Swizzles as _};
 
-/// tiny-skia's window, of 64 columns: without anti-aliasing, or with it if the image is a
-/// [`Coverage`]; see [`Rasterizer`]. Figures may be unpacked or compact.
-#[derive(Debug)]
-pub struct Skia<I = Silhouette> {
-    mask: Mask,
+/// An outline that is not wider or not higher than this covers nothing, pixels.
+const NEARLY_ZERO: f32 = 1.0 / 4_096.0;
+/// Lines are cut at the sides of the window if the outline reaches this far out of it, pixels: half
+/// a pixel less 1.5/64 pixel.
+const OUTSIDE: f32 = 0.476_562_5;
+
+/// The window of [`Rasterizer::Skia`], a bit for each pixel. Figures may be unpacked or compact.
+#[derive(Clone, Debug)]
+pub struct Skia {
     size: Size,
-    /// Kept between fills, so that paths reuse one buffer.
-    path: Option<PathBuilder>,
-    image: PhantomData<I>,
+    /// Bit `c` is column `c`.
+    rows: [u64; MAX_ROWS],
 }
 
 impl Skia {
-    /// Makes an empty window of one sample a pixel; allocates 64 bytes a row.
+    /// Makes an empty window.
     #[must_use]
-    pub fn new(size: Size) -> Self {
-        Self::empty(size)
-    }
-}
-
-impl Skia<Coverage> {
-    /// Makes an empty window of 4x4 samples a pixel; allocates 64 bytes a row.
-    #[must_use]
-    pub fn anti_aliased(size: Size) -> Self {
-        Self::empty(size)
-    }
-}
-
-impl<I: CutImage> Skia<I> {
-    fn empty(size: Size) -> Self {
-        #[expect(clippy::cast_possible_truncation, reason = "64 by at most 64")]
-        let mask = Mask::new(SKIA_WINDOW_COLUMNS as u32, size.rows() as u32);
+    pub const fn new(size: Size) -> Self {
         Self {
-            // tiny-skia rejects only sizes of zero and above 2^31.
-            mask: mask.expect("64 by at most 64 pixels"),
             size,
-            path: None,
-            image: PhantomData,
+            rows: [0; MAX_ROWS],
         }
     }
 
-    /// Returns the most bytes that it has on the heap together, while it fills one hull, without an
-    /// allocator's own.
-    #[must_use]
-    pub const fn heap_bytes(size: Size) -> usize {
-        let transient = if I::IS_GREY {
-            SKIA_TRANSIENT_BYTES
-        } else {
-            SKIA_EDGES_BYTES
-        };
-        skia_resident_bytes(size.rows()) + transient
-    }
-
-    /// Returns the outline of a hull, clipped to the window. A separate function, so that its stack
-    /// is free again before tiny-skia begins.
-    #[inline(never)]
-    fn outline(&self, pixels: impl Iterator<Item = Vec2>) -> Outline {
-        // One pixel of margin, so that the cut itself is never visible.
-        let min = Vec2::splat(-1.0);
-        let max = Vec2::new(
-            as_pixels(SKIA_WINDOW_COLUMNS + 1),
-            as_pixels(self.size.rows() + 1),
-        );
-        clipped(&convex(pixels), min, max)
-    }
-
-    /// Adds a convex outline in pixel coordinates, which must lie within a pixel of
-    /// the window. An outline of fewer than three corners covers nothing.
-    fn fill(&mut self, outline: &Outline) {
-        let [first, rest @ ..] = outline.as_slice() else {
-            return;
-        };
-        if rest.len() < 2 {
-            return;
-        }
-        let mut builder = self
-            .path
-            .take()
-            .unwrap_or_else(|| PathBuilder::with_capacity(MAX_OUTLINE + 2, MAX_OUTLINE + 1));
-        builder.move_to(first.x, first.y);
-        for corner in rest {
-            builder.line_to(corner.x, corner.y);
-        }
-        builder.close();
-        if let Some(path) = builder.finish() {
-            self.mask
-                .fill_path(&path, FillRule::Winding, I::IS_GREY, Transform::identity());
-            self.path = Some(path.clear());
-        }
+    fn rows(&self) -> &[u64] {
+        self.rows.get(..self.size.rows()).unwrap_or_default()
     }
 }
 
-impl<I: CutImage> Pixels for Skia<I> {
-    type Image = I;
+impl Pixels for Skia {
+    type Image = Silhouette;
     const NEEDS_FACETS: bool = false;
-    const IS_GREY: bool = I::IS_GREY;
 
-    fn blank(&self) -> I {
-        I::empty(self.size)
+    fn blank(&self) -> Silhouette {
+        Silhouette::empty(self.size)
     }
 
     fn rasterizer(&self) -> Rasterizer {
-        I::RASTERIZER
+        Rasterizer::Skia
     }
 
     fn size(&self) -> Size {
@@ -134,103 +69,350 @@ impl<I: CutImage> Pixels for Skia<I> {
     }
 
     fn clear(&mut self) {
-        self.mask.data_mut().fill(0);
+        self.rows = [0; MAX_ROWS];
     }
 
     fn moments(&self) -> AreaMoments {
-        // Sums of columns first: additions of whole rows vectorise.
-        let mut columns = [0u32; SKIA_WINDOW_COLUMNS];
-        for row in self.mask.data().chunks_exact(SKIA_WINDOW_COLUMNS) {
-            for (sum, &pixel) in columns.iter_mut().zip(row) {
-                *sum += u32::from(pixel);
-            }
-        }
         let mut moments = AreaMoments::default();
-        for (column, &sum) in columns.iter().enumerate() {
-            moments.area += u64::from(sum);
-            moments.doubled += u64::from(sum) * (2 * column + 1) as u64;
+        for &row in self.rows() {
+            let mut left = row;
+            moments.area += u64::from(row.count_ones());
+            while left != 0 {
+                moments.doubled += u64::from(2 * left.trailing_zeros() + 1);
+                left &= left - 1;
+            }
         }
         moments
     }
 
     /// Cuts out columns; those outside the window are empty.
-    fn cut(&self, left: isize, image: &mut I) -> u64 {
-        let rows = self.mask.data().chunks_exact(SKIA_WINDOW_COLUMNS);
-        image.cut(rows, left)
+    fn cut(&self, left: isize, image: &mut Silhouette) -> u64 {
+        let kept = ones(i32::try_from(self.size.columns()).unwrap_or(0));
+        let shift = u32::try_from(left.unsigned_abs()).unwrap_or(u32::MAX);
+        let mut area = 0;
+        for (row, out) in self.rows().iter().zip(image.all_rows_mut()) {
+            let moved = if left < 0 {
+                row.checked_shl(shift)
+            } else {
+                row.checked_shr(shift)
+            };
+            let moved = moved.unwrap_or(0);
+            *out = moved & kept;
+            area += u64::from(out.count_ones());
+        }
+        area
     }
 }
 
-impl<F: PosedHulls, I: CutImage> Fill<F> for Skia<I> {
+impl<F: PosedHulls> Fill<F> for Skia {
     fn extent(&mut self, figure: &F, camera: &Camera) -> Result<Extent, DrawError> {
         figure.extent(camera)
     }
 
     fn draw(&mut self, figure: &F, camera: &Camera, _: usize, placement: &Placement, _: usize) {
         self.clear();
+        let count = self.size.rows();
+        let rows = self.rows.get_mut(..count).unwrap_or_default();
         for hull in figure.hulls() {
             let pixels = hull.map(|point| placement.place(camera.project(point)));
-            let outline = self.outline(pixels);
-            self.fill(&outline);
+            fill(&outline_in_window(pixels, count), rows);
         }
     }
 }
 
-/// An image that is cut out of tiny-skia's window.
-pub trait CutImage {
-    const RASTERIZER: Rasterizer;
-    const IS_GREY: bool;
-
-    fn empty(size: Size) -> Self;
-
-    /// Copies the columns from `left` on of the window's rows, and returns the sum of their pixels.
-    fn cut<'a>(&mut self, rows: impl Iterator<Item = &'a [u8]>, left: isize) -> u64;
+/// Returns the outline of a hull, clipped to the window. A separate function, so that its stack is
+/// free again before the outline is filled.
+#[inline(never)]
+pub(super) fn outline_in_window(pixels: impl Iterator<Item = Vec2>, rows: usize) -> Outline {
+    // One pixel of margin, so that the cut itself is never visible.
+    let min = Vec2::splat(-1.0);
+    let max = Vec2::new(as_pixels(SKIA_WINDOW_COLUMNS + 1), as_pixels(rows + 1));
+    clipped(&convex(pixels), min, max)
 }
 
-impl CutImage for Silhouette {
-    const RASTERIZER: Rasterizer = Rasterizer::Skia;
-    const IS_GREY: bool = false;
+/// Returns a row whose leftmost `columns` are on.
+fn ones(columns: i32) -> u64 {
+    let off = (64 - columns.clamp(0, 64)).cast_unsigned();
+    u64::MAX.checked_shr(off).unwrap_or(0)
+}
 
-    fn empty(size: Size) -> Self {
-        Self::empty(size)
+/// Turns on what an outline winds around, whose corners lie within a pixel of the window.
+fn fill(outline: &[Vec2], rows: &mut [u64]) {
+    let [first, _, _, ..] = outline else {
+        return;
+    };
+    let (mut min, mut max) = (*first, *first);
+    for &corner in outline {
+        (min, max) = (min.min(corner), max.max(corner));
     }
+    if !(max - min).cmpgt(Vec2::splat(NEARLY_ZERO)).all() {
+        return;
+    }
+    let sides = Vec2::new(as_pixels(SKIA_WINDOW_COLUMNS), as_pixels(rows.len()));
+    let outside = Vec2::splat(OUTSIDE);
+    let is_inside = min.cmpgt(-outside).all() && max.cmplt(sides + outside).all();
+    // Two lines cross each row if lines turn twice, from going down to going up and back: what is
+    // left of one of them only lies between them.
+    let mut between = [0; MAX_ROWS];
+    let (mut turns, mut went_up) = (0, None);
+    each_line(outline, is_inside, sides, |line| {
+        turns += usize::from(went_up.is_some_and(|up| up != line.goes_up));
+        went_up = Some(line.goes_up);
+        let rows = between.get_mut(line.rows()).unwrap_or_default();
+        for (row, column) in rows.iter_mut().zip(line.columns()) {
+            *row ^= ones(column);
+        }
+    });
+    if turns > 2 {
+        fill_crossing(outline, is_inside, sides, rows);
+    } else {
+        for (row, between) in rows.iter_mut().zip(between) {
+            *row |= between;
+        }
+    }
+}
 
-    fn cut<'a>(&mut self, rows: impl Iterator<Item = &'a [u8]>, left: isize) -> u64 {
-        let (columns, mut area) = (self.size().columns(), 0);
-        for (row, out) in rows.zip(self.all_rows_mut()) {
-            *out = 0;
-            for column in 0..columns {
-                let pixel = shown(row, left, column);
-                *out |= u64::from(pixel >= 128) << column;
-                area += u64::from(pixel);
+/// Turns on what an outline winds around whose lines cross each other, since its corners were cut
+/// off to a grid: row by row, from the left.
+#[cold]
+fn fill_crossing(outline: &[Vec2], is_inside: bool, sides: Vec2, rows: &mut [u64]) {
+    for (number, row) in rows.iter_mut().enumerate() {
+        let mut crossings = heapless::Vec::<(i32, i32), MAX_OUTLINE>::new();
+        each_line(outline, is_inside, sides, |line| {
+            if line.rows().contains(&number) {
+                let below = (number - line.rows().start).try_into().unwrap_or(0);
+                let way = if line.goes_up { -1 } else { 1 };
+                // One part of each of at most as many lines as corners.
+                let _ = crossings.push((line.place + line.slope * below, way));
+            }
+        });
+        crossings.sort_unstable();
+        let (mut winding, mut left) = (0, 0);
+        for (place, way) in crossings {
+            if winding == 0 {
+                left = column(place);
+            }
+            winding += way;
+            if winding == 0 {
+                *row |= ones(column(place)) & !ones(left);
             }
         }
-        area
     }
 }
 
-impl CutImage for Coverage {
-    const RASTERIZER: Rasterizer = Rasterizer::SkiaAa;
-    const IS_GREY: bool = true;
+/// Returns the column whose middle is the first one at a place or right of it.
+const fn column(place: i32) -> i32 {
+    (place + (1 << 15)) >> 16
+}
 
-    fn empty(size: Size) -> Self {
-        Self::empty(size)
+/// A line between two corners, as tiny-skia steps along it.
+#[derive(Clone, Copy)]
+struct Line {
+    /// The first row whose middle it crosses, and the first one below it.
+    first: i32,
+    end: i32,
+    /// Where it crosses the middle of the first row, 1/65,536 pixel, and how much further right for
+    /// each row below.
+    place: i32,
+    slope: i32,
+    goes_up: bool,
+}
+
+impl Line {
+    /// Returns the line between two corners within a pixel of the window, or `None` if it crosses
+    /// no row.
+    fn new(from: Vec2, to: Vec2) -> Option<Self> {
+        #[expect(clippy::cast_possible_truncation, reason = "tiny-skia cuts off, too")]
+        let [from, to] =
+            [from, to].map(|corner| ((corner.x * 64.0) as i32, (corner.y * 64.0) as i32));
+        let goes_up = from.1 > to.1;
+        let ((left, top), (right, bottom)) = if goes_up { (to, from) } else { (from, to) };
+        let [first, end] = [top, bottom].map(|y| (y + 32) >> 6);
+        if first == end {
+            return None;
+        }
+        // Less than 2^13 across, so that nothing here overflows.
+        let slope = ((right - left) << 16) / (bottom - top);
+        let down = (first << 6) + 32 - top;
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "less than a row's part of the way"
+        )]
+        let across = ((i64::from(slope) * i64::from(down)) >> 16) as i32;
+        Some(Self {
+            first,
+            end,
+            place: (left + across) << 10,
+            slope,
+            goes_up,
+        })
     }
 
-    fn cut<'a>(&mut self, rows: impl Iterator<Item = &'a [u8]>, left: isize) -> u64 {
-        let (columns, mut area) = (self.size().columns(), 0);
-        for (row, out) in rows.zip(self.pixels_mut().chunks_exact_mut(columns)) {
-            for (column, pixel) in out.iter_mut().enumerate() {
-                *pixel = shown(row, left, column);
-                area += u64::from(*pixel);
+    fn rows(&self) -> core::ops::Range<usize> {
+        let [first, end] = [self.first, self.end].map(|row| usize::try_from(row).unwrap_or(0));
+        first..end
+    }
+
+    /// Returns the first column right of the line in each of its rows.
+    fn columns(&self) -> impl Iterator<Item = i32> {
+        let mut place = self.place;
+        core::iter::repeat_with(move || {
+            let here = place;
+            place = place.wrapping_add(self.slope);
+            column(here)
+        })
+    }
+}
+
+/// Passes on the lines between corners, cut at the sides of the window unless the outline is inside.
+fn each_line(outline: &[Vec2], is_inside: bool, sides: Vec2, mut take: impl FnMut(Line)) {
+    let mut draw = |from, to| {
+        if let Some(line) = Line::new(from, to) {
+            take(line);
+        }
+    };
+    let next = outline.iter().skip(1).chain(outline.first());
+    for (&from, &to) in outline.iter().zip(next) {
+        if is_inside {
+            draw(from, to);
+        } else {
+            each_part(from, to, sides, &mut draw);
+        }
+    }
+}
+
+/// Passes on the part of a line inside the window, and what is left or right of it as a line along
+/// that side (`line_clipper.rs`).
+#[cold]
+fn each_part(from: Vec2, to: Vec2, sides: Vec2, draw: &mut impl FnMut(Vec2, Vec2)) {
+    if from.y.max(to.y) <= 0.0 || from.y.min(to.y) >= sides.y {
+        return;
+    }
+    let in_rows = |corner: Vec2| {
+        let y = corner.y.clamp(0.0, sides.y);
+        if y == corner.y {
+            corner
+        } else {
+            Vec2::new(between(from, to, y), y)
+        }
+    };
+    let (start, end) = (in_rows(from), in_rows(to));
+    let along = |x: f32, draw: &mut dyn FnMut(Vec2, Vec2)| {
+        draw(Vec2::new(x, start.y), Vec2::new(x, end.y));
+    };
+    if start.x.max(end.x) <= 0.0 {
+        return along(0.0, draw);
+    }
+    if start.x.min(end.x) >= sides.x {
+        return along(sides.x, draw);
+    }
+    let in_columns = |corner: Vec2| {
+        let x = corner.x.clamp(0.0, sides.x);
+        if x == corner.x {
+            corner
+        } else {
+            Vec2::new(x, between(start.yx(), end.yx(), x))
+        }
+    };
+    let (inner_start, inner_end) = (in_columns(start), in_columns(end));
+    draw(Vec2::new(inner_start.x, start.y), inner_start);
+    draw(inner_start, inner_end);
+    draw(inner_end, Vec2::new(inner_end.x, end.y));
+}
+
+/// Returns the x of a line at the height y.
+fn between(from: Vec2, to: Vec2, y: f32) -> f32 {
+    if (to.y - from.y).abs() <= NEARLY_ZERO {
+        return (from.x + to.x) * 0.5;
+    }
+    let [x0, y0, x1, y1] = [from.x, from.y, to.x, to.y].map(f64::from);
+    #[expect(clippy::cast_possible_truncation, reason = "between two f32")]
+    let x = (x0 + (f64::from(y) - y0) * (x1 - x0) / (y1 - y0)) as f32;
+    x.clamp(from.x.min(to.x), from.x.max(to.x))
+}
+
+#[cfg(all(test, feature = "skia"))]
+mod tests {
+    use super::super::tiny_skia::TinySkia;
+    use super::*;
+
+    /// Knuth's generator: numbers from 0 to 1.
+    struct Numbers(u64);
+
+    impl Numbers {
+        fn next(&mut self) -> f32 {
+            self.0 = self
+                .0
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            #[expect(clippy::cast_possible_truncation, reason = "24 bits")]
+            let bits = (self.0 >> 40) as u16;
+            f32::from(bits) / 65_536.0
+        }
+
+        fn below(&mut self, count: usize) -> usize {
+            let count = u16::try_from(count).expect("a small number");
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "small"
+            )]
+            let number = (self.next() * f32::from(count)) as usize;
+            number
+        }
+    }
+
+    /// Compares an outline, and returns the number of pixels that are on.
+    fn compare(outline: &Outline, size: Size, oracle: &mut TinySkia) -> u32 {
+        let mut rows = [0; MAX_ROWS];
+        let rows = &mut rows[..size.rows()];
+        fill(outline, rows);
+        oracle.clear();
+        oracle.fill(outline);
+        let mut on = 0;
+        for (row, expected) in rows.iter().zip(oracle.rows()) {
+            let expected = { expected.iter().enumerate() }.fold(0, |row, (column, &pixel)| {
+                row | u64::from(pixel == 255) << column
+            });
+            assert_eq!(*row, expected, "{outline:?}");
+            on += row.count_ones();
+        }
+        on
+    }
+
+    #[test]
+    fn outlines_of_any_shape_have_the_pixels_of_tiny_skia() {
+        let mut random = Numbers(7);
+        let mut on = 0;
+        for size in [Size::S50x30, Size::S64x64] {
+            let mut oracle = TinySkia::new(size);
+            for _ in 0..20_000 {
+                let corners = 3 + random.below(12);
+                // From smaller than a pixel to larger than the window; on the grid, too.
+                let scale = [0.05, 1.0, 8.0, 30.0, 80.0][random.below(5)];
+                let grid = [0.0, 1.0, 64.0][random.below(3)];
+                let place = Vec2::new(random.next() * 66.0 - 1.0, random.next() * 66.0 - 1.0);
+                let is_convex = random.below(3) > 0;
+                let points = (0..corners).map(|_| {
+                    let offset = Vec2::new(random.next() - 0.5, random.next() - 0.5);
+                    let point = place + offset * scale;
+                    match grid > 0.0 {
+                        true => (point * grid).map(libm::roundf) / grid,
+                        false => point,
+                    }
+                });
+                let points: Outline = points.collect();
+                let outline = match is_convex {
+                    true => outline_in_window(points.iter().copied(), size.rows()),
+                    false => clipped(
+                        &points,
+                        Vec2::splat(-1.0),
+                        Vec2::new(65.0, as_pixels(size.rows() + 1)),
+                    ),
+                };
+                on += compare(&outline, size, &mut oracle);
             }
         }
-        area
+        assert!(on > 1_000_000, "{on}");
     }
-}
-
-/// Returns the pixel in this column of an image that begins at column `left` of a window's row.
-fn shown(row: &[u8], left: isize, column: usize) -> u8 {
-    let source = left.checked_add_unsigned(column);
-    let source = source.and_then(|at| row.get(usize::try_from(at).ok()?));
-    source.copied().unwrap_or(0)
 }
