@@ -20,6 +20,7 @@ pub(crate) mod moments;
 pub(crate) mod placement;
 mod rows;
 mod skia;
+mod skia_lanes;
 #[cfg(test)]
 mod tests;
 #[cfg(feature = "skia")]
@@ -39,6 +40,7 @@ use glam::Vec2;
 pub use placement::{Extent, Placement};
 pub use rows::SampleImages;
 pub use skia::Skia;
+pub use skia_lanes::SkiaLanes;
 #[cfg(feature = "skia")]
 pub use tiny_skia::TinySkia;
 pub use window::PosedHulls;
@@ -175,6 +177,11 @@ impl<W: Pixels> Renderer<W> {
     pub fn with_window(window: W) -> Self {
         let image = window.blank();
         Self { window, image }
+    }
+
+    /// The window.
+    pub fn window(&self) -> &W {
+        &self.window
     }
 
     /// Returns the rasteriser in use.

@@ -19,7 +19,7 @@ use glam::{Vec2, Vec2Swizzles as _};
 const NEARLY_ZERO: f32 = 1.0 / 4_096.0;
 /// Lines are cut at the sides of the window if the outline reaches this far out of it, pixels: half
 /// a pixel less 1.5/64 pixel.
-const OUTSIDE: f32 = 0.476_562_5;
+pub(super) const OUTSIDE: f32 = 0.476_562_5;
 
 /// The window of [`Rasterizer::Skia`], a bit for each pixel. Figures may be unpacked or compact.
 #[derive(Clone, Debug)]
@@ -73,35 +73,57 @@ impl Pixels for Skia {
     }
 
     fn moments(&self) -> AreaMoments {
-        let mut moments = AreaMoments::default();
-        for &row in self.rows() {
-            let mut left = row;
-            moments.area += u64::from(row.count_ones());
-            while left != 0 {
-                moments.doubled += u64::from(2 * left.trailing_zeros() + 1);
-                left &= left - 1;
-            }
-        }
-        moments
+        moments(self.rows())
     }
 
     /// Cuts out columns; those outside the window are empty.
     fn cut(&self, left: isize, image: &mut Silhouette) -> u64 {
-        let kept = ones(i32::try_from(self.size.columns()).unwrap_or(0));
-        let shift = u32::try_from(left.unsigned_abs()).unwrap_or(u32::MAX);
-        let mut area = 0;
-        for (row, out) in self.rows().iter().zip(image.all_rows_mut()) {
-            let moved = if left < 0 {
-                row.checked_shl(shift)
-            } else {
-                row.checked_shr(shift)
-            };
-            let moved = moved.unwrap_or(0);
-            *out = moved & kept;
-            area += u64::from(out.count_ones());
-        }
-        area
+        cut(self.rows(), left, image)
     }
+}
+
+/// Returns the moments of rows.
+#[inline(always)]
+pub(super) fn moments(rows: &[u64]) -> AreaMoments {
+    /// Columns whose number has bit 0, 1, 2, 3, 4 or 5.
+    const COLUMNS: [u64; 6] = [
+        0xaaaa_aaaa_aaaa_aaaa,
+        0xcccc_cccc_cccc_cccc,
+        0xf0f0_f0f0_f0f0_f0f0,
+        0xff00_ff00_ff00_ff00,
+        0xffff_0000_ffff_0000,
+        0xffff_ffff_0000_0000,
+    ];
+    let (mut area, mut counts) = (0, [0; COLUMNS.len()]);
+    for &row in rows {
+        area += u64::from(row.count_ones());
+        for (count, columns) in counts.iter_mut().zip(COLUMNS) {
+            *count += u64::from((row & columns).count_ones());
+        }
+    }
+    let columns = counts.iter().enumerate().map(|(bit, count)| count << bit);
+    AreaMoments {
+        area,
+        doubled: 2 * columns.sum::<u64>() + area,
+    }
+}
+
+/// Cuts the columns from `left` on out of rows, and returns their area.
+#[inline(always)]
+pub(super) fn cut(rows: &[u64], left: isize, image: &mut Silhouette) -> u64 {
+    let kept = ones(i32::try_from(image.size().columns()).unwrap_or(0));
+    let shift = u32::try_from(left.unsigned_abs()).unwrap_or(u32::MAX);
+    let mut area = 0;
+    for (row, out) in rows.iter().zip(image.all_rows_mut()) {
+        let moved = if left < 0 {
+            row.checked_shl(shift)
+        } else {
+            row.checked_shr(shift)
+        };
+        *out = moved.unwrap_or(0) & kept;
+        area += u64::from(out.count_ones());
+    }
+    area
 }
 
 impl<F: PosedHulls> Fill<F> for Skia {
@@ -131,13 +153,14 @@ pub(super) fn outline_in_window(pixels: impl Iterator<Item = Vec2>, rows: usize)
 }
 
 /// Returns a row whose leftmost `columns` are on.
-fn ones(columns: i32) -> u64 {
+#[inline(always)]
+pub(super) fn ones(columns: i32) -> u64 {
     let off = (64 - columns.clamp(0, 64)).cast_unsigned();
     u64::MAX.checked_shr(off).unwrap_or(0)
 }
 
 /// Turns on what an outline winds around, whose corners lie within a pixel of the window.
-fn fill(outline: &[Vec2], rows: &mut [u64]) {
+pub(super) fn fill(outline: &[Vec2], rows: &mut [u64]) {
     let [first, _, _, ..] = outline else {
         return;
     };

@@ -29,7 +29,8 @@ use block::fill_hulls;
 use outline::{Strip, lay_all};
 use read::{cut, moments};
 pub use samples::SampleImages;
-use visible_facets::{VisibleFacets, look};
+pub(super) use visible_facets::{VisibleFacets, look as look_facets};
+use visible_facets::look;
 
 /// Columns of a word.
 const WORD: usize = 32;
