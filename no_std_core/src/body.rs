@@ -4,6 +4,7 @@
 //! frame of its joint, and which facets they span. Whatever does not depend on the viewpoint is
 //! computed once a frame. Coordinates lie in lanes, one array an axis.
 
+pub(crate) mod clearance;
 mod drape;
 mod figure;
 pub(crate) mod plane;
@@ -17,6 +18,7 @@ use crate::simd::Edges;
 use crate::skeleton::Joint;
 use core::fmt;
 use core::ops::Range;
+use clearance::clearances;
 use drape::Drape;
 pub use figure::Figure;
 pub(crate) use figure::{JointPlace, JointPlaces};
@@ -174,7 +176,7 @@ impl UnpackedBody {
         let surface = Facets::from_points(&hull);
         let before = self.add(&hull, HullCarrier::Joint(joint.index()), &surface)?;
         let facets = self.facets.get_mut(before.facets_end..).unwrap_or_default();
-        set_facets(&surface, &hull, facets);
+        set_facets(&surface, &hull, clearances(&surface, &hull), facets);
         let spokes = self.spokes.get_mut(before.points_end..).unwrap_or_default();
         radiate(&surface, spokes);
         // At most two for each hull, which the capacity allows.

@@ -46,7 +46,8 @@ impl DrapedSurface {
         let found = Facets::from_points(hull);
         *self = Self::NOTHING;
         self.facets_len = found.facets.len().div_ceil(LANES);
-        set_facets(&found, hull, &mut self.facets);
+        // Clearances would take longer than facets.
+        set_facets(&found, hull, core::iter::repeat(f32::INFINITY), &mut self.facets);
         self.edges.extend(edges_of(&found));
         radiate(&found, &mut self.spokes);
     }

@@ -93,6 +93,11 @@ impl JointPlaces {
         }
     }
 
+    /// Returns whether all joints are within this distance of the origin along each axis.
+    pub fn is_within(&self, reach_m: f32) -> bool {
+        self.offsets.iter().flatten().all(|offset| offset.abs() <= reach_m)
+    }
+
     fn set(&mut self, hull: usize, place: &JointPlace) {
         let turns = self.turns.iter_mut().zip(place.turn.to_cols_array());
         let offsets = self.offsets.iter_mut().zip(place.offset.to_array());

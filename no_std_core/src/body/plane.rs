@@ -53,6 +53,9 @@ pub(crate) struct Facets16 {
     /// Offsets and tolerances as in [`FacetPlane`].
     pub offsets: [f32; LANES],
     pub tolerances: [f32; LANES],
+    /// Seen from far away, by products with normals that are all further from 0 than these, the
+    /// outline in the image is clear ([`super::clearance`]). Below 0 in unused lanes.
+    pub clearances: [f32; LANES],
 }
 
 impl Facets16 {
@@ -62,9 +65,10 @@ impl Facets16 {
         z: [0.0; LANES],
         offsets: [0.0; LANES],
         tolerances: [0.0; LANES],
+        clearances: [-1.0; LANES],
     };
 
-    fn set(&mut self, lane: usize, plane: &FacetPlane) {
+    fn set(&mut self, lane: usize, plane: &FacetPlane, clearance: f32) {
         let FacetPlane {
             normal,
             offset,
@@ -76,6 +80,7 @@ impl Facets16 {
             (&mut self.z, normal.z),
             (&mut self.offsets, offset),
             (&mut self.tolerances, tolerance),
+            (&mut self.clearances, clearance),
         ];
         for (part, value) in parts {
             if let Some(place) = part.get_mut(lane) {
@@ -85,14 +90,20 @@ impl Facets16 {
     }
 }
 
-/// Writes the facets of a hull of these points, sixteen at a time.
-pub(super) fn set_facets(surface: &Facets, points: &[Vec3], facets: &mut [Facets16]) {
+/// Writes the facets of a hull of these points and their clearances, sixteen at a time.
+pub(super) fn set_facets(
+    surface: &Facets,
+    points: &[Vec3],
+    clearances: impl Iterator<Item = f32>,
+    facets: &mut [Facets16],
+) {
     let scaled = scaled(points);
-    for (number, facet) in surface.facets.iter().enumerate() {
+    for ((number, facet), clearance) in surface.facets.iter().enumerate().zip(clearances) {
         if let Some(facets) = facets.get_mut(number / LANES) {
             facets.set(
                 number % LANES,
                 &FacetPlane::through(facet.corners, points, &scaled),
+                clearance,
             );
         }
     }
@@ -152,15 +163,20 @@ pub(crate) fn normal([a, b, c]: [Vec3; 3]) -> Vec3 {
 /// Scales points by the power of two that brings them within 1, so that products of their
 /// differences neither overflow nor vanish. This is exact, so signs are kept.
 pub(crate) fn scaled(points: &[Vec3]) -> HullPoints {
-    let reach = points
-        .iter()
-        .fold(0.0f32, |reach, point| reach.max(point.abs().max_element()));
-    let (_, exponent) = libm::frexpf(reach);
+    let exponent = exponent(points);
     let scaled = |coordinate| libm::ldexpf(coordinate, -exponent);
     points
         .iter()
         .map(|point| Vec3::from(point.to_array().map(scaled)))
         .collect()
+}
+
+/// Returns the exponent of the least power of two that is greater than all coordinates.
+pub(super) fn exponent(points: &[Vec3]) -> i32 {
+    let reach = points
+        .iter()
+        .fold(0.0f32, |reach, point| reach.max(point.abs().max_element()));
+    libm::frexpf(reach).1
 }
 
 /// Sets the bits of a surface's edges in the points at which they begin and end.

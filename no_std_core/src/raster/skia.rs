@@ -16,7 +16,7 @@ use crate::silhouette::{Silhouette, Size};
 use glam::{Vec2, Vec2Swizzles as _};
 
 /// An outline that is not wider or not higher than this covers nothing, pixels.
-const NEARLY_ZERO: f32 = 1.0 / 4_096.0;
+pub(super) const NEARLY_ZERO: f32 = 1.0 / 4_096.0;
 /// Lines are cut at the sides of the window if the outline reaches this far out of it, pixels: half
 /// a pixel less 1.5/64 pixel.
 pub(super) const OUTSIDE: f32 = 0.476_562_5;

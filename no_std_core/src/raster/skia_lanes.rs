@@ -1,33 +1,66 @@
 //! tiny-skia's pixels of unpacked figures, sixteen lines or rows at a time.
 //!
-//! Outlines are edges between visible facets and others, as in bit rows. Where each edge has all
-//! other points of its hull on one side, clearly, it is an edge of the outline of
-//! [`crate::outline::convex`], too, however that rounds, and the lines are those of [`Skia`]. Hulls
-//! for which this is not shown, and those that a side of the window cuts, are drawn by [`Skia`].
+//! Outlines are edges between visible facets and others, as in bit rows. An outline is clear if each
+//! of its edges has all other points of the hull on one side by more than rounding can tell: then
+//! its edges are those of [`crate::outline::convex`], too, and the fixed-point lines along them are
+//! those of [`Skia`](super::Skia). Most outlines are clear by what facets show
+//! ([`crate::body::clearance`]), the others are looked at point by point. Hulls for which neither
+//! shows it, and those that a side of the window cuts, are drawn by [`Skia`](super::Skia)'s code.
 
 use super::image_points::ImagePoints;
 use super::moments::AreaMoments;
 use super::placement::{Extent, Placement, as_pixels};
-use super::rows::{VisibleFacets, look_facets as look};
-use super::skia::{self, OUTSIDE, ones};
+use super::rows::{VisibleFacets, look, placed};
+use super::skia::{self, NEARLY_ZERO, OUTSIDE};
 use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
 use crate::body::Figure;
-use crate::budget::{LANES, MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_ROWS, SKIA_WINDOW_COLUMNS};
+use crate::body::clearance::{CLEAR, CLEAR_SCALE, CLEAR_STRETCH};
+use crate::budget::{
+    LANES, MAX_FIGURE_COLUMNS, MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS,
+    SKIA_WINDOW_COLUMNS,
+};
 use crate::camera::Camera;
 use crate::silhouette::{Silhouette, Size};
-use crate::simd::{LineEnds, Simd, Wide, compiled, dispatch};
+use crate::simd::{Lanes, LineEnds, Simd, Wide, compiled, dispatch};
 use glam::Vec2;
 
-/// Lines of one outline: a convex one has at most as many as points.
+/// A convex outline has at most as many lines as points.
 const STRIPS: usize = MAX_HULL_POINTS / LANES;
 /// As many as all edges of a hull take.
-const ALL_STRIPS: usize = MAX_HULL_EDGES.div_ceil(LANES) + 1;
-/// The sine of the least angle at a corner between an edge and a point beside it. The chain of
-/// [`crate::outline::convex`] tells 2^-21 apart.
-const CLEAR: f32 = 2e-5;
+const ALL_STRIPS: usize = MAX_HULL_EDGES.div_ceil(LANES);
+/// The numbers of lanes.
+const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
-/// The window of [`Rasterizer::Skia`] for unpacked figures. 14 kB.
+/// The lines of a hull, as [`Skia`](super::Skia) steps along them.
+#[derive(Clone, Debug)]
+struct HullLines {
+    /// The first row that each crosses, and how many.
+    first: [u32; MAX_HULL_POINTS],
+    rows: [u32; MAX_HULL_POINTS],
+    /// Where it crosses the first row, 1/65,536 pixel, half a pixel to the right, and how much
+    /// further right for each row below.
+    place: [u32; MAX_HULL_POINTS],
+    slope: [u32; MAX_HULL_POINTS],
+    len: usize,
+    /// The first row that any line crosses, and the first one below.
+    top: i32,
+    bottom: i32,
+}
+
+impl HullLines {
+    const NONE: Self = Self {
+        first: [0; _],
+        rows: [0; _],
+        place: [0; _],
+        slope: [0; _],
+        len: 0,
+        top: 0,
+        bottom: 0,
+    };
+}
+
+/// The window of [`Rasterizer::Skia`] for unpacked figures. 34 kB.
 #[derive(Clone, Debug)]
 pub struct SkiaLanes {
     simd: Simd,
@@ -35,11 +68,10 @@ pub struct SkiaLanes {
     looks: VisibleFacets,
     points: ImagePoints,
     ends: [LineEnds; ALL_STRIPS],
+    lines: [HullLines; MAX_HULLS],
     /// Bit `c` is column `c`. Rows below the window may be anything.
     rows: [u64; MAX_ROWS + LANES],
-    /// Hulls drawn one by one, of all.
-    pub slow: u64,
-    pub all: u64,
+    pub causes: [u64; 6],
 }
 
 impl SkiaLanes {
@@ -50,9 +82,9 @@ impl SkiaLanes {
             looks: VisibleFacets::NONE,
             points: ImagePoints::ZERO,
             ends: [const { LineEnds::NONE }; _],
+            lines: [const { HullLines::NONE }; _],
             rows: [0; _],
-            slow: 0,
-            all: 0,
+            causes: [0; 6],
         }
     }
 
@@ -136,12 +168,10 @@ compiled!(fn fill(window: &mut SkiaLanes, figure: &Figure<'_>, view: usize, plac
 
 #[inline(always)]
 fn look_at<L: Wide>(l: L, looks: &mut VisibleFacets, figure: &Figure<'_>, views: &[RenderView]) {
-    look(l, looks, figure, views);
+    look::<L, true>(l, looks, figure, views);
 }
 
-/// The points of a hull in the window, pixels; NaN after the last one.
-type HullPixels = [[f32; MAX_HULL_POINTS]; 2];
-
+/// Finds the lines of all hulls, and fills them.
 #[inline(always)]
 fn fill<L: Wide>(
     l: L,
@@ -151,9 +181,12 @@ fn fill<L: Wide>(
     placement: &Placement,
 ) {
     window.rows = [0; _];
-    let height = window.size.rows();
-    let sides = [as_pixels(SKIA_WINDOW_COLUMNS), as_pixels(height)];
-    for (number, hull) in figure.hull_parts().enumerate() {
+    let Placement { scale, at, .. } = *placement;
+    let may_be_clear = scale.min_element() >= CLEAR_SCALE
+        && scale.max_element() <= CLEAR_STRETCH * scale.min_element()
+        && at.abs().max_element() <= as_pixels(2 * MAX_FIGURE_COLUMNS);
+    let mut hulls = 0;
+    for (number, hull) in figure.hull_parts().enumerate().take(MAX_HULLS) {
         let start = hull.points.start;
         let [x, y] = [&window.points.x, &window.points.y].map(|axis| {
             axis.get(start..)
@@ -162,184 +195,248 @@ fn fill<L: Wide>(
         let (Some(x), Some(y)) = (x, y) else {
             return;
         };
-        let count = hull.points.len();
-        let pixels = placed(x, y, count, placement);
-        let (min, max) = bounds(&pixels);
-        let is_inside = min[0] > -OUTSIDE
-            && min[1] > -OUTSIDE
-            && max[0] < sides[0] + OUTSIDE
-            && max[1] < sides[1] + OUTSIDE;
         let facing = window.looks.facing(view, number);
-        let lines = l.ends(facing, hull.edges, [&pixels[0], &pixels[1]], &mut window.ends);
-        let across = (max[0] - min[0]).max(max[1] - min[1]);
-        let ends = window.ends.get(..STRIPS).unwrap_or_default();
-        window.all += 1;
-        if !is_inside
-            || lines < 3
-            || lines > MAX_HULL_POINTS
-            || !is_outline(&pixels, count, ends, lines, CLEAR * across * across)
-        {
-            window.slow += 1;
-            let points = pixels[0].iter().zip(&pixels[1]).take(count);
-            let points = points.map(|(&x, &y)| Vec2::new(x, y));
-            let rows = window.rows.get_mut(..height).unwrap_or_default();
-            skia::fill(&skia::outline_in_window(points, height), rows);
-            continue;
+        let count = l.ends(facing, hull.edges, [x, y], &mut window.ends);
+        let lines = &mut window.lines[hulls];
+        let mut place = Where::Nowhere;
+        if (3..=MAX_HULL_POINTS).contains(&count) {
+            place = lay_all(l, &window.ends, count, placement, window.size, lines);
         }
-        // What is not wider than 1/4096 pixel is not clear.
-        for (first, ends) in (0..lines).step_by(LANES).zip(ends) {
-            let _ = (first, ends);
+        window.causes[0] += 1;
+        let is_clear = match place {
+            Where::Outside => { window.causes[1] += 1; continue },
+            Where::Nowhere => { window.causes[2] += 1; false },
+            Where::Inside if may_be_clear && !window.looks.is_doubtful(view, number) => true,
+            Where::Inside => {
+                window.causes[3] += 1;
+                let pixels = place_all(l, [x, y], hull.points.len(), placement);
+                is_clear(l, &pixels, hull.points.len(), &window.ends, count, placement)
+            }
+        };
+        if is_clear {
+            hulls += 1;
+        } else {
+            window.causes[4] += 1;
+            let points = x.iter().zip(y).take(hull.points.len());
+            let points = points.map(|(&x, &y)| placement.place(Vec2::new(x, y)));
+            let rows = window.rows.get_mut(..window.size.rows()).unwrap_or_default();
+            skia::fill(&skia::outline_in_window(points, window.size.rows()), rows);
         }
-        fill_lines(ends, lines, &mut window.rows);
+    }
+    for lines in window.lines.iter().take(hulls) {
+        if L::IS_ONE {
+            fill_lines(l, lines, &mut window.rows);
+        } else {
+            fill_lines(l.half(), lines, &mut window.rows);
+        }
     }
 }
 
-/// Places points as [`Placement::place`] does.
+/// Where an outline is.
+#[derive(Clone, Copy, PartialEq)]
+enum Where {
+    /// So far inside the window that no line is cut.
+    Inside,
+    /// Left or right of the window.
+    Outside,
+    /// Neither, or not known.
+    Nowhere,
+}
+
+/// Computes the lines of a hull: sixteen at a time if that is one register, otherwise eight.
 #[inline(always)]
-fn placed(
-    x: &[f32; MAX_HULL_POINTS],
-    y: &[f32; MAX_HULL_POINTS],
+fn lay_all<L: Wide>(
+    l: L,
+    ends: &[LineEnds],
+    count: usize,
+    placement: &Placement,
+    size: Size,
+    lines: &mut HullLines,
+) -> Where {
+    lines.len = count;
+    (lines.top, lines.bottom) = (i32::MAX, 0);
+    let mut outside = [0; 4];
+    for (ends, first) in ends.iter().zip((0..count).step_by(LANES)) {
+        if L::IS_ONE {
+            lay(l, ends, first, 0, placement, size, lines, &mut outside);
+        } else {
+            for lane in (0..(count - first).min(LANES)).step_by(LANES / 2) {
+                lay(l.half(), ends, first + lane, lane, placement, size, lines, &mut outside);
+            }
+        }
+    }
+    let [near, left, right, _] = outside;
+    if near == 0 {
+        Where::Inside
+    } else if left == count || right == count {
+        Where::Outside
+    } else {
+        Where::Nowhere
+    }
+}
+
+/// Computes `N` lines of a hull, from number `first` on, whose ends begin at a lane.
+#[inline(always)]
+fn lay<const N: usize, L: Lanes<N>>(
+    l: L,
+    ends: &LineEnds,
+    first: usize,
+    lane: usize,
+    placement: &Placement,
+    size: Size,
+    lines: &mut HullLines,
+    outside: &mut [usize; 4],
+) {
+    let lanes = NUMBERS.first_chunk::<N>().map_or(l.splat_word(0), |numbers| l.load_words(numbers));
+    let left = lines.len - first;
+    let is_line = l.less_words(lanes, l.splat_word(left as u32));
+    let [ax, ay] = placed(l, &ends.from, lane, placement);
+    let [bx, by] = placed(l, &ends.to, lane, placement);
+    let sides = [SKIA_WINDOW_COLUMNS, size.rows()].map(as_pixels);
+    let (low, high) = (l.splat(-OUTSIDE), [l.splat(sides[0] + OUTSIDE), l.splat(sides[1] + OUTSIDE)]);
+    let is_inside = l.and(
+        l.and(l.less(low, l.min(ax, bx)), l.less(l.max(ax, bx), high[0])),
+        l.and(l.less(low, l.min(ay, by)), l.less(l.max(ay, by), high[1])),
+    );
+    let all = l.bits(is_line);
+    let away = all & !l.bits(is_inside);
+    if away != 0 {
+        outside[0] += 1;
+        let is_left = l.not_less(l.splat(-1.0), l.max(ax, bx));
+        let is_right = l.not_less(l.min(ax, bx), l.splat(sides[0] + 1.0));
+        outside[1] += (all & l.bits(is_left)).count_ones() as usize;
+        outside[2] += (all & l.bits(is_right)).count_ones() as usize;
+        return;
+    }
+    let grid = l.splat(64.0);
+    let [ax, ay, bx, by] = [ax, ay, bx, by].map(|at| l.cut_off(l.mul(at, grid)));
+    let goes_up = l.less_words(by, ay);
+    let (x, other) = (l.choose(goes_up, bx, ax), l.choose(goes_up, ax, bx));
+    let (y, bottom) = (l.min_words(ay, by), l.max_words(ay, by));
+    let half = l.splat_word(32);
+    let start = l.down::<6>(l.add_words(y, half));
+    let end = l.down::<6>(l.add_words(bottom, half));
+    let rows = l.sub_words(end, start);
+    let slope = l.slopes(l.sub_words(other, x), l.sub_words(bottom, y));
+    let down = l.sub_words(l.add_words(l.up::<6>(start), half), y);
+    // slope * down / 65,536, in two parts.
+    let across = l.add_words(
+        l.mul_words(l.down::<16>(slope), down),
+        l.down::<16>(l.mul_words(l.and_words(slope, l.splat_word(0xffff)), down)),
+    );
+    let place = l.add_words(l.up::<10>(l.add_words(x, across)), l.splat_word(1 << 15));
+    let none = l.splat_word(0);
+    let crosses = l.within(lanes, l.splat_word(left as u32));
+    let rows = l.choose(crosses, rows, none);
+    let is_crossing = l.less_words(none, rows);
+    let (top, bottom) = l.ends_of(
+        l.choose(is_crossing, start, l.splat_word(i32::MAX.cast_unsigned())),
+        l.choose(is_crossing, end, none),
+    );
+    lines.top = lines.top.min(top);
+    lines.bottom = lines.bottom.max(bottom);
+    let all = [
+        (&mut lines.first, start),
+        (&mut lines.rows, rows),
+        (&mut lines.place, place),
+        (&mut lines.slope, slope),
+    ];
+    for (to, words) in all {
+        if let Some(to) = to.get_mut(first..).and_then(<[u32]>::first_chunk_mut) {
+            l.store_words(words, to);
+        }
+    }
+}
+
+/// Fills `N` rows at a time between lines of which two cross each row or none.
+#[inline(always)]
+fn fill_lines<const N: usize, L: Lanes<N>>(
+    l: L,
+    lines: &HullLines,
+    rows: &mut [u64; MAX_ROWS + LANES],
+) {
+    let lanes = NUMBERS.first_chunk::<N>().map_or(l.splat_word(0), |numbers| l.load_words(numbers));
+    let mut row = lines.top;
+    while row < lines.bottom {
+        let below = l.add_words(lanes, l.splat_word(row.cast_unsigned()));
+        // No columns.
+        let mut left = l.splat_word(64 << 16);
+        let mut right = l.splat_word(0);
+        let each = lines.first.iter().zip(&lines.rows).zip(&lines.place).zip(&lines.slope);
+        for (((&first, &len), &place), &slope) in each.take(lines.len) {
+            let below = l.sub_words(below, l.splat_word(first));
+            let is_crossed = l.within(below, l.splat_word(len));
+            let at = l.add_words(l.splat_word(place), l.mul_words(l.splat_word(slope), below));
+            left = l.choose(is_crossed, l.min_words(left, at), left);
+            right = l.choose(is_crossed, l.max_words(right, at), right);
+        }
+        let left = l.max_words(left, l.splat_word(0));
+        let Some(rows) = rows.get_mut(row as usize..).and_then(<[u64]>::first_chunk_mut) else {
+            return;
+        };
+        l.fill_rows(l.down::<16>(left), l.down::<16>(right), rows);
+        row += N as i32;
+    }
+}
+
+/// The points of a hull in the window, pixels; NaN after the last one.
+type HullPixels = [[f32; MAX_HULL_POINTS]; 2];
+
+/// Places the points of a hull.
+#[inline(always)]
+fn place_all<L: Wide>(
+    _: L,
+    [x, y]: [&[f32; MAX_HULL_POINTS]; 2],
     count: usize,
     placement: &Placement,
 ) -> HullPixels {
-    let Placement { scale, origin, at } = *placement;
-    let mut pixels = [[0.0; MAX_HULL_POINTS]; 2];
-    for lane in 0..MAX_HULL_POINTS {
-        let is_there = lane < count;
-        let placed_x = (x[lane] - origin.x) * scale.x + at.x;
-        let placed_y = (origin.y - y[lane]) * scale.y + at.y;
-        pixels[0][lane] = if is_there { placed_x } else { f32::NAN };
-        pixels[1][lane] = if is_there { placed_y } else { f32::NAN };
+    let mut pixels = [[f32::NAN; MAX_HULL_POINTS]; 2];
+    for (lane, (&x, &y)) in x.iter().zip(y).enumerate().take(count) {
+        let pixel = placement.place(Vec2::new(x, y));
+        (pixels[0][lane], pixels[1][lane]) = (pixel.x, pixel.y);
     }
     pixels
 }
 
-/// Returns the least and greatest coordinates.
+/// Returns whether each line has all points of its hull but its own ends clearly on one side.
 #[inline(always)]
-fn bounds(pixels: &HullPixels) -> ([f32; 2], [f32; 2]) {
-    let mut ends = ([0.0; 2], [0.0; 2]);
-    for axis in 0..2 {
-        let mut min = [f32::INFINITY; LANES];
-        let mut max = [f32::NEG_INFINITY; LANES];
-        for chunk in pixels[axis].as_chunks::<LANES>().0 {
-            for lane in 0..LANES {
-                let at = chunk[lane];
-                min[lane] = if at < min[lane] { at } else { min[lane] };
-                max[lane] = if at > max[lane] { at } else { max[lane] };
-            }
-        }
-        let mut step = LANES / 2;
-        while step > 0 {
-            for lane in 0..step {
-                min[lane] = if min[lane + step] < min[lane] { min[lane + step] } else { min[lane] };
-                max[lane] = if max[lane + step] > max[lane] { max[lane + step] } else { max[lane] };
-            }
-            step /= 2;
-        }
-        ends.0[axis] = min[0];
-        ends.1[axis] = max[0];
-    }
-    ends
-}
-
-/// Returns whether each line has all points of its hull but its own ends on one side, further away
-/// from it than rounding can tell, as twice the area of the triangle with it.
-#[inline(always)]
-fn is_outline(
+fn is_clear<L: Wide>(
+    l: L,
     pixels: &HullPixels,
     count: usize,
     ends: &[LineEnds],
     lines: usize,
-    clear: f32,
+    placement: &Placement,
 ) -> bool {
-    let mut is_clear = true;
-    for line in 0..lines {
-        let (strip, lane) = (&ends[line / LANES % STRIPS], line % LANES);
-        let [ax, ay] = [strip.from[0][lane], strip.from[1][lane]];
-        let [dx, dy] = [strip.to[0][lane] - ax, strip.to[1][lane] - ay];
-        let (mut left, mut right) = (0u32, 0u32);
-        for (x, y) in pixels[0].as_chunks::<LANES>().0.iter().zip(pixels[1].as_chunks::<LANES>().0) {
-            let mut sides = [0u32; 2];
-            for lane in 0..LANES {
-                let area = dx * (y[lane] - ay) - dy * (x[lane] - ax);
-                sides[0] |= u32::from(area > clear) << lane;
-                sides[1] |= u32::from(area < -clear) << lane;
-            }
-            left += sides[0].count_ones();
-            right += sides[1].count_ones();
-        }
-        let others = count as u32 - 2;
-        is_clear &= left == others || right == others;
+    let sixteens = || pixels[0].as_chunks::<LANES>().0.iter().zip(pixels[1].as_chunks::<LANES>().0);
+    let (mut min, mut max) = ([l.splat(f32::INFINITY); 2], [l.splat(f32::NEG_INFINITY); 2]);
+    for (x, y) in sixteens() {
+        let point = [l.load(x), l.load(y)];
+        min = [l.min(point[0], min[0]), l.min(point[1], min[1])];
+        max = [l.max(point[0], max[0]), l.max(point[1], max[1])];
     }
-    is_clear
-}
-
-/// Fills rows between lines of which two cross each.
-#[inline(always)]
-fn fill_lines(ends: &[LineEnds], lines: usize, rows: &mut [u64; MAX_ROWS + LANES]) {
-    let mut firsts = [i32::MAX; MAX_HULL_POINTS];
-    let mut lasts = [0; MAX_HULL_POINTS];
-    let mut places = [0; MAX_HULL_POINTS];
-    let mut slopes = [0; MAX_HULL_POINTS];
-    for (strip, first) in ends.iter().zip((0..lines).step_by(LANES)) {
-        let (Some(firsts), Some(lasts), Some(places), Some(slopes)) = (
-            firsts.get_mut(first..).and_then(<[i32]>::first_chunk_mut::<LANES>),
-            lasts.get_mut(first..).and_then(<[i32]>::first_chunk_mut::<LANES>),
-            places.get_mut(first..).and_then(<[i32]>::first_chunk_mut::<LANES>),
-            slopes.get_mut(first..).and_then(<[i32]>::first_chunk_mut::<LANES>),
-        ) else {
-            return;
-        };
-        for lane in 0..LANES {
-            #[expect(clippy::cast_possible_truncation, reason = "tiny-skia cuts off, too")]
-            let fixed = |coordinate: f32| (coordinate * 64.0) as i32;
-            let (ax, ay) = (fixed(strip.from[0][lane]), fixed(strip.from[1][lane]));
-            let (bx, by) = (fixed(strip.to[0][lane]), fixed(strip.to[1][lane]));
-            let is_up = ay > by;
-            let (left, top) = if is_up { (bx, by) } else { (ax, ay) };
-            let (right, bottom) = if is_up { (ax, ay) } else { (bx, by) };
-            let (first, end) = ((top + 32) >> 6, (bottom + 32) >> 6);
-            let high = if bottom > top { bottom - top } else { 1 };
-            // Exact: a quotient that is not whole is 2^-13 from a whole number or more.
-            let slope = (f64::from((right - left) << 16) / f64::from(high)) as i32;
-            let down = (first << 6) + 32 - top;
-            let across = libm::floor(f64::from(slope) * f64::from(down) / 65_536.0) as i32;
-            firsts[lane] = first;
-            lasts[lane] = end;
-            places[lane] = (left + across) << 10;
-            slopes[lane] = slope;
+    let [(left, right), (top, bottom)] = [l.bounds(min[0], max[0]), l.bounds(min[1], max[1])];
+    let across = (right - left).max(bottom - top);
+    // What is wider than this apart from the line is not too thin to be drawn, either.
+    let wide = (CLEAR * across).max(NEARLY_ZERO);
+    let others = count - 2;
+    let mut all_clear = true;
+    for (line, strip) in (0..lines).map(|line| (line, &ends[line / LANES % ALL_STRIPS])) {
+        let lane = line % LANES;
+        let from = placement.place(Vec2::new(strip.from[0][lane], strip.from[1][lane]));
+        let to = placement.place(Vec2::new(strip.to[0][lane], strip.to[1][lane]));
+        let along = to - from;
+        let clear = l.splat(wide * (along.x.abs() + along.y.abs()));
+        let minus = l.sub(l.splat(0.0), clear);
+        let (mut left, mut right) = (0, 0);
+        for (x, y) in sixteens() {
+            let x = l.sub(l.load(x), l.splat(from.x));
+            let y = l.sub(l.load(y), l.splat(from.y));
+            let area = l.sub(l.mul(l.splat(along.x), y), l.mul(l.splat(along.y), x));
+            left += l.bits(l.less(clear, area)).count_ones();
+            right += l.bits(l.less(area, minus)).count_ones();
         }
+        all_clear &= left as usize == others || right as usize == others;
     }
-    let (mut top, mut bottom) = (i32::MAX, 0);
-    for line in 0..lines {
-        top = top.min(firsts[line % MAX_HULL_POINTS]);
-        bottom = bottom.max(lasts[line % MAX_HULL_POINTS]);
-    }
-    let mut base = top;
-    while base < bottom {
-        let mut left = [i32::MAX; LANES];
-        let mut right = [i32::MIN; LANES];
-        for line in 0..lines {
-            let line = line % MAX_HULL_POINTS;
-            let first = firsts[line];
-            let (len, place, slope) = ((lasts[line] - first).cast_unsigned(), places[line], slopes[line]);
-            for lane in 0..LANES {
-                let below = base + lane as i32 - first;
-                let at = place.wrapping_add(slope.wrapping_mul(below));
-                let crosses = below.cast_unsigned() < len;
-                left[lane] = if crosses && at < left[lane] { at } else { left[lane] };
-                right[lane] = if crosses && at > right[lane] { at } else { right[lane] };
-            }
-        }
-        let Some(rows) = rows.get_mut(base as usize..).and_then(<[u64]>::first_chunk_mut::<LANES>) else {
-            return;
-        };
-        for lane in 0..LANES {
-            let is_in = left[lane] <= right[lane];
-            let from = if is_in { (left[lane] + (1 << 15)) >> 16 } else { 0 };
-            let to = if is_in { (right[lane] + (1 << 15)) >> 16 } else { 0 };
-            rows[lane] |= ones(to) & !ones(from);
-        }
-        base += LANES as i32;
-    }
+    all_clear
 }

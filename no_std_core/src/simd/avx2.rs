@@ -151,6 +151,67 @@ impl Lanes<8> for Avx2 {
         with!(_mm256_max_epi32(a, b))
     }
     #[inline(always)]
+    fn choose(self, mask: __m256, a: __m256i, b: __m256i) -> __m256i {
+        with!(_mm256_blendv_epi8(b, a, _mm256_castps_si256(mask)))
+    }
+    #[inline(always)]
+    fn mul_words(self, a: __m256i, b: __m256i) -> __m256i {
+        with!(_mm256_mullo_epi32(a, b))
+    }
+    #[inline(always)]
+    fn up<const BY: u32>(self, words: __m256i) -> __m256i {
+        with!(_mm256_sllv_epi32(words, _mm256_set1_epi32(BY.cast_signed())))
+    }
+    #[inline(always)]
+    fn down<const BY: u32>(self, words: __m256i) -> __m256i {
+        with!(_mm256_srav_epi32(words, _mm256_set1_epi32(BY.cast_signed())))
+    }
+    #[inline(always)]
+    fn cut_off(self, floats: __m256) -> __m256i {
+        with!(_mm256_cvttps_epi32(floats))
+    }
+    #[inline(always)]
+    fn slopes(self, across: __m256i, down: __m256i) -> __m256i {
+        with! {
+            // A quotient that is not whole is 2^-14 or more from a whole number.
+            let across = _mm256_slli_epi32::<16>(across);
+            let slopes = |across, down| {
+                _mm256_cvttpd_epi32(_mm256_div_pd(_mm256_cvtepi32_pd(across), _mm256_cvtepi32_pd(down)))
+            };
+            let low = slopes(_mm256_castsi256_si128(across), _mm256_castsi256_si128(down));
+            let high = slopes(
+                _mm256_extracti128_si256::<1>(across),
+                _mm256_extracti128_si256::<1>(down),
+            );
+            _mm256_set_m128i(high, low)
+        }
+    }
+    #[inline(always)]
+    fn min_words(self, a: __m256i, b: __m256i) -> __m256i {
+        with!(_mm256_min_epi32(a, b))
+    }
+    #[inline(always)]
+    fn within(self, words: __m256i, len: __m256i) -> __m256 {
+        with!(_mm256_castsi256_ps(_mm256_and_si256(
+            _mm256_cmpgt_epi32(len, words),
+            _mm256_cmpgt_epi32(words, _mm256_set1_epi32(-1)),
+        )))
+    }
+    #[inline(always)]
+    fn fill_rows(self, from: __m256i, to: __m256i, rows: &mut [u64; 8]) {
+        with! {
+            let ones = _mm256_set1_epi64x(-1);
+            let mut fill = |at: usize, from, to| {
+                let bits = |first| _mm256_sllv_epi64(ones, _mm256_cvtepu32_epi64(first));
+                let rows = rows.as_mut_ptr().add(at).cast();
+                let filled = _mm256_andnot_si256(bits(to), bits(from));
+                _mm256_storeu_si256(rows, _mm256_or_si256(_mm256_loadu_si256(rows), filled));
+            };
+            fill(0, _mm256_castsi256_si128(from), _mm256_castsi256_si128(to));
+            fill(4, _mm256_extracti128_si256::<1>(from), _mm256_extracti128_si256::<1>(to));
+        }
+    }
+    #[inline(always)]
     fn bits_from(self, first: __m256i) -> __m256i {
         with!(_mm256_sllv_epi32(_mm256_set1_epi32(-1), first))
     }

@@ -170,6 +170,73 @@ impl Lanes<LANES> for Avx512 {
     }
 
     #[inline(always)]
+    fn choose(self, mask: __mmask16, a: __m512i, b: __m512i) -> __m512i {
+        with!(_mm512_mask_mov_epi32(b, mask, a))
+    }
+    #[inline(always)]
+    fn mul_words(self, a: __m512i, b: __m512i) -> __m512i {
+        with!(_mm512_mullo_epi32(a, b))
+    }
+    #[inline(always)]
+    fn up<const BY: u32>(self, words: __m512i) -> __m512i {
+        with!(_mm512_slli_epi32::<BY>(words))
+    }
+    #[inline(always)]
+    fn down<const BY: u32>(self, words: __m512i) -> __m512i {
+        with!(_mm512_srai_epi32::<BY>(words))
+    }
+    #[inline(always)]
+    fn cut_off(self, floats: __m512) -> __m512i {
+        with!(_mm512_cvttps_epi32(floats))
+    }
+    #[inline(always)]
+    fn slopes(self, across: __m512i, down: __m512i) -> __m512i {
+        with! {
+            // A quotient that is not whole is 2^-14 or more from a whole number.
+            let across = _mm512_slli_epi32::<16>(across);
+            let slopes = |across, down| {
+                _mm512_cvttpd_epi32(_mm512_div_pd(_mm512_cvtepi32_pd(across), _mm512_cvtepi32_pd(down)))
+            };
+            let low = slopes(_mm512_castsi512_si256(across), _mm512_castsi512_si256(down));
+            let high = slopes(
+                _mm512_extracti64x4_epi64::<1>(across),
+                _mm512_extracti64x4_epi64::<1>(down),
+            );
+            _mm512_inserti64x4::<1>(_mm512_castsi256_si512(low), high)
+        }
+    }
+    #[inline(always)]
+    fn min_words(self, a: __m512i, b: __m512i) -> __m512i {
+        with!(_mm512_min_epi32(a, b))
+    }
+    #[inline(always)]
+    fn within(self, words: __m512i, len: __m512i) -> __mmask16 {
+        with!(_mm512_cmplt_epu32_mask(words, len))
+    }
+    #[inline(always)]
+    fn ends_of(self, low: __m512i, high: __m512i) -> (i32, i32) {
+        with!((_mm512_reduce_min_epi32(low), _mm512_reduce_max_epi32(high)))
+    }
+    #[inline(always)]
+    fn fill_rows(self, from: __m512i, to: __m512i, rows: &mut [u64; LANES]) {
+        with! {
+            let ones = _mm512_set1_epi64(-1);
+            let mut fill = |at: usize, from, to| {
+                let bits = |first| _mm512_sllv_epi64(ones, _mm512_cvtepu32_epi64(first));
+                let rows = rows.as_mut_ptr().add(at).cast();
+                let filled = _mm512_andnot_si512(bits(to), bits(from));
+                _mm512_storeu_si512(rows, _mm512_or_si512(_mm512_loadu_si512(rows), filled));
+            };
+            fill(0, _mm512_castsi512_si256(from), _mm512_castsi512_si256(to));
+            fill(
+                LANES / 2,
+                _mm512_extracti64x4_epi64::<1>(from),
+                _mm512_extracti64x4_epi64::<1>(to),
+            );
+        }
+    }
+
+    #[inline(always)]
     fn bits_from(self, first: __m512i) -> __m512i {
         with!(_mm512_sllv_epi32(_mm512_set1_epi32(-1), first))
     }

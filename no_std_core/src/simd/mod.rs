@@ -204,6 +204,34 @@ pub(crate) trait Lanes<const N: usize>: Copy {
     fn less_words(self, a: Self::Words, b: Self::Words) -> Self::Mask;
     /// Returns the greater of signed numbers.
     fn max_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
+    /// Returns `a` where the mask is true, otherwise `b`.
+    fn choose(self, mask: Self::Mask, a: Self::Words, b: Self::Words) -> Self::Words;
+    /// Returns the lower halves of products.
+    fn mul_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
+    /// Shifts to the left by `BY` bits.
+    fn up<const BY: u32>(self, words: Self::Words) -> Self::Words;
+    /// Shifts signed numbers to the right by `BY` bits.
+    fn down<const BY: u32>(self, words: Self::Words) -> Self::Words;
+    /// Returns the integer parts of numbers between -2^31 and 2^31, signed.
+    fn cut_off(self, floats: Self::Floats) -> Self::Words;
+    /// Returns `across * 65,536 / down` without its fraction, for signed numbers: `across` less
+    /// than 2^14 on both sides of 0, `down` from 1 to 2^14. A `down` of 0 gives any number.
+    fn slopes(self, across: Self::Words, down: Self::Words) -> Self::Words;
+    /// Returns the less of signed numbers.
+    fn min_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
+    /// Returns whether `0 <= words < len`, for a `len` that is not negative.
+    fn within(self, words: Self::Words, len: Self::Words) -> Self::Mask;
+    /// Turns on the bits of rows from each first number, below 65, on and before the other.
+    #[inline(always)]
+    fn fill_rows(self, from: Self::Words, to: Self::Words, rows: &mut [u64; N]) {
+        let (mut froms, mut tos) = ([0; N], [0; N]);
+        self.store_words(from, &mut froms);
+        self.store_words(to, &mut tos);
+        for ((row, from), to) in rows.iter_mut().zip(froms).zip(tos) {
+            let bits = |first: u32| u64::MAX.checked_shl(first).unwrap_or(0);
+            *row |= bits(from) & !bits(to);
+        }
+    }
     /// Returns the bits from each number on, none from 32 on.
     fn bits_from(self, first: Self::Words) -> Self::Words;
     /// Returns the bits from each first number on and before the other: none from 32 on.
@@ -242,6 +270,20 @@ pub(crate) trait Lanes<const N: usize>: Copy {
             ranges[lane / 8 % 2] |= range << (8 * (lane % 8));
         }
         [transposed(ranges[0]), transposed(ranges[1])]
+    }
+
+    /// Returns the least of the first and the greatest of the second signed numbers.
+    #[inline(always)]
+    fn ends_of(self, low: Self::Words, high: Self::Words) -> (i32, i32) {
+        let (mut lows, mut highs) = ([0; N], [0; N]);
+        self.store_words(low, &mut lows);
+        self.store_words(high, &mut highs);
+        let (mut least, mut greatest) = (i32::MAX, i32::MIN);
+        for (low, high) in lows.into_iter().zip(highs) {
+            least = least.min(low.cast_signed());
+            greatest = greatest.max(high.cast_signed());
+        }
+        (least, greatest)
     }
 
     /// Returns the wrapping sum.

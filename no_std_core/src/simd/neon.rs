@@ -157,6 +157,55 @@ impl Lanes<8> for Neon {
         both!(k => vpaddlq_u16(vpaddlq_u8(vcntq_u8(vreinterpretq_u8_u32(words[k])))))
     }
     #[inline(always)]
+    fn choose(self, mask: Self::Mask, a: Self::Words, b: Self::Words) -> Self::Words {
+        both!(k => vbslq_u32(mask[k], a[k], b[k]))
+    }
+    #[inline(always)]
+    fn mul_words(self, a: Self::Words, b: Self::Words) -> Self::Words {
+        both!(k => vmulq_u32(a[k], b[k]))
+    }
+    #[inline(always)]
+    fn up<const BY: u32>(self, words: Self::Words) -> Self::Words {
+        both!(k => vshlq_u32(words[k], vdupq_n_s32(BY.cast_signed())))
+    }
+    #[inline(always)]
+    fn down<const BY: u32>(self, words: Self::Words) -> Self::Words {
+        both!(k => {
+            let signed = vreinterpretq_s32_u32(words[k]);
+            vreinterpretq_u32_s32(vshlq_s32(signed, vdupq_n_s32(-BY.cast_signed())))
+        })
+    }
+    #[inline(always)]
+    fn cut_off(self, floats: Self::Floats) -> Self::Words {
+        both!(k => vreinterpretq_u32_s32(vcvtq_s32_f32(floats[k])))
+    }
+    #[inline(always)]
+    fn slopes(self, across: Self::Words, down: Self::Words) -> Self::Words {
+        // A quotient that is not whole is 2^-14 or more from a whole number.
+        both!(k => {
+            let across = vreinterpretq_s32_u32(vshlq_n_u32::<16>(across[k]));
+            let down = vreinterpretq_s32_u32(down[k]);
+            let slopes = |across, down| {
+                let [across, down] = [across, down].map(|half| vcvtq_f64_s64(vmovl_s32(half)));
+                vmovn_s64(vcvtq_s64_f64(vdivq_f64(across, down)))
+            };
+            let low = slopes(vget_low_s32(across), vget_low_s32(down));
+            let high = slopes(vget_high_s32(across), vget_high_s32(down));
+            vreinterpretq_u32_s32(vcombine_s32(low, high))
+        })
+    }
+    #[inline(always)]
+    fn min_words(self, a: Self::Words, b: Self::Words) -> Self::Words {
+        both!(k => vreinterpretq_u32_s32(vminq_s32(
+            vreinterpretq_s32_u32(a[k]),
+            vreinterpretq_s32_u32(b[k]),
+        )))
+    }
+    #[inline(always)]
+    fn within(self, words: Self::Words, len: Self::Words) -> Self::Mask {
+        both!(k => vcltq_u32(words[k], len[k]))
+    }
+    #[inline(always)]
     fn bits_from(self, first: Self::Words) -> Self::Words {
         both!(k => vshlq_u32(
             vdupq_n_u32(u32::MAX),

@@ -140,6 +140,50 @@ impl<const N: usize> Lanes<N> for Portable {
         each!(0; k => a[k].cast_signed().max(b[k].cast_signed()).cast_unsigned())
     }
     #[inline(always)]
+    fn choose(self, mask: Self::Mask, a: Self::Words, b: Self::Words) -> Self::Words {
+        each!(0; k => a[k] & mask[k] | b[k] & !mask[k])
+    }
+    #[inline(always)]
+    fn mul_words(self, a: Self::Words, b: Self::Words) -> Self::Words {
+        each!(0; k => a[k].wrapping_mul(b[k]))
+    }
+    #[inline(always)]
+    fn up<const BY: u32>(self, words: Self::Words) -> Self::Words {
+        each!(0; k => words[k] << BY)
+    }
+    #[inline(always)]
+    fn down<const BY: u32>(self, words: Self::Words) -> Self::Words {
+        each!(0; k => (words[k].cast_signed() >> BY).cast_unsigned())
+    }
+    #[inline(always)]
+    fn cut_off(self, floats: Self::Floats) -> Self::Words {
+        #[expect(clippy::cast_possible_truncation, reason = "what is asked for")]
+        let cut_off = each!(0; k => (floats[k] as i32).cast_unsigned());
+        cut_off
+    }
+    #[inline(always)]
+    fn slopes(self, across: Self::Words, down: Self::Words) -> Self::Words {
+        // A quotient that is not whole is 2^-14 or more from a whole number.
+        #[expect(clippy::cast_possible_truncation, reason = "what is asked for")]
+        let slopes = each!(0; k => {
+            let across = f64::from((across[k] << 16).cast_signed());
+            ((across / f64::from(down[k].cast_signed())) as i32).cast_unsigned()
+        });
+        slopes
+    }
+    #[inline(always)]
+    fn min_words(self, a: Self::Words, b: Self::Words) -> Self::Words {
+        each!(0; k => a[k].cast_signed().min(b[k].cast_signed()).cast_unsigned())
+    }
+    #[inline(always)]
+    fn within(self, words: Self::Words, len: Self::Words) -> Self::Mask {
+        // SSE2 compares signed numbers only.
+        each!(0; k => {
+            let is_less = words[k].cast_signed() < len[k].cast_signed();
+            if is_less & (words[k].cast_signed() >= 0) { u32::MAX } else { 0 }
+        })
+    }
+    #[inline(always)]
     fn between(self, from: Self::Words, to: Self::Words) -> Self::Words {
         // SSE2 has powers of two, but no shifts by lane.
         let to = Lanes::<N>::max_words(self, from, to);

@@ -156,6 +156,53 @@ impl<H: Lanes<HALF>> Lanes<LANES> for TwoHalves<H> {
         [self.0.max_words(a[0], b[0]), self.0.max_words(a[1], b[1])]
     }
     #[inline(always)]
+    fn fill_rows(self, from: Self::Words, to: Self::Words, rows: &mut [u64; LANES]) {
+        let [first, last] = halves_mut(rows);
+        self.0.fill_rows(from[0], to[0], first);
+        self.0.fill_rows(from[1], to[1], last);
+    }
+    #[inline(always)]
+    fn choose(self, mask: Self::Mask, a: Self::Words, b: Self::Words) -> Self::Words {
+        [
+            self.0.choose(mask[0], a[0], b[0]),
+            self.0.choose(mask[1], a[1], b[1]),
+        ]
+    }
+    #[inline(always)]
+    fn mul_words(self, a: Self::Words, b: Self::Words) -> Self::Words {
+        [self.0.mul_words(a[0], b[0]), self.0.mul_words(a[1], b[1])]
+    }
+    #[inline(always)]
+    fn up<const BY: u32>(self, words: Self::Words) -> Self::Words {
+        words.map(|words| self.0.up::<BY>(words))
+    }
+    #[inline(always)]
+    fn down<const BY: u32>(self, words: Self::Words) -> Self::Words {
+        words.map(|words| self.0.down::<BY>(words))
+    }
+    #[inline(always)]
+    fn cut_off(self, floats: Self::Floats) -> Self::Words {
+        [self.0.cut_off(floats[0]), self.0.cut_off(floats[1])]
+    }
+    #[inline(always)]
+    fn slopes(self, across: Self::Words, down: Self::Words) -> Self::Words {
+        [
+            self.0.slopes(across[0], down[0]),
+            self.0.slopes(across[1], down[1]),
+        ]
+    }
+    #[inline(always)]
+    fn min_words(self, a: Self::Words, b: Self::Words) -> Self::Words {
+        [self.0.min_words(a[0], b[0]), self.0.min_words(a[1], b[1])]
+    }
+    #[inline(always)]
+    fn within(self, words: Self::Words, len: Self::Words) -> Self::Mask {
+        [
+            self.0.within(words[0], len[0]),
+            self.0.within(words[1], len[1]),
+        ]
+    }
+    #[inline(always)]
     fn bits_from(self, words: Self::Words) -> Self::Words {
         [self.0.bits_from(words[0]), self.0.bits_from(words[1])]
     }

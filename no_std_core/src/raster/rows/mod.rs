@@ -29,8 +29,8 @@ use block::fill_hulls;
 use outline::{Strip, lay_all};
 use read::{cut, moments};
 pub use samples::SampleImages;
-pub(super) use visible_facets::{VisibleFacets, look as look_facets};
-use visible_facets::look;
+pub(super) use outline::placed;
+pub(super) use visible_facets::{VisibleFacets, look};
 
 /// Columns of a word.
 const WORD: usize = 32;
@@ -155,7 +155,7 @@ impl Pixels for BitWindow {
 
 impl<'a> Fill<Figure<'a>> for BitWindow {
     fn look(&mut self, figure: &Figure<'a>, views: &[RenderView]) {
-        dispatch!(self.simd, look(&mut self.looks, figure, views));
+        dispatch!(self.simd, look_at(&mut self.looks, figure, views));
     }
 
     fn extent(&mut self, figure: &Figure<'a>, camera: &Camera) -> Result<Extent, DrawError> {
@@ -175,10 +175,15 @@ impl<'a> Fill<Figure<'a>> for BitWindow {
     }
 }
 
-compiled!(fn look(looks: &mut VisibleFacets, figure: &Figure<'_>, views: &[RenderView]));
+compiled!(fn look_at(looks: &mut VisibleFacets, figure: &Figure<'_>, views: &[RenderView]));
 compiled!(fn fill(window: &mut BitWindow, figure: &Figure<'_>, view: usize, placement: &Placement));
 compiled!(fn moments(window: &BitWindow) -> AreaMoments);
 compiled!(fn cut(window: &BitWindow, left: isize, frame: &mut AnySilhouette) -> u64);
+
+#[inline(always)]
+fn look_at<L: Wide>(l: L, looks: &mut VisibleFacets, figure: &Figure<'_>, views: &[RenderView]) {
+    look::<L, false>(l, looks, figure, views);
+}
 
 /// Finds the outlines of hulls, and fills them.
 #[inline(always)]

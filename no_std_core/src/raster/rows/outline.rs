@@ -130,7 +130,7 @@ pub fn store<const N: usize, L: Lanes<N>>(l: L, lanes: L::Floats, to: &mut [f32]
 
 /// Places `N` points as [`Placement::place`] does.
 #[inline(always)]
-fn placed<const N: usize, L: Lanes<N>>(
+pub fn placed<const N: usize, L: Lanes<N>>(
     l: L,
     [x, y]: &[[f32; LANES]; 2],
     first: usize,

@@ -3,6 +3,7 @@
 use super::super::RenderView;
 use super::super::image_points::{dot, splat};
 use super::outline::{part, store};
+use crate::body::clearance::CLEAR_REACH_M;
 use crate::body::plane::{ALWAYS, Facets16};
 use crate::body::{Figure, JointPlaces};
 use crate::budget::{MAX_HULLS, VIEWS_AT_ONCE};
@@ -17,6 +18,8 @@ pub struct VisibleFacets {
     eyes: [[[f32; MAX_HULLS]; 3]; VIEWS_AT_ONCE],
     /// The visible facets of hulls, a bit each.
     facing: [[u64; MAX_HULLS]; VIEWS_AT_ONCE],
+    /// The hulls with facets that are not beyond their clearances, a bit each.
+    doubtful: [u32; VIEWS_AT_ONCE],
 }
 
 impl VisibleFacets {
@@ -24,19 +27,41 @@ impl VisibleFacets {
     pub const NONE: Self = Self {
         eyes: [[[0.0; MAX_HULLS]; 3]; VIEWS_AT_ONCE],
         facing: [[0; MAX_HULLS]; VIEWS_AT_ONCE],
+        doubtful: [0; VIEWS_AT_ONCE],
     };
 
     /// Returns the facets of a hull that a camera sees, a bit each.
     pub const fn facing(&self, view: usize, hull: usize) -> u64 {
         self.facing[view % VIEWS_AT_ONCE][hull % MAX_HULLS]
     }
+
+    /// Returns whether the outline of a hull may not be clear ([`crate::body::clearance`]).
+    pub const fn is_doubtful(&self, view: usize, hull: usize) -> bool {
+        self.doubtful[view % VIEWS_AT_ONCE] >> (hull % MAX_HULLS) & 1 != 0
+    }
 }
 
 /// Finds the visible facets: those with the eye on their outer side. For an eye infinitely far away
-/// only the direction counts.
+/// only the direction counts. With `CLEAR`, finds doubtful hulls, too: for an eye that is near, all.
 #[inline(always)]
-pub fn look<L: Wide>(l: L, looks: &mut VisibleFacets, figure: &Figure<'_>, views: &[RenderView]) {
-    let VisibleFacets { eyes, facing } = looks;
+pub fn look<L: Wide, const CLEAR: bool>(
+    l: L,
+    looks: &mut VisibleFacets,
+    figure: &Figure<'_>,
+    views: &[RenderView],
+) {
+    let VisibleFacets {
+        eyes,
+        facing,
+        doubtful,
+    } = looks;
+    if CLEAR {
+        let is_far_away = !figure.places.is_within(CLEAR_REACH_M);
+        for (doubtful, view) in doubtful.iter_mut().zip(views) {
+            let is_doubtful = is_far_away || view.camera.eye().is_some();
+            *doubtful = if is_doubtful { u32::MAX } else { 0 };
+        }
+    }
     let views = views.get(..VIEWS_AT_ONCE).unwrap_or(views);
     for (view, eyes) in views.iter().zip(&mut *eyes) {
         turn_eye(l, &figure.places, &view.camera, eyes);
@@ -46,33 +71,39 @@ pub fn look<L: Wide>(l: L, looks: &mut VisibleFacets, figure: &Figure<'_>, views
         for facing in facing.iter_mut().take(views.len()) {
             facing[number] = ALWAYS;
         }
+        if CLEAR && hull.facets.is_empty() {
+            doubtful.iter_mut().for_each(|doubtful| *doubtful |= 1 << number);
+        }
         for (chunk, facets) in hull.facets.iter().enumerate() {
             let seen = views.iter().zip(&*eyes).zip(&mut *facing);
-            for ((view, [x, y, z]), facing) in seen {
+            for (((view, [x, y, z]), facing), doubtful) in seen.zip(&mut *doubtful) {
                 let eye = [x[number], y[number], z[number]];
                 let is_near = view.camera.eye().is_some();
-                let seen = if L::IS_ONE {
-                    seen_by(l, facets, 0, eye, is_near)
+                let [seen, unclear] = if L::IS_ONE {
+                    seen_by::<_, _, CLEAR>(l, facets, 0, eye, is_near)
                 } else {
                     let (half, middle) = (l.half(), LANES / 2);
-                    seen_by(half, facets, 0, eye, is_near)
-                        | seen_by(half, facets, middle, eye, is_near) << middle
+                    let first = seen_by::<_, _, CLEAR>(half, facets, 0, eye, is_near);
+                    let last = seen_by::<_, _, CLEAR>(half, facets, middle, eye, is_near);
+                    [first[0] | last[0] << middle, first[1] | last[1]]
                 };
                 facing[number] |= u64::from(seen) << (LANES * chunk);
+                *doubtful |= u32::from(unclear != 0) << number;
             }
         }
     }
 }
 
-/// Returns the facets from number `first` on that an eye sees, a bit each.
+/// Returns the facets from number `first` on that an eye sees, a bit each, and with `CLEAR` those
+/// that are not beyond their clearances.
 #[inline(always)]
-fn seen_by<const N: usize, L: Lanes<N>>(
+fn seen_by<const N: usize, L: Lanes<N>, const CLEAR: bool>(
     l: L,
     facets: &Facets16,
     first: usize,
     [x, y, z]: [f32; 3],
     is_near: bool,
-) -> u32 {
+) -> [u32; 2] {
     let eye = [l.splat(x), l.splat(y), l.splat(z)];
     let normals = [
         part(l, &facets.x, first),
@@ -84,7 +115,13 @@ fn seen_by<const N: usize, L: Lanes<N>>(
     } else {
         l.splat(0.0)
     };
-    l.bits(l.less(threshold, dot(l, eye, normals)))
+    let product = dot(l, eye, normals);
+    let seen = l.bits(l.less(threshold, product));
+    if !CLEAR {
+        return [seen, 0];
+    }
+    let size = l.max(product, l.sub(l.splat(0.0), product));
+    [seen, l.bits(l.not_less(part(l, &facets.clearances, first), size))]
 }
 
 /// Converts an eye to the frames of all hulls.

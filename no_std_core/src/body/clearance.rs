@@ -1,0 +1,92 @@
+//! When the outline of a hull in the image is beyond doubt.
+
+use super::plane::exponent;
+use crate::budget::{MAX_HULL_EDGES, MAX_HULL_FACETS, MAX_HULL_POINTS};
+use crate::facets::{Facet, Facets};
+use glam::{DVec3, Vec3};
+
+/// The clear sine: outlines are clear where each edge has all other points of the hull on one side
+/// by more than this angle, seen from an end of the edge.
+///
+/// The chain of [`crate::outline::convex`] compares directions with an error of less than 2^-21, and
+/// goes past at most 32 points.
+pub(crate) const CLEAR: f32 = 2e-5;
+/// The scales within which [`clearances`] hold, in pixels per metre, and how much they may differ.
+pub(crate) const CLEAR_SCALE: f32 = 18.0;
+pub(crate) const CLEAR_STRETCH: f32 = 2.0;
+/// The joints' distance from the origin, along each axis, within which they hold, metres.
+pub(crate) const CLEAR_REACH_M: f32 = 3.0;
+/// The error of a point in the image, metres: f32 within 4 m and 1,024 pixels.
+const POINT_ERROR_M: f64 = 4e-6;
+/// An outline that is wider than this is wider than 1/4,096 pixel.
+const WIDTH_M: f64 = 1.4e-5;
+/// The error of the direction of a facet's normal.
+const NORMAL_ERROR: f64 = 4e-6;
+/// Facets that meet at less than this sine have the same directions in front of them: no edge
+/// between them is part of an outline if their normals' products are beyond this share.
+const FLAT: f64 = 1e-5;
+
+/// Returns for each facet how large the products with its normal, which is twice its area long,
+/// must be for outlines along its sides to be clear; endless if they never are.
+///
+/// For a side `u` between facets with normals `F` and `G`, and a point with the products `f` and
+/// `g` behind their planes, the side and the point span `|u| (f G.v + g F.v) / |F x G|` in the image
+/// in the direction `v`, twice the triangle's area. It must be more than the clear sine of the
+/// hull's size, and more than what errors of points can add.
+pub(super) fn clearances(surface: &Facets, points: &[Vec3]) -> impl Iterator<Item = f32> {
+    let exact: heapless::Vec<DVec3, MAX_HULL_POINTS> =
+        points.iter().map(|point| point.as_dvec3()).collect();
+    let at = |corner: u8| exact.get(usize::from(corner)).copied().unwrap_or_default();
+    let mut normals = [DVec3::ZERO; MAX_HULL_FACETS];
+    let mut clear = [0.0f64; MAX_HULL_FACETS];
+    for ((facet, normal), clear) in surface.facets.iter().zip(&mut normals).zip(&mut clear) {
+        let [a, b, c] = facet.corners.map(at);
+        *normal = (b - a).cross(c - a);
+        let slender = 4e-7 * libm::sqrt((b - a).length_squared() * (c - a).length_squared());
+        *clear = (FLAT + NORMAL_ERROR) * normal.length() + slender;
+    }
+    let across = |a: DVec3, b: DVec3| libm::sqrt((b - a).length_squared());
+    let size = exact.iter().flat_map(|&a| exact.iter().map(move |&b| (a, b)));
+    let size = size.fold(0.0f64, |size, (a, b)| size.max(across(a, b)));
+    let mut of_edges = [[u8::MAX; 2]; MAX_HULL_EDGES];
+    for (number, Facet { edges, .. }) in (0..).zip(&surface.facets) {
+        for &edge in edges {
+            if let Some(sides) = of_edges.get_mut(usize::from(edge)) {
+                *sides = [sides[1], number];
+            }
+        }
+    }
+    for (&[a, b], [first, second]) in surface.edges.iter().zip(of_edges) {
+        let [first, second] = [first, second].map(|side| usize::from(side) % MAX_HULL_FACETS);
+        let (from, to) = (at(a), at(b));
+        let side = across(from, to);
+        let fold = normals[first].cross(normals[second]).length();
+        if fold <= FLAT * normals[first].length() * normals[second].length() {
+            continue;
+        }
+        let mut needed = 0.0f64;
+        for (number, &point) in (0..).zip(&exact) {
+            if number == a || number == b {
+                continue;
+            }
+            let behind = (normals[first] + normals[second]).dot(from - point);
+            let lengths = side + across(from, point) + across(to, point);
+            let area = side * (f64::from(CLEAR * CLEAR_STRETCH) * size + WIDTH_M)
+                + POINT_ERROR_M * lengths;
+            needed = match behind > 0.0 {
+                true => needed.max(area * fold / (side * behind)),
+                false => f64::INFINITY,
+            };
+        }
+        for facet in [first, second] {
+            clear[facet] = clear[facet].max(needed);
+        }
+    }
+    // Normals are those of scaled points.
+    let scale = libm::ldexp(1.0, -2 * exponent(points));
+    clear.into_iter().map(move |clear| {
+        #[expect(clippy::cast_possible_truncation, reason = "within f32")]
+        let clear = (clear * scale) as f32;
+        clear
+    })
+}
