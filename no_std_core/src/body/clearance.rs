@@ -8,18 +8,18 @@ use glam::{DVec3, Vec3};
 /// The clear sine: outlines are clear where each edge has all other points of the hull on one side
 /// by more than this angle, seen from an end of the edge.
 ///
-/// The chain of [`crate::outline::convex`] compares directions with an error of less than 2^-21, and
-/// goes past at most 32 points.
-pub(crate) const CLEAR: f32 = 2e-5;
-/// The scales within which [`clearances`] hold, in pixels per metre, and how much they may differ.
-pub(crate) const CLEAR_SCALE: f32 = 18.0;
-pub(crate) const CLEAR_STRETCH: f32 = 2.0;
+/// The chain of [`crate::outline::convex`] errs by less than 3/2^24 at each of at most 31 turns.
+pub(crate) const CLEAR: f32 = 7e-6;
+/// The least scale at which [`clearances`] hold, pixels per metre: the same along both axes.
+pub(crate) const CLEAR_SCALE: f32 = 24.0;
 /// The joints' distance from the origin, along each axis, within which they hold, metres.
-pub(crate) const CLEAR_REACH_M: f32 = 3.0;
-/// The error of a point in the image, metres: f32 within 4 m and 1,024 pixels.
-const POINT_ERROR_M: f64 = 4e-6;
+pub(crate) const CLEAR_REACH_M: f32 = 1.5;
+/// How far from the window's corner the origin may be placed, metres.
+pub(crate) const CLEAR_PLACE_M: f32 = 5.0;
+/// The error of a point in the image, metres: that of f32 within these distances.
+const POINT_ERROR_M: f64 = 2e-6;
 /// An outline that is wider than this is wider than 1/4,096 pixel.
-const WIDTH_M: f64 = 1.4e-5;
+const WIDTH_M: f64 = 1.1e-5;
 /// The error of the direction of a facet's normal.
 const NORMAL_ERROR: f64 = 4e-6;
 /// Facets that meet at less than this sine have the same directions in front of them: no edge
@@ -71,8 +71,8 @@ pub(super) fn clearances(surface: &Facets, points: &[Vec3]) -> impl Iterator<Ite
             }
             let behind = (normals[first] + normals[second]).dot(from - point);
             let lengths = side + across(from, point) + across(to, point);
-            let area = side * (f64::from(CLEAR * CLEAR_STRETCH) * size + WIDTH_M)
-                + POINT_ERROR_M * lengths;
+            let area = side * f64::from(CLEAR) * size + POINT_ERROR_M * lengths;
+            let area = area.max(side * WIDTH_M);
             needed = match behind > 0.0 {
                 true => needed.max(area * fold / (side * behind)),
                 false => f64::INFINITY,

@@ -42,6 +42,13 @@ impl ImagePoints {
         y: [0.0; POINTS],
     };
 
+    /// Returns the points of the hull whose first one has this number, and what follows them.
+    #[inline(always)]
+    pub fn of_hull(&self, start: usize) -> Option<[&[f32; MAX_HULL_POINTS]; 2]> {
+        let x = self.x.get(start..)?.first_chunk()?;
+        Some([x, self.y.get(start..)?.first_chunk()?])
+    }
+
     /// Projects a figure's points, and returns the rectangle that they take.
     pub fn project(
         &mut self,

@@ -64,6 +64,12 @@ pub struct Extent {
 }
 
 impl Extent {
+    /// No rectangle.
+    pub(crate) const NONE: Self = Self {
+        min: Vec2::INFINITY,
+        max: Vec2::NEG_INFINITY,
+    };
+
     /// Returns the width, metres.
     #[must_use]
     pub fn width(&self) -> f32 {

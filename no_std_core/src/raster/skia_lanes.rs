@@ -10,53 +10,53 @@
 use super::image_points::ImagePoints;
 use super::moments::AreaMoments;
 use super::placement::{Extent, Placement, as_pixels};
-use super::rows::{VisibleFacets, look, placed};
+use super::rows::{VisibleFacets, look, part, placed};
 use super::skia::{self, NEARLY_ZERO, OUTSIDE};
 use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
-use crate::body::Figure;
-use crate::body::clearance::{CLEAR, CLEAR_SCALE, CLEAR_STRETCH};
+use crate::body::{Figure, FigureHull};
+use crate::body::clearance::{CLEAR, CLEAR_PLACE_M, CLEAR_SCALE};
 use crate::budget::{
-    LANES, MAX_FIGURE_COLUMNS, MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS,
-    SKIA_WINDOW_COLUMNS,
+    LANES, MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, SKIA_WINDOW_COLUMNS,
 };
 use crate::camera::Camera;
 use crate::silhouette::{Silhouette, Size};
 use crate::simd::{Lanes, LineEnds, Simd, Wide, compiled, dispatch};
 use glam::Vec2;
 
-/// A convex outline has at most as many lines as points.
-const STRIPS: usize = MAX_HULL_POINTS / LANES;
 /// As many as all edges of a hull take.
-const ALL_STRIPS: usize = MAX_HULL_EDGES.div_ceil(LANES);
-/// The numbers of lanes.
-const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+const MOST_STRIPS: usize = MAX_HULL_EDGES.div_ceil(LANES);
+const MAX_STRIPS: usize = MAX_HULLS + MOST_STRIPS;
 
-/// The lines of a hull, as [`Skia`](super::Skia) steps along them.
+/// Up to sixteen lines of one hull, as [`Skia`](super::Skia) steps along them.
 #[derive(Clone, Debug)]
-struct HullLines {
+struct Strip {
     /// The first row that each crosses, and how many.
-    first: [u32; MAX_HULL_POINTS],
-    rows: [u32; MAX_HULL_POINTS],
+    first: [u32; LANES],
+    rows: [u32; LANES],
     /// Where it crosses the first row, 1/65,536 pixel, half a pixel to the right, and how much
     /// further right for each row below.
-    place: [u32; MAX_HULL_POINTS],
-    slope: [u32; MAX_HULL_POINTS],
-    len: usize,
+    place: [u32; LANES],
+    slope: [u32; LANES],
     /// The first row that any line crosses, and the first one below.
     top: i32,
     bottom: i32,
+    /// The number of lines.
+    len: usize,
+    /// Whether the next strip is another hull's.
+    is_last: bool,
 }
 
-impl HullLines {
-    const NONE: Self = Self {
-        first: [0; _],
-        rows: [0; _],
-        place: [0; _],
-        slope: [0; _],
-        len: 0,
+impl Strip {
+    const EMPTY: Self = Self {
+        first: [0; LANES],
+        rows: [0; LANES],
+        place: [0; LANES],
+        slope: [0; LANES],
         top: 0,
         bottom: 0,
+        len: 0,
+        is_last: true,
     };
 }
 
@@ -67,11 +67,14 @@ pub struct SkiaLanes {
     size: Size,
     looks: VisibleFacets,
     points: ImagePoints,
-    ends: [LineEnds; ALL_STRIPS],
-    lines: [HullLines; MAX_HULLS],
+    extent: Extent,
+    /// The points in the window, 1/64 pixel, cut off.
+    grid: ImagePoints,
+    /// The outlines of hulls that are not filled yet: the ends of lines on the grid, and the lines.
+    ends: [LineEnds; MAX_STRIPS],
+    strips: [Strip; MAX_STRIPS],
     /// Bit `c` is column `c`. Rows below the window may be anything.
     rows: [u64; MAX_ROWS + LANES],
-    pub causes: [u64; 6],
 }
 
 impl SkiaLanes {
@@ -81,10 +84,11 @@ impl SkiaLanes {
             size,
             looks: VisibleFacets::NONE,
             points: ImagePoints::ZERO,
+            extent: Extent::NONE,
+            grid: ImagePoints::ZERO,
             ends: [const { LineEnds::NONE }; _],
-            lines: [const { HullLines::NONE }; _],
+            strips: [const { Strip::EMPTY }; _],
             rows: [0; _],
-            causes: [0; 6],
         }
     }
 
@@ -148,7 +152,8 @@ impl<'a> Fill<Figure<'a>> for SkiaLanes {
     }
 
     fn extent(&mut self, figure: &Figure<'a>, camera: &Camera) -> Result<Extent, DrawError> {
-        self.points.project(figure, camera, self.simd)
+        self.extent = self.points.project(figure, camera, self.simd)?;
+        Ok(self.extent)
     }
 
     fn draw(
@@ -181,194 +186,225 @@ fn fill<L: Wide>(
     placement: &Placement,
 ) {
     window.rows = [0; _];
+    let height = window.size.rows();
     let Placement { scale, at, .. } = *placement;
-    let may_be_clear = scale.min_element() >= CLEAR_SCALE
-        && scale.max_element() <= CLEAR_STRETCH * scale.min_element()
-        && at.abs().max_element() <= as_pixels(2 * MAX_FIGURE_COLUMNS);
-    let mut hulls = 0;
-    for (number, hull) in figure.hull_parts().enumerate().take(MAX_HULLS) {
-        let start = hull.points.start;
-        let [x, y] = [&window.points.x, &window.points.y].map(|axis| {
-            axis.get(start..)
-                .and_then(<[f32]>::first_chunk::<MAX_HULL_POINTS>)
-        });
-        let (Some(x), Some(y)) = (x, y) else {
+    let may_be_clear = scale.x == scale.y
+        && scale.x >= CLEAR_SCALE
+        && at.abs().max_element() <= CLEAR_PLACE_M * scale.x;
+    // Placing keeps the order of coordinates.
+    let Extent { min, max } = window.extent;
+    let corners = [placement.place(min), placement.place(max)];
+    let sides = [SKIA_WINDOW_COLUMNS, height].map(as_pixels);
+    let is_inside = corners[0].x > -OUTSIDE
+        && corners[1].x < sides[0] + OUTSIDE
+        && corners[1].y > -OUTSIDE
+        && corners[0].y < sides[1] + OUTSIDE;
+    let points = figure.len();
+    if L::IS_ONE {
+        place(l, &window.points, points, placement, &mut window.grid);
+    } else {
+        place(l.half(), &window.points, points, placement, &mut window.grid);
+    }
+    let mut strips = 0;
+    for (number, hull) in figure.hull_parts().enumerate() {
+        if strips + MOST_STRIPS > MAX_STRIPS {
+            fill_strips(l, window, strips);
+            strips = 0;
+        }
+        let (Some(points), Some(grid)) = (
+            window.points.of_hull(hull.points.start),
+            window.grid.of_hull(hull.points.start),
+        ) else {
             return;
         };
         let facing = window.looks.facing(view, number);
-        let count = l.ends(facing, hull.edges, [x, y], &mut window.ends);
-        let lines = &mut window.lines[hulls];
-        let mut place = Where::Nowhere;
-        if (3..=MAX_HULL_POINTS).contains(&count) {
-            place = lay_all(l, &window.ends, count, placement, window.size, lines);
-        }
-        window.causes[0] += 1;
+        let ends = window.ends.get_mut(strips..).unwrap_or_default();
+        let place = match is_inside {
+            true => Where::Inside,
+            false => place_of(grid, hull.points.len(), height),
+        };
         let is_clear = match place {
-            Where::Outside => { window.causes[1] += 1; continue },
-            Where::Nowhere => { window.causes[2] += 1; false },
+            Where::Outside => continue,
+            Where::Across => false,
             Where::Inside if may_be_clear && !window.looks.is_doubtful(view, number) => true,
-            Where::Inside => {
-                window.causes[3] += 1;
-                let pixels = place_all(l, [x, y], hull.points.len(), placement);
-                is_clear(l, &pixels, hull.points.len(), &window.ends, count, placement)
-            }
+            Where::Inside => is_clear(l, points, &hull, facing, ends, placement),
         };
         if is_clear {
-            hulls += 1;
+            let count = l.ends(facing, hull.edges, grid, ends);
+            for first in (0..count).step_by(LANES) {
+                if let Some(strip) = window.strips.get_mut(strips) {
+                    strip.len = (count - first).min(LANES);
+                    strip.is_last = count - first <= LANES;
+                }
+                strips += 1;
+            }
         } else {
-            window.causes[4] += 1;
-            let points = x.iter().zip(y).take(hull.points.len());
+            let points = points[0].iter().zip(points[1]).take(hull.points.len());
             let points = points.map(|(&x, &y)| placement.place(Vec2::new(x, y)));
-            let rows = window.rows.get_mut(..window.size.rows()).unwrap_or_default();
-            skia::fill(&skia::outline_in_window(points, window.size.rows()), rows);
+            let rows = window.rows.get_mut(..height).unwrap_or_default();
+            skia::fill(&skia::outline_in_window(points, height), rows);
         }
     }
-    for lines in window.lines.iter().take(hulls) {
+    fill_strips(l, window, strips);
+}
+
+/// Fills the hulls of the first `count` strips.
+#[inline(always)]
+fn fill_strips<L: Wide>(l: L, window: &mut SkiaLanes, count: usize) {
+    for (strip, ends) in window.strips.iter_mut().zip(&window.ends).take(count) {
         if L::IS_ONE {
-            fill_lines(l, lines, &mut window.rows);
+            lay(l, ends, strip);
         } else {
-            fill_lines(l.half(), lines, &mut window.rows);
+            lay(l.half(), ends, strip);
+        }
+    }
+    let strips = window.strips.get(..count).unwrap_or_default();
+    for hull in strips.split_inclusive(|strip| strip.is_last) {
+        if L::IS_ONE {
+            fill_hull(l, hull, &mut window.rows);
+        } else {
+            fill_hull(l.half(), hull, &mut window.rows);
         }
     }
 }
 
-/// Where an outline is.
+/// Places points in the window, in units of 1/64 pixel, and cuts off fractions.
+#[inline(always)]
+fn place<const N: usize, L: Lanes<N>>(
+    l: L,
+    points: &ImagePoints,
+    count: usize,
+    placement: &Placement,
+    grid: &mut ImagePoints,
+) {
+    let unit = l.splat(64.0);
+    let from = points.x.as_chunks::<N>().0.iter().zip(points.y.as_chunks::<N>().0);
+    let to = grid.x.as_chunks_mut::<N>().0.iter_mut().zip(grid.y.as_chunks_mut::<N>().0);
+    for ((x, y), (to_x, to_y)) in from.zip(to).take(count.div_ceil(N)) {
+        let [x, y] = placed(l, [l.load(x), l.load(y)], placement);
+        l.store(l.whole(l.mul(x, unit)), to_x);
+        l.store(l.whole(l.mul(y, unit)), to_y);
+    }
+}
+
+/// Where a hull is.
 #[derive(Clone, Copy, PartialEq)]
 enum Where {
     /// So far inside the window that no line is cut.
     Inside,
     /// Left or right of the window.
     Outside,
-    /// Neither, or not known.
-    Nowhere,
+    /// Across one of its sides, or beyond the top or bottom.
+    Across,
 }
 
-/// Computes the lines of a hull: sixteen at a time if that is one register, otherwise eight.
+/// Returns where a hull's points are.
 #[inline(always)]
-fn lay_all<L: Wide>(
-    l: L,
-    ends: &[LineEnds],
-    count: usize,
-    placement: &Placement,
-    size: Size,
-    lines: &mut HullLines,
-) -> Where {
-    lines.len = count;
-    (lines.top, lines.bottom) = (i32::MAX, 0);
-    let mut outside = [0; 4];
-    for (ends, first) in ends.iter().zip((0..count).step_by(LANES)) {
-        if L::IS_ONE {
-            lay(l, ends, first, 0, placement, size, lines, &mut outside);
-        } else {
-            for lane in (0..(count - first).min(LANES)).step_by(LANES / 2) {
-                lay(l.half(), ends, first + lane, lane, placement, size, lines, &mut outside);
+fn place_of(grid: [&[f32; MAX_HULL_POINTS]; 2], count: usize, height: usize) -> Where {
+    let [(left, right), (top, bottom)] = grid.map(|axis| {
+        let axis = axis.iter().take(count);
+        axis.fold((f32::INFINITY, f32::NEG_INFINITY), |(least, most), &at| {
+            (least.min(at), most.max(at))
+        })
+    });
+    let unit = 64.0;
+    let sides = [SKIA_WINDOW_COLUMNS, height].map(|side| as_pixels(side) * unit);
+    // What is cut off to less than this is inside without that, too.
+    let margin = OUTSIDE * unit;
+    if right <= -unit || left >= sides[0] + unit {
+        Where::Outside
+    } else if left > -margin
+        && top > -margin
+        && right + 1.0 < sides[0] + margin
+        && bottom + 1.0 < sides[1] + margin
+    {
+        Where::Inside
+    } else {
+        Where::Across
+    }
+}
+
+/// Computes the lines of a strip between ends on the grid.
+#[inline(always)]
+fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut Strip) {
+    let numbers = first_numbers(l);
+    let (half, none) = (l.splat_word(32), l.splat_word(0));
+    let mut top = l.splat_word(i32::MAX.cast_unsigned());
+    let mut bottom = none;
+    for first in (0..strip.len).step_by(N) {
+        let coordinate = |axis: &[f32; LANES]| l.cut_off(part(l, axis, first));
+        let [ax, ay] = [coordinate(&ends.from[0]), coordinate(&ends.from[1])];
+        let [bx, by] = [coordinate(&ends.to[0]), coordinate(&ends.to[1])];
+        let goes_up = l.less_words(by, ay);
+        let (x, other) = (l.choose(goes_up, bx, ax), l.choose(goes_up, ax, bx));
+        let (y, other_y) = (l.min_words(ay, by), l.max_words(ay, by));
+        let start = l.down::<6>(l.add_words(y, half));
+        let end = l.down::<6>(l.add_words(other_y, half));
+        let slope = l.slopes(l.sub_words(other, x), l.sub_words(other_y, y));
+        let down = l.sub_words(l.add_words(l.up::<6>(start), half), y);
+        // slope * down / 65,536, in two parts.
+        let across = l.add_words(
+            l.mul_words(l.down::<16>(slope), down),
+            l.down::<16>(l.mul_words(l.and_words(slope, l.splat_word(0xffff)), down)),
+        );
+        let place = l.add_words(l.up::<10>(l.add_words(x, across)), l.splat_word(1 << 15));
+        // Lanes after the last line hold old values.
+        #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
+        let is_line = l.less_words(numbers, l.splat_word((strip.len - first) as u32));
+        let rows = l.choose(is_line, l.sub_words(end, start), none);
+        let crosses = l.less_words(none, rows);
+        top = l.choose(crosses, l.min_words(top, start), top);
+        bottom = l.choose(crosses, l.max_words(bottom, end), bottom);
+        let all = [
+            (&mut strip.first, start),
+            (&mut strip.rows, rows),
+            (&mut strip.place, place),
+            (&mut strip.slope, slope),
+        ];
+        for (to, words) in all {
+            if let Some(to) = to.get_mut(first..).and_then(<[u32]>::first_chunk_mut) {
+                l.store_words(words, to);
             }
         }
     }
-    let [near, left, right, _] = outside;
-    if near == 0 {
-        Where::Inside
-    } else if left == count || right == count {
-        Where::Outside
-    } else {
-        Where::Nowhere
+    (strip.top, strip.bottom) = l.ends_of(top, bottom);
+}
+
+/// Returns the numbers from 0 on.
+#[inline(always)]
+fn first_numbers<const N: usize, L: Lanes<N>>(l: L) -> L::Words {
+    const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+    match NUMBERS.first_chunk() {
+        Some(numbers) => l.load_words(numbers),
+        None => l.splat_word(0),
     }
 }
 
-/// Computes `N` lines of a hull, from number `first` on, whose ends begin at a lane.
+/// Fills `N` rows at a time between the lines of a hull: two cross a row, or none.
 #[inline(always)]
-fn lay<const N: usize, L: Lanes<N>>(
+fn fill_hull<const N: usize, L: Lanes<N>>(
     l: L,
-    ends: &LineEnds,
-    first: usize,
-    lane: usize,
-    placement: &Placement,
-    size: Size,
-    lines: &mut HullLines,
-    outside: &mut [usize; 4],
-) {
-    let lanes = NUMBERS.first_chunk::<N>().map_or(l.splat_word(0), |numbers| l.load_words(numbers));
-    let left = lines.len - first;
-    let is_line = l.less_words(lanes, l.splat_word(left as u32));
-    let [ax, ay] = placed(l, &ends.from, lane, placement);
-    let [bx, by] = placed(l, &ends.to, lane, placement);
-    let sides = [SKIA_WINDOW_COLUMNS, size.rows()].map(as_pixels);
-    let (low, high) = (l.splat(-OUTSIDE), [l.splat(sides[0] + OUTSIDE), l.splat(sides[1] + OUTSIDE)]);
-    let is_inside = l.and(
-        l.and(l.less(low, l.min(ax, bx)), l.less(l.max(ax, bx), high[0])),
-        l.and(l.less(low, l.min(ay, by)), l.less(l.max(ay, by), high[1])),
-    );
-    let all = l.bits(is_line);
-    let away = all & !l.bits(is_inside);
-    if away != 0 {
-        outside[0] += 1;
-        let is_left = l.not_less(l.splat(-1.0), l.max(ax, bx));
-        let is_right = l.not_less(l.min(ax, bx), l.splat(sides[0] + 1.0));
-        outside[1] += (all & l.bits(is_left)).count_ones() as usize;
-        outside[2] += (all & l.bits(is_right)).count_ones() as usize;
-        return;
-    }
-    let grid = l.splat(64.0);
-    let [ax, ay, bx, by] = [ax, ay, bx, by].map(|at| l.cut_off(l.mul(at, grid)));
-    let goes_up = l.less_words(by, ay);
-    let (x, other) = (l.choose(goes_up, bx, ax), l.choose(goes_up, ax, bx));
-    let (y, bottom) = (l.min_words(ay, by), l.max_words(ay, by));
-    let half = l.splat_word(32);
-    let start = l.down::<6>(l.add_words(y, half));
-    let end = l.down::<6>(l.add_words(bottom, half));
-    let rows = l.sub_words(end, start);
-    let slope = l.slopes(l.sub_words(other, x), l.sub_words(bottom, y));
-    let down = l.sub_words(l.add_words(l.up::<6>(start), half), y);
-    // slope * down / 65,536, in two parts.
-    let across = l.add_words(
-        l.mul_words(l.down::<16>(slope), down),
-        l.down::<16>(l.mul_words(l.and_words(slope, l.splat_word(0xffff)), down)),
-    );
-    let place = l.add_words(l.up::<10>(l.add_words(x, across)), l.splat_word(1 << 15));
-    let none = l.splat_word(0);
-    let crosses = l.within(lanes, l.splat_word(left as u32));
-    let rows = l.choose(crosses, rows, none);
-    let is_crossing = l.less_words(none, rows);
-    let (top, bottom) = l.ends_of(
-        l.choose(is_crossing, start, l.splat_word(i32::MAX.cast_unsigned())),
-        l.choose(is_crossing, end, none),
-    );
-    lines.top = lines.top.min(top);
-    lines.bottom = lines.bottom.max(bottom);
-    let all = [
-        (&mut lines.first, start),
-        (&mut lines.rows, rows),
-        (&mut lines.place, place),
-        (&mut lines.slope, slope),
-    ];
-    for (to, words) in all {
-        if let Some(to) = to.get_mut(first..).and_then(<[u32]>::first_chunk_mut) {
-            l.store_words(words, to);
-        }
-    }
-}
-
-/// Fills `N` rows at a time between lines of which two cross each row or none.
-#[inline(always)]
-fn fill_lines<const N: usize, L: Lanes<N>>(
-    l: L,
-    lines: &HullLines,
+    hull: &[Strip],
     rows: &mut [u64; MAX_ROWS + LANES],
 ) {
-    let lanes = NUMBERS.first_chunk::<N>().map_or(l.splat_word(0), |numbers| l.load_words(numbers));
-    let mut row = lines.top;
-    while row < lines.bottom {
-        let below = l.add_words(lanes, l.splat_word(row.cast_unsigned()));
+    let numbers = first_numbers(l);
+    let mut row = hull.iter().fold(i32::MAX, |top, strip| top.min(strip.top));
+    let bottom = hull.iter().fold(0, |bottom, strip| bottom.max(strip.bottom));
+    #[expect(clippy::cast_sign_loss, clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "below 64")]
+    while row < bottom {
+        let here = l.add_words(numbers, l.splat_word(row as u32));
         // No columns.
         let mut left = l.splat_word(64 << 16);
         let mut right = l.splat_word(0);
-        let each = lines.first.iter().zip(&lines.rows).zip(&lines.place).zip(&lines.slope);
-        for (((&first, &len), &place), &slope) in each.take(lines.len) {
-            let below = l.sub_words(below, l.splat_word(first));
-            let is_crossed = l.within(below, l.splat_word(len));
-            let at = l.add_words(l.splat_word(place), l.mul_words(l.splat_word(slope), below));
-            left = l.choose(is_crossed, l.min_words(left, at), left);
-            right = l.choose(is_crossed, l.max_words(right, at), right);
+        for strip in hull {
+            let lines = strip.first.iter().zip(&strip.rows).zip(&strip.place).zip(&strip.slope);
+            for (((&first, &rows), &place), &slope) in lines.take(strip.len) {
+                let below = l.sub_words(here, l.splat_word(first));
+                let crosses = l.within(below, l.splat_word(rows));
+                let at = l.add_words(l.splat_word(place), l.mul_words(l.splat_word(slope), below));
+                left = l.choose(crosses, l.min_words(left, at), left);
+                right = l.choose(crosses, l.max_words(right, at), right);
+            }
         }
         let left = l.max_words(left, l.splat_word(0));
         let Some(rows) = rows.get_mut(row as usize..).and_then(<[u64]>::first_chunk_mut) else {
@@ -379,53 +415,36 @@ fn fill_lines<const N: usize, L: Lanes<N>>(
     }
 }
 
-/// The points of a hull in the window, pixels; NaN after the last one.
-type HullPixels = [[f32; MAX_HULL_POINTS]; 2];
-
-/// Places the points of a hull.
-#[inline(always)]
-fn place_all<L: Wide>(
-    _: L,
-    [x, y]: [&[f32; MAX_HULL_POINTS]; 2],
-    count: usize,
-    placement: &Placement,
-) -> HullPixels {
-    let mut pixels = [[f32::NAN; MAX_HULL_POINTS]; 2];
-    for (lane, (&x, &y)) in x.iter().zip(y).enumerate().take(count) {
-        let pixel = placement.place(Vec2::new(x, y));
-        (pixels[0][lane], pixels[1][lane]) = (pixel.x, pixel.y);
-    }
-    pixels
-}
-
 /// Returns whether each line has all points of its hull but its own ends clearly on one side.
 #[inline(always)]
 fn is_clear<L: Wide>(
     l: L,
-    pixels: &HullPixels,
-    count: usize,
-    ends: &[LineEnds],
-    lines: usize,
+    points: [&[f32; MAX_HULL_POINTS]; 2],
+    hull: &FigureHull<'_>,
+    facing: u64,
+    ends: &mut [LineEnds],
     placement: &Placement,
 ) -> bool {
-    let sixteens = || pixels[0].as_chunks::<LANES>().0.iter().zip(pixels[1].as_chunks::<LANES>().0);
-    let (mut min, mut max) = ([l.splat(f32::INFINITY); 2], [l.splat(f32::NEG_INFINITY); 2]);
-    for (x, y) in sixteens() {
-        let point = [l.load(x), l.load(y)];
-        min = [l.min(point[0], min[0]), l.min(point[1], min[1])];
-        max = [l.max(point[0], max[0]), l.max(point[1], max[1])];
+    let count = hull.points.len();
+    let mut pixels = [[f32::NAN; MAX_HULL_POINTS]; 2];
+    let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+    for (lane, (&x, &y)) in points[0].iter().zip(points[1]).enumerate().take(count) {
+        let pixel = placement.place(Vec2::new(x, y));
+        (pixels[0][lane], pixels[1][lane]) = (pixel.x, pixel.y);
+        (min, max) = (min.min(pixel), max.max(pixel));
     }
-    let [(left, right), (top, bottom)] = [l.bounds(min[0], max[0]), l.bounds(min[1], max[1])];
-    let across = (right - left).max(bottom - top);
-    // What is wider than this apart from the line is not too thin to be drawn, either.
-    let wide = (CLEAR * across).max(NEARLY_ZERO);
-    let others = count - 2;
+    let across = max - min;
+    if across.min_element() <= NEARLY_ZERO {
+        return false;
+    }
+    let lines = l.ends(facing, hull.edges, pixels.each_ref(), ends);
+    let sixteens = || pixels[0].as_chunks::<LANES>().0.iter().zip(pixels[1].as_chunks::<LANES>().0);
+    let wide = CLEAR * (across.x + across.y);
     let mut all_clear = true;
-    for (line, strip) in (0..lines).map(|line| (line, &ends[line / LANES % ALL_STRIPS])) {
+    for (line, ends) in (0..lines).map(|line| (line, &ends[line / LANES % MOST_STRIPS])) {
         let lane = line % LANES;
-        let from = placement.place(Vec2::new(strip.from[0][lane], strip.from[1][lane]));
-        let to = placement.place(Vec2::new(strip.to[0][lane], strip.to[1][lane]));
-        let along = to - from;
+        let from = Vec2::new(ends.from[0][lane], ends.from[1][lane]);
+        let along = Vec2::new(ends.to[0][lane], ends.to[1][lane]) - from;
         let clear = l.splat(wide * (along.x.abs() + along.y.abs()));
         let minus = l.sub(l.splat(0.0), clear);
         let (mut left, mut right) = (0, 0);
@@ -436,6 +455,7 @@ fn is_clear<L: Wide>(
             left += l.bits(l.less(clear, area)).count_ones();
             right += l.bits(l.less(area, minus)).count_ones();
         }
+        let others = count - 2;
         all_clear &= left as usize == others || right as usize == others;
     }
     all_clear

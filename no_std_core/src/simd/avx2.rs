@@ -167,6 +167,10 @@ impl Lanes<8> for Avx2 {
         with!(_mm256_srav_epi32(words, _mm256_set1_epi32(BY.cast_signed())))
     }
     #[inline(always)]
+    fn whole(self, floats: __m256) -> __m256 {
+        with!(_mm256_round_ps::<{ _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC }>(floats))
+    }
+    #[inline(always)]
     fn cut_off(self, floats: __m256) -> __m256i {
         with!(_mm256_cvttps_epi32(floats))
     }

@@ -186,6 +186,10 @@ impl Lanes<LANES> for Avx512 {
         with!(_mm512_srai_epi32::<BY>(words))
     }
     #[inline(always)]
+    fn whole(self, floats: __m512) -> __m512 {
+        with!(_mm512_roundscale_ps::<{ _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC }>(floats))
+    }
+    #[inline(always)]
     fn cut_off(self, floats: __m512) -> __m512i {
         with!(_mm512_cvttps_epi32(floats))
     }
@@ -215,7 +219,21 @@ impl Lanes<LANES> for Avx512 {
     }
     #[inline(always)]
     fn ends_of(self, low: __m512i, high: __m512i) -> (i32, i32) {
-        with!((_mm512_reduce_min_epi32(low), _mm512_reduce_max_epi32(high)))
+        with! {
+            // Both together: the greatest is the negated least of the negated numbers.
+            let high = _mm512_sub_epi32(_mm512_setzero_si512(), high);
+            let eight = _mm512_min_epi32(
+                _mm512_shuffle_i32x4::<0b01_00_01_00>(low, high),
+                _mm512_shuffle_i32x4::<0b11_10_11_10>(low, high),
+            );
+            let four = _mm512_min_epi32(eight, _mm512_shuffle_i32x4::<0b10_11_00_01>(eight, eight));
+            let two = _mm512_min_epi32(four, _mm512_shuffle_epi32::<0b01_00_11_10>(four));
+            let one = _mm512_min_epi32(two, _mm512_shuffle_epi32::<0b10_11_00_01>(two));
+            (
+                _mm512_cvtsi512_si32(one),
+                -_mm_cvtsi128_si32(_mm512_extracti32x4_epi32::<2>(one)),
+            )
+        }
     }
     #[inline(always)]
     fn fill_rows(self, from: __m512i, to: __m512i, rows: &mut [u64; LANES]) {

@@ -212,6 +212,8 @@ pub(crate) trait Lanes<const N: usize>: Copy {
     fn up<const BY: u32>(self, words: Self::Words) -> Self::Words;
     /// Shifts signed numbers to the right by `BY` bits.
     fn down<const BY: u32>(self, words: Self::Words) -> Self::Words;
+    /// Returns numbers between -2^31 and 2^31 without their fractions.
+    fn whole(self, floats: Self::Floats) -> Self::Floats;
     /// Returns the integer parts of numbers between -2^31 and 2^31, signed.
     fn cut_off(self, floats: Self::Floats) -> Self::Words;
     /// Returns `across * 65,536 / down` without its fraction, for signed numbers: `across` less

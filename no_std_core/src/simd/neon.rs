@@ -176,6 +176,10 @@ impl Lanes<8> for Neon {
         })
     }
     #[inline(always)]
+    fn whole(self, floats: Self::Floats) -> Self::Floats {
+        both!(k => vrndq_f32(floats[k]))
+    }
+    #[inline(always)]
     fn cut_off(self, floats: Self::Floats) -> Self::Words {
         both!(k => vreinterpretq_u32_s32(vcvtq_s32_f32(floats[k])))
     }

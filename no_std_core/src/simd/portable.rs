@@ -156,6 +156,16 @@ impl<const N: usize> Lanes<N> for Portable {
         each!(0; k => (words[k].cast_signed() >> BY).cast_unsigned())
     }
     #[inline(always)]
+    fn whole(self, floats: Self::Floats) -> Self::Floats {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_precision_loss,
+            reason = "what is asked for"
+        )]
+        let whole = each!(0.0; k => floats[k] as i32 as f32);
+        whole
+    }
+    #[inline(always)]
     fn cut_off(self, floats: Self::Floats) -> Self::Words {
         #[expect(clippy::cast_possible_truncation, reason = "what is asked for")]
         let cut_off = each!(0; k => (floats[k] as i32).cast_unsigned());

@@ -181,6 +181,10 @@ impl<H: Lanes<HALF>> Lanes<LANES> for TwoHalves<H> {
         words.map(|words| self.0.down::<BY>(words))
     }
     #[inline(always)]
+    fn whole(self, floats: Self::Floats) -> Self::Floats {
+        [self.0.whole(floats[0]), self.0.whole(floats[1])]
+    }
+    #[inline(always)]
     fn cut_off(self, floats: Self::Floats) -> Self::Words {
         [self.0.cut_off(floats[0]), self.0.cut_off(floats[1])]
     }

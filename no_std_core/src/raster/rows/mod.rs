@@ -21,7 +21,7 @@ use super::placement::{Extent, Placement, places, row_columns};
 use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
 use crate::body::Figure;
-use crate::budget::{MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, WINDOW_COLUMNS};
+use crate::budget::{MAX_HULL_EDGES, MAX_HULLS, MAX_ROWS, WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::silhouette::{AnySilhouette, Silhouette, Size};
 use crate::simd::{LANES, LineEnds, Simd, Wide, compiled, dispatch};
@@ -29,7 +29,7 @@ use block::fill_hulls;
 use outline::{Strip, lay_all};
 use read::{cut, moments};
 pub use samples::SampleImages;
-pub(super) use outline::placed;
+pub(super) use outline::{part, placed};
 pub(super) use visible_facets::{VisibleFacets, look};
 
 /// Columns of a word.
@@ -201,17 +201,12 @@ fn fill<L: Wide>(
             fill_strips(l, window, strips, placement);
             strips = 0;
         }
-        let start = hull.points.start;
-        let [x, y] = [&window.points.x, &window.points.y].map(|axis| {
-            axis.get(start..)
-                .and_then(<[f32]>::first_chunk::<MAX_HULL_POINTS>)
-        });
-        let (Some(x), Some(y)) = (x, y) else {
+        let Some(points) = window.points.of_hull(hull.points.start) else {
             return;
         };
         let facing = window.looks.facing(view, number);
         let ends = window.ends.get_mut(strips..).unwrap_or_default();
-        let count = l.ends(facing, hull.edges, [x, y], ends);
+        let count = l.ends(facing, hull.edges, points, ends);
         for first in (0..count).step_by(LANES) {
             if let Some(strip) = window.strips.get_mut(strips) {
                 strip.len = (count - first).min(LANES);

@@ -77,8 +77,10 @@ fn lay<const N: usize, L: Lanes<N>>(
     sampling: Sampling,
     size: Size,
 ) {
-    let [ax, ay] = placed(l, &ends.from, first, placement);
-    let [bx, by] = placed(l, &ends.to, first, placement);
+    let place = |[x, y]: &[[f32; LANES]; 2]| {
+        placed(l, [part(l, x, first), part(l, y, first)], placement)
+    };
+    let ([ax, ay], [bx, by]) = (place(&ends.from), place(&ends.to));
     let (top, bottom) = (l.min(ay, by), l.max(ay, by));
     store(l, ax, &mut strip.x, first);
     store(l, ay, &mut strip.y, first);
@@ -132,13 +134,12 @@ pub fn store<const N: usize, L: Lanes<N>>(l: L, lanes: L::Floats, to: &mut [f32]
 #[inline(always)]
 pub fn placed<const N: usize, L: Lanes<N>>(
     l: L,
-    [x, y]: &[[f32; LANES]; 2],
-    first: usize,
+    [x, y]: [L::Floats; 2],
     placement: &Placement,
 ) -> [L::Floats; 2] {
     let Placement { scale, origin, at } = placement;
-    let x = l.sub(part(l, x, first), l.splat(origin.x));
-    let y = l.sub(l.splat(origin.y), part(l, y, first));
+    let x = l.sub(x, l.splat(origin.x));
+    let y = l.sub(l.splat(origin.y), y);
     [
         l.add(l.mul(x, l.splat(scale.x)), l.splat(at.x)),
         l.add(l.mul(y, l.splat(scale.y)), l.splat(at.y)),
