@@ -67,16 +67,8 @@ fn cut(outline: &Outline, normal: Vec2, limit: f32) -> Outline {
     for &corner in outline {
         let height = normal.dot(corner) - limit;
         if (height < 0.0) != (height_before < 0.0) {
-            let share = height_before / (height_before - height);
-            let mut crossing = before + (corner - before) * share;
-            // Exactly on the line, in spite of rounding.
-            if normal.x == 0.0 {
-                crossing.y = limit * normal.y;
-            } else {
-                crossing.x = limit * normal.x;
-            }
             // A convex outline crosses a line at most twice, which adds at most one corner.
-            let _ = kept.push(crossing);
+            let _ = kept.push(crossing([before, corner], normal, limit));
         }
         if height >= 0.0 {
             let _ = kept.push(corner);
@@ -84,6 +76,19 @@ fn cut(outline: &Outline, normal: Vec2, limit: f32) -> Outline {
         (before, height_before) = (corner, height);
     }
     kept
+}
+
+/// Returns where a line crosses `normal . point = limit`, for a normal along an axis.
+pub(crate) fn crossing([from, to]: [Vec2; 2], normal: Vec2, limit: f32) -> Vec2 {
+    let [before, after] = [from, to].map(|end| normal.dot(end) - limit);
+    let mut crossing = from + (to - from) * (before / (before - after));
+    // Exactly on the line, in spite of rounding.
+    if normal.x == 0.0 {
+        crossing.y = limit * normal.y;
+    } else {
+        crossing.x = limit * normal.x;
+    }
+    crossing
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use super::window::{Fill, Pixels, PosedHulls};
 use super::{DrawError, Rasterizer};
 use crate::budget::{MAX_OUTLINE, MAX_ROWS, SKIA_WINDOW_COLUMNS};
 use crate::camera::Camera;
-use crate::outline::{Outline, clipped, convex};
+use crate::outline::{Outline, clipped, convex, crossing};
 use crate::silhouette::{Silhouette, Size};
 use glam::{Vec2, Vec2Swizzles as _};
 
@@ -168,26 +168,20 @@ pub(super) fn fill(outline: &[Vec2], rows: &mut [u64]) {
     for &corner in outline {
         (min, max) = (min.min(corner), max.max(corner));
     }
-    if !(max - min).cmpgt(Vec2::splat(NEARLY_ZERO)).all() {
+    let Some(is_inside) = is_inside(min, max, rows.len()) else {
         return;
-    }
-    let sides = Vec2::new(as_pixels(SKIA_WINDOW_COLUMNS), as_pixels(rows.len()));
-    let outside = Vec2::splat(OUTSIDE);
-    let is_inside = min.cmpgt(-outside).all() && max.cmplt(sides + outside).all();
+    };
     // Two lines cross each row if lines turn twice, from going down to going up and back: what is
     // left of one of them only lies between them.
     let mut between = [0; MAX_ROWS];
     let (mut turns, mut went_up) = (0, None);
-    each_line(outline, is_inside, sides, |line| {
+    each_line(outline, is_inside, rows.len(), |line| {
         turns += usize::from(went_up.is_some_and(|up| up != line.goes_up));
         went_up = Some(line.goes_up);
-        let rows = between.get_mut(line.rows()).unwrap_or_default();
-        for (row, column) in rows.iter_mut().zip(line.columns()) {
-            *row ^= ones(column);
-        }
+        line.turn(&mut between);
     });
     if turns > 2 {
-        fill_crossing(outline, is_inside, sides, rows);
+        fill_crossing(outline, is_inside, rows);
     } else {
         for (row, between) in rows.iter_mut().zip(between) {
             *row |= between;
@@ -195,13 +189,71 @@ pub(super) fn fill(outline: &[Vec2], rows: &mut [u64]) {
     }
 }
 
+/// Returns whether no line of an outline between these corners is cut at the sides of the window;
+/// `None` if it covers nothing.
+fn is_inside(min: Vec2, max: Vec2, rows: usize) -> Option<bool> {
+    if !(max - min).cmpgt(Vec2::splat(NEARLY_ZERO)).all() {
+        return None;
+    }
+    let sides = Vec2::new(as_pixels(SKIA_WINDOW_COLUMNS), as_pixels(rows));
+    let outside = Vec2::splat(OUTSIDE);
+    Some(min.cmpgt(-outside).all() && max.cmplt(sides + outside).all())
+}
+
+/// Turns on what lies between the lines of a convex outline, in any order, that turn the same way
+/// around it. Returns whether it could: not if the outline reaches a pixel above or below the window.
+pub(super) fn fill_between(lines: impl Iterator<Item = [Vec2; 2]>, rows: &mut [u64]) -> bool {
+    // The window and a pixel on either side, as `outline_in_window` cuts.
+    let planes = [(Vec2::X, -1.0), (Vec2::NEG_X, -as_pixels(SKIA_WINDOW_COLUMNS + 1))];
+    let mut cuts = [[None; 2]; 2];
+    let mut kept = heapless::Vec::<[Vec2; 2], { MAX_OUTLINE + 2 }>::new();
+    let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+    'lines: for mut line in lines {
+        for ((normal, limit), [leaves, enters]) in planes.into_iter().zip(&mut cuts) {
+            let is_out = line.map(|end| normal.dot(end) - limit < 0.0);
+            let at = || crossing(line, normal, limit);
+            match is_out {
+                [true, true] => continue 'lines,
+                [true, false] => line = [*enters.insert(at()), line[1]],
+                [false, true] => line = [line[0], *leaves.insert(at())],
+                [false, false] => {}
+            }
+        }
+        for end in line {
+            (min, max) = (min.min(end), max.max(end));
+        }
+        // As many lines as corners, and one along each side.
+        let _ = kept.push(line);
+    }
+    if !(min.y >= -1.0 && max.y <= as_pixels(rows.len() + 1)) {
+        return false;
+    }
+    for cut in cuts {
+        if let [Some(leaves), Some(enters)] = cut {
+            let _ = kept.push([leaves, enters]);
+        }
+    }
+    let Some(is_inside) = is_inside(min, max, rows.len()) else {
+        return true;
+    };
+    let mut between = [0; MAX_ROWS];
+    for [from, to] in kept {
+        each_line_between(from, to, is_inside, rows.len(), &mut |line: Line| line.turn(&mut between));
+    }
+    for (row, between) in rows.iter_mut().zip(between) {
+        *row |= between;
+    }
+    true
+}
+
 /// Turns on what an outline winds around whose lines cross each other, since its corners were cut
 /// off to a grid: row by row, from the left.
 #[cold]
-fn fill_crossing(outline: &[Vec2], is_inside: bool, sides: Vec2, rows: &mut [u64]) {
+fn fill_crossing(outline: &[Vec2], is_inside: bool, rows: &mut [u64]) {
+    let height = rows.len();
     for (number, row) in rows.iter_mut().enumerate() {
         let mut crossings = heapless::Vec::<(i32, i32), MAX_OUTLINE>::new();
-        each_line(outline, is_inside, sides, |line| {
+        each_line(outline, is_inside, height, |line| {
             if line.rows().contains(&number) {
                 let below = (number - line.rows().start).try_into().unwrap_or(0);
                 let way = if line.goes_up { -1 } else { 1 };
@@ -271,6 +323,14 @@ impl Line {
         })
     }
 
+    /// Turns the pixels left of the line.
+    fn turn(&self, rows: &mut [u64; MAX_ROWS]) {
+        let rows = rows.get_mut(self.rows()).unwrap_or_default();
+        for (row, column) in rows.iter_mut().zip(self.columns()) {
+            *row ^= ones(column);
+        }
+    }
+
     fn rows(&self) -> core::ops::Range<usize> {
         let [first, end] = [self.first, self.end].map(|row| usize::try_from(row).unwrap_or(0));
         first..end
@@ -288,19 +348,31 @@ impl Line {
 }
 
 /// Passes on the lines between corners, cut at the sides of the window unless the outline is inside.
-fn each_line(outline: &[Vec2], is_inside: bool, sides: Vec2, mut take: impl FnMut(Line)) {
+fn each_line(outline: &[Vec2], is_inside: bool, height: usize, mut take: impl FnMut(Line)) {
+    let next = outline.iter().skip(1).chain(outline.first());
+    for (&from, &to) in outline.iter().zip(next) {
+        each_line_between(from, to, is_inside, height, &mut take);
+    }
+}
+
+/// Passes on the line between two corners, cut at the sides of the window unless it is inside.
+fn each_line_between(
+    from: Vec2,
+    to: Vec2,
+    is_inside: bool,
+    height: usize,
+    take: &mut impl FnMut(Line),
+) {
     let mut draw = |from, to| {
         if let Some(line) = Line::new(from, to) {
             take(line);
         }
     };
-    let next = outline.iter().skip(1).chain(outline.first());
-    for (&from, &to) in outline.iter().zip(next) {
-        if is_inside {
-            draw(from, to);
-        } else {
-            each_part(from, to, sides, &mut draw);
-        }
+    if is_inside {
+        draw(from, to);
+    } else {
+        let sides = Vec2::new(as_pixels(SKIA_WINDOW_COLUMNS), as_pixels(height));
+        each_part(from, to, sides, &mut draw);
     }
 }
 

@@ -11,10 +11,10 @@ use super::image_points::ImagePoints;
 use super::moments::AreaMoments;
 use super::placement::{Extent, Placement, as_pixels};
 use super::rows::{VisibleFacets, look, part, placed};
-use super::skia::{self, NEARLY_ZERO, OUTSIDE};
+use super::skia::{self, OUTSIDE};
 use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
-use crate::body::{Figure, FigureHull};
+use crate::body::Figure;
 use crate::body::clearance::{CLEAR, CLEAR_PLACE_M, CLEAR_SCALE};
 use crate::budget::{
     LANES, MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, SKIA_WINDOW_COLUMNS,
@@ -223,27 +223,31 @@ fn fill<L: Wide>(
             true => Where::Inside,
             false => place_of(grid, hull.points.len(), height),
         };
-        let is_clear = match place {
-            Where::Outside => continue,
-            Where::Across => false,
-            Where::Inside if may_be_clear && !window.looks.is_doubtful(view, number) => true,
-            Where::Inside => is_clear(l, points, &hull, facing, ends, placement),
-        };
-        if is_clear {
-            let count = l.ends(facing, hull.edges, grid, ends);
-            for first in (0..count).step_by(LANES) {
-                if let Some(strip) = window.strips.get_mut(strips) {
-                    strip.len = (count - first).min(LANES);
-                    strip.is_last = count - first <= LANES;
-                }
-                strips += 1;
-            }
-        } else {
-            let points = points[0].iter().zip(points[1]).take(hull.points.len());
-            let points = points.map(|(&x, &y)| placement.place(Vec2::new(x, y)));
-            let rows = window.rows.get_mut(..height).unwrap_or_default();
-            skia::fill(&skia::outline_in_window(points, height), rows);
+        if place == Where::Outside {
+            continue;
         }
+        let is_doubtful = !may_be_clear || window.looks.is_doubtful(view, number);
+        if place == Where::Across || is_doubtful {
+            let rows = window.rows.get_mut(..height).unwrap_or_default();
+            let pixels = HullPixels::new(points, hull.points.len(), placement);
+            let lines = l.ends(facing, hull.edges, pixels.axes.each_ref(), ends);
+            if is_doubtful && !pixels.is_clear(l, ends, lines) {
+                skia::fill(&skia::outline_in_window(pixels.points(), height), rows);
+                continue;
+            }
+            if place == Where::Across {
+                if !skia::fill_between(pixels.turned(ends, lines), rows) {
+                    skia::fill(&skia::outline_in_window(pixels.points(), height), rows);
+                }
+                continue;
+            }
+        }
+        let count = l.ends(facing, hull.edges, grid, ends);
+        if let Some([strip, next, ..]) = window.strips.get_mut(strips..) {
+            (strip.len, strip.is_last) = (count.min(LANES), count <= LANES);
+            (next.len, next.is_last) = (count.saturating_sub(LANES), true);
+        }
+        strips += 1 + usize::from(count > LANES);
     }
     fill_strips(l, window, strips);
 }
@@ -415,48 +419,82 @@ fn fill_hull<const N: usize, L: Lanes<N>>(
     }
 }
 
-/// Returns whether each line has all points of its hull but its own ends clearly on one side.
-#[inline(always)]
-fn is_clear<L: Wide>(
-    l: L,
-    points: [&[f32; MAX_HULL_POINTS]; 2],
-    hull: &FigureHull<'_>,
-    facing: u64,
-    ends: &mut [LineEnds],
-    placement: &Placement,
-) -> bool {
-    let count = hull.points.len();
-    let mut pixels = [[f32::NAN; MAX_HULL_POINTS]; 2];
-    let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
-    for (lane, (&x, &y)) in points[0].iter().zip(points[1]).enumerate().take(count) {
-        let pixel = placement.place(Vec2::new(x, y));
-        (pixels[0][lane], pixels[1][lane]) = (pixel.x, pixel.y);
-        (min, max) = (min.min(pixel), max.max(pixel));
-    }
-    let across = max - min;
-    if across.min_element() <= NEARLY_ZERO {
-        return false;
-    }
-    let lines = l.ends(facing, hull.edges, pixels.each_ref(), ends);
-    let sixteens = || pixels[0].as_chunks::<LANES>().0.iter().zip(pixels[1].as_chunks::<LANES>().0);
-    let wide = CLEAR * (across.x + across.y);
-    let mut all_clear = true;
-    for (line, ends) in (0..lines).map(|line| (line, &ends[line / LANES % MOST_STRIPS])) {
-        let lane = line % LANES;
-        let from = Vec2::new(ends.from[0][lane], ends.from[1][lane]);
-        let along = Vec2::new(ends.to[0][lane], ends.to[1][lane]) - from;
-        let clear = l.splat(wide * (along.x.abs() + along.y.abs()));
-        let minus = l.sub(l.splat(0.0), clear);
-        let (mut left, mut right) = (0, 0);
-        for (x, y) in sixteens() {
-            let x = l.sub(l.load(x), l.splat(from.x));
-            let y = l.sub(l.load(y), l.splat(from.y));
-            let area = l.sub(l.mul(l.splat(along.x), y), l.mul(l.splat(along.y), x));
-            left += l.bits(l.less(clear, area)).count_ones();
-            right += l.bits(l.less(area, minus)).count_ones();
+/// The points of a hull in the window, pixels; NaN after the last one.
+struct HullPixels {
+    axes: [[f32; MAX_HULL_POINTS]; 2],
+    len: usize,
+}
+
+impl HullPixels {
+    fn new(points: [&[f32; MAX_HULL_POINTS]; 2], len: usize, placement: &Placement) -> Self {
+        let mut axes = [[f32::NAN; MAX_HULL_POINTS]; 2];
+        for (lane, (&x, &y)) in points[0].iter().zip(points[1]).enumerate().take(len) {
+            let pixel = placement.place(Vec2::new(x, y));
+            (axes[0][lane], axes[1][lane]) = (pixel.x, pixel.y);
         }
-        let others = count - 2;
-        all_clear &= left as usize == others || right as usize == others;
+        Self { axes, len }
     }
-    all_clear
+
+    fn points(&self) -> impl Iterator<Item = Vec2> {
+        let both = self.axes[0].iter().zip(&self.axes[1]);
+        both.take(self.len).map(|(&x, &y)| Vec2::new(x, y))
+    }
+
+    /// Returns whether each line has all points but its own ends clearly on one side.
+    #[inline(always)]
+    fn is_clear<L: Wide>(&self, l: L, ends: &[LineEnds], lines: usize) -> bool {
+        let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        for point in self.points() {
+            (min, max) = (min.min(point), max.max(point));
+        }
+        let wide = CLEAR * (max - min).element_sum();
+        let sixteens = || {
+            let [x, y] = self.axes.each_ref().map(|axis| axis.as_chunks::<LANES>().0);
+            x.iter().zip(y)
+        };
+        let others = self.len.saturating_sub(2);
+        let mut all_clear = lines >= 3;
+        for [from, to] in each_end(ends, lines) {
+            let along = to - from;
+            let clear = l.splat(wide * along.abs().element_sum());
+            let minus = l.sub(l.splat(0.0), clear);
+            let (mut left, mut right) = (0, 0);
+            for (x, y) in sixteens() {
+                let x = l.sub(l.load(x), l.splat(from.x));
+                let y = l.sub(l.load(y), l.splat(from.y));
+                let area = l.sub(l.mul(l.splat(along.x), y), l.mul(l.splat(along.y), x));
+                left += l.bits(l.less(clear, area)).count_ones();
+                right += l.bits(l.less(area, minus)).count_ones();
+            }
+            all_clear &= left as usize == others || right as usize == others;
+        }
+        all_clear
+    }
+
+    /// Returns clear lines, each in the direction in which [`crate::outline::convex`] turns.
+    fn turned<'a>(
+        &self,
+        ends: &'a [LineEnds],
+        lines: usize,
+    ) -> impl Iterator<Item = [Vec2; 2]> + use<'a> {
+        let sum = self.points().fold(Vec2::ZERO, |sum, point| sum + point);
+        let middle = sum / as_pixels(self.len.max(1));
+        each_end(ends, lines).map(move |[from, to]| {
+            match (to - from).perp_dot(middle - from) > 0.0 {
+                true => [from, to],
+                false => [to, from],
+            }
+        })
+    }
+}
+
+/// Returns the ends of lines.
+#[inline(always)]
+fn each_end(ends: &[LineEnds], lines: usize) -> impl Iterator<Item = [Vec2; 2]> {
+    let lanes = ends.iter().flat_map(|LineEnds { from, to }| {
+        (0..LANES).map(move |lane| {
+            [from, to].map(|end| Vec2::new(end[0][lane], end[1][lane]))
+        })
+    });
+    lanes.take(lines)
 }
