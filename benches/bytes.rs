@@ -48,19 +48,19 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let rows_heap = rows_heap_bytes()?;
-    println!("bytes/rows-heap: {rows_heap}");
+    let heap = heap_bytes()?;
+    println!("bytes/heap: {heap}");
     if env::args().any(|argument| argument == "--test") {
         return Ok(());
     }
     // 26 people at 10 speeds, with their bodies; 13 s on one core.
     let people = subjects(&CohortOptions::default())?;
     let study_pack = encode_subjects(&people, MAX_ERROR_MM, &|| Ok(()))?.len();
-    // One of each type that is needed to make a GEI with bit rows.
+    // One of each type that is needed to make a GEI.
     let gei_types = Budget::UNPACKED_BYTES;
     for (name, bytes) in [
-        ("skia-heap", SKIA_HEAP_BYTES),
-        ("rows-heap", rows_heap),
+        ("skia-aa-heap", SKIA_HEAP_BYTES),
+        ("heap", heap),
         ("gei-types", gei_types),
         ("study-pack", study_pack),
     ] {
@@ -83,8 +83,9 @@ fn write(name: &str, bytes: usize) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns the bytes that are requested to make a GEI with each sampling of bit rows, in each size.
-fn rows_heap_bytes() -> Result<usize, Box<dyn Error>> {
+/// Returns the bytes that are requested to make a GEI with each rasteriser but `skia-aa`, in each
+/// size.
+fn heap_bytes() -> Result<usize, Box<dyn Error>> {
     let before = ASKED_BYTES.get();
     let mut body = UnpackedBody::default();
     let box_of_corners =
@@ -92,7 +93,7 @@ fn rows_heap_bytes() -> Result<usize, Box<dyn Error>> {
     body.push(Joint::Pelvis, box_of_corners)?;
     let figure = Figure::at_rest(&body);
     let camera = Camera::orthographic(Viewpoint::from_degrees(30.0, 20.0)?);
-    for rasterizer in [Rasterizer::Rows, Rasterizer::Rows3x3] {
+    for rasterizer in [Rasterizer::Skia, Rasterizer::Rows, Rasterizer::Rows3x3] {
         for size in Size::ALL {
             let mut renderer = Renderer::new(rasterizer, size);
             let mut gei = GeiBuilder::new(size);

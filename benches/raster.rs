@@ -3,9 +3,9 @@
 //! One iteration is one silhouette. `spread` goes through the 19 viewpoints of azimuths 0, 10, ...,
 //! 180 with elevations 0, 15, ..., 75 in turn, `level` through those of elevation 0, as in the
 //! sweep's benchmark; `above` has the widest silhouette. `19-hulls-of-16` are the same hulls with
-//! at most 16 points. Bit rows are also measured with registers of each width:
-//! `rows-portable-spread` and, where the processor has them, `rows-avx2-spread` and
-//! `rows-avx512-spread`.
+//! at most 16 points. `skia` and `rows` are also measured with registers of each width: `portable`
+//! and those that the processor has (`avx2`, `avx512` or `neon`). `tiny-skia` is the library, whose
+//! pixels `skia` has.
 
 mod common;
 
@@ -15,7 +15,7 @@ use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
-use edgegait_core::raster::{Rasterizer, Renderer, Simd};
+use edgegait_core::raster::{Rasterizer, Renderer, Simd, TinySkia, Window};
 use edgegait_core::silhouette::Size;
 use glam::Vec2;
 use std::hint::black_box;
@@ -50,26 +50,26 @@ fn raster(criterion: &mut Criterion) {
             draw(&mut group, case, renderer, (&figures, cameras));
         }
     }
-    for rasterizer in [Rasterizer::Skia, Rasterizer::Rows] {
-        let case = BenchmarkId::new(format!("{rasterizer}-spread"), &of_16.0);
-        let renderer = Renderer::new(rasterizer, Size::S50x30);
-        draw(&mut group, case, renderer, (&of_16.1, &spread));
-    }
-    for simd in Simd::available() {
-        for (points, figures) in [(&all, &figures), (&of_16.0, &of_16.1)] {
-            let case = BenchmarkId::new(format!("rows-{simd}-spread"), points);
-            let renderer = Renderer::with_simd(Rasterizer::Rows, Size::S50x30, simd);
-            draw(&mut group, case, renderer, (figures, &spread));
+    for (points, figures) in [(&all, &figures), (&of_16.0, &of_16.1)] {
+        let case = BenchmarkId::new("tiny-skia-spread", points);
+        let renderer = Renderer::with_window(TinySkia::new(Size::S50x30));
+        draw(&mut group, case, renderer, (figures, &spread));
+        for rasterizer in [Rasterizer::Skia, Rasterizer::Rows] {
+            for simd in Simd::available() {
+                let case = BenchmarkId::new(format!("{rasterizer}-{simd}-spread"), points);
+                let renderer = Renderer::with_simd(rasterizer, Size::S50x30, simd);
+                draw(&mut group, case, renderer, (figures, &spread));
+            }
         }
     }
     group.finish();
 }
 
-fn draw(
+fn draw<'f, W: Window<Figure<'f>>>(
     group: &mut BenchmarkGroup<'_, WallTime>,
     case: BenchmarkId,
-    mut renderer: Renderer,
-    (figures, cameras): (&[Figure<'_>], &[Camera]),
+    mut renderer: Renderer<W>,
+    (figures, cameras): (&[Figure<'f>], &[Camera]),
 ) {
     group.bench_function(case, |b| {
         // 19 and 32 are coprime, so that every viewpoint meets every frame.

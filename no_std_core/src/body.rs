@@ -16,9 +16,9 @@ use crate::budget::{LANES, MAX_DRAPED_HULLS, MAX_FACETS, MAX_HULL_POINTS, MAX_HU
 use crate::facets::Facets;
 use crate::simd::Edges;
 use crate::skeleton::Joint;
+use clearance::clearances;
 use core::fmt;
 use core::ops::Range;
-use clearance::clearances;
 use drape::Drape;
 pub use figure::Figure;
 pub(crate) use figure::{JointPlace, JointPlaces};

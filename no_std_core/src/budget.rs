@@ -55,8 +55,8 @@ pub const MAX_HARMONICS: usize = (MAX_COEFFICIENTS - 1) / 2;
 /// cohort's 260 walks over the 703 viewpoints takes 112.4 columns at 50 rows (F02 walking at 7
 /// km/h, azimuth 65, elevation 90).
 pub const WINDOW_COLUMNS: usize = 128;
-/// Columns of tiny-skia's window, which takes a byte for each pixel: half as many, so that a board
-/// has room for it. Wider figures are drawn in several windows.
+/// Columns of the window of `skia` and `skia-aa`: half as many, a machine word. Wider figures are
+/// drawn in several windows.
 pub const SKIA_WINDOW_COLUMNS: usize = MAX_COLUMNS;
 /// The maximum number of columns that a figure may take, in as many windows side by side as it
 /// needs; wider figures are rejected.
@@ -83,36 +83,30 @@ pub const MAX_ENTRIES: usize = 65_535;
 /// The maximum number of bytes in a pack: 16 MiB, far more than any board has in flash.
 pub const MAX_PACK_BYTES: usize = 1 << 24;
 
-/// Returns the bytes that tiny-skia's rasteriser holds for this many rows: its window from
+/// The maximum number of bytes that tiny-skia holds: its window from
 /// [`crate::raster::Renderer::new`] on, and from the first hull on one path, which has a point of 8
 /// bytes for each corner and one more, and a verb of 1 byte for each point and the closing. No
 /// outline exceeds this.
-#[must_use]
-pub const fn skia_resident_bytes(rows: usize) -> usize {
-    let window = SKIA_WINDOW_COLUMNS * rows;
+pub const SKIA_RESIDENT_BYTES: usize = {
+    let window = SKIA_WINDOW_COLUMNS * MAX_ROWS;
     let path_points = 8 * (MAX_OUTLINE + 1);
     let path_verbs = MAX_OUTLINE + 2;
     window + path_points + path_verbs
-}
-
-/// The maximum of [`skia_resident_bytes`].
-pub const SKIA_RESIDENT_BYTES: usize = skia_resident_bytes(MAX_ROWS);
-
-/// Bytes of tiny-skia's list of edges, which it allocates and frees while it fills one hull: always
-/// 64 edges of 80 bytes (tiny-skia 0.12.0's own type). An outline has at most 42 edges (36, four
-/// more where it crosses the window's sides, and two sentinels), so that the list never grows, and
-/// sorting it takes 4 kB of stack (for up to 51 edges).
-pub const SKIA_EDGES_BYTES: usize = 64 * 80;
+};
 
 /// The maximum number of bytes that tiny-skia allocates and frees while it fills one hull: its list
 /// of edges, and for anti-aliasing one row of runs (2 bytes) and of coverage (1 byte), both a
 /// column wider than the window.
 ///
-/// `tests/memory.rs` reaches the sum exactly with a counting allocator: 9,550 bytes
-/// together with the resident ones without anti-aliasing, 9,745 with it.
+/// The list always has 64 edges of 80 bytes (tiny-skia 0.12.0's own type). An outline has at most 42
+/// (36, four more where it crosses the window's sides, and two sentinels), so that the list never
+/// grows, and sorting it takes 4 kB of stack (for up to 51 edges). `tests/memory.rs` reaches the sum
+/// exactly with a counting allocator: 9,550 bytes together with the resident ones without
+/// anti-aliasing, 9,745 with it.
 pub const SKIA_TRANSIENT_BYTES: usize = {
+    let edges = 64 * 80;
     let runs = (2 + 1) * (SKIA_WINDOW_COLUMNS + 1);
-    SKIA_EDGES_BYTES + runs
+    edges + runs
 };
 
 /// Heap bound of drawing with tiny-skia: resident and transient bytes together.

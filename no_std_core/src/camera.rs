@@ -234,6 +234,7 @@ impl Camera {
     /// # Guarantees
     /// The result is meaningful only for points with a depth of at least [`NEAR_M`].
     #[must_use]
+    #[inline]
     pub fn project(&self, point: Vec3) -> Vec2 {
         let Viewpoint { right, up, .. } = self.viewpoint;
         match self.lens {

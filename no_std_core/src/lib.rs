@@ -57,7 +57,7 @@
 //! # Guarantees
 //!
 //! - No panic, whatever the bytes and floats.
-//! - No allocation of its own. tiny-skia allocates at most [`budget::SKIA_HEAP_BYTES`].
+//! - No allocation of its own. Only tiny-skia allocates, at most [`budget::SKIA_HEAP_BYTES`].
 //! - The same bytes on every target and with registers of any width: no fused multiply-add, and
 //!   functions come from `libm`.
 //! - `unsafe` only calls instructions that the processor was found to have, in `simd` alone.

@@ -24,11 +24,13 @@ pub fn convex(points: impl IntoIterator<Item = Vec2>) -> Outline {
 }
 
 /// Adds one half of the chain.
+#[inline]
 fn chain(outline: &mut Outline, points: impl Iterator<Item = Vec2>) {
     chain_behind(outline, 0, points);
 }
 
 /// Adds points after corner `base`, dropping corners that do not turn.
+#[inline]
 fn chain_behind(outline: &mut Outline, base: usize, points: impl Iterator<Item = Vec2>) {
     for point in points {
         while let [.., before, last] = outline.as_slice() {

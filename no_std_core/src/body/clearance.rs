@@ -46,7 +46,9 @@ pub(super) fn clearances(surface: &Facets, points: &[Vec3]) -> impl Iterator<Ite
         *clear = (FLAT + NORMAL_ERROR) * normal.length() + slender;
     }
     let across = |a: DVec3, b: DVec3| libm::sqrt((b - a).length_squared());
-    let size = exact.iter().flat_map(|&a| exact.iter().map(move |&b| (a, b)));
+    let size = exact
+        .iter()
+        .flat_map(|&a| exact.iter().map(move |&b| (a, b)));
     let size = size.fold(0.0f64, |size, (a, b)| size.max(across(a, b)));
     let mut of_edges = [[u8::MAX; 2]; MAX_HULL_EDGES];
     for (number, Facet { edges, .. }) in (0..).zip(&surface.facets) {

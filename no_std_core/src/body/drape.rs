@@ -47,7 +47,12 @@ impl DrapedSurface {
         *self = Self::NOTHING;
         self.facets_len = found.facets.len().div_ceil(LANES);
         // Clearances would take longer than facets.
-        set_facets(&found, hull, core::iter::repeat(f32::INFINITY), &mut self.facets);
+        set_facets(
+            &found,
+            hull,
+            core::iter::repeat(f32::INFINITY),
+            &mut self.facets,
+        );
         self.edges.extend(edges_of(&found));
         radiate(&found, &mut self.spokes);
     }

@@ -95,7 +95,8 @@ impl JointPlaces {
 
     /// Returns whether all joints are within this distance of the origin along each axis.
     pub fn is_within(&self, reach_m: f32) -> bool {
-        self.offsets.iter().flatten().all(|offset| offset.abs() <= reach_m)
+        let offsets = self.offsets.iter().flatten();
+        offsets.fold(true, |all, offset| all & (offset.abs() <= reach_m))
     }
 
     fn set(&mut self, hull: usize, place: &JointPlace) {

@@ -40,7 +40,7 @@ const WALK_BYTES: usize = size_of::<Pack<'_>>()
 
 impl Budget {
     /// Bytes of RAM that a GEI takes on a host, with [`Renderer`] and the types that it draws,
-    /// which have room for every avatar. tiny-skia's heap of [`crate::budget::SKIA_HEAP_BYTES`]
+    /// which have room for every avatar. The heap of `skia-aa`, [`crate::budget::SKIA_HEAP_BYTES`],
     /// comes on top.
     pub const UNPACKED_BYTES: usize = WALK_BYTES
         + size_of::<body::UnpackedBody>()

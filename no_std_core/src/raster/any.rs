@@ -3,14 +3,14 @@
 use super::moments::AreaMoments;
 use super::placement::{Extent, Placement};
 use super::rows::{self, Sampling};
-use super::skia::Skia;
-#[cfg(feature = "skia")]
+use super::skia_lanes::SkiaLanes;
+#[cfg(feature = "tiny-skia")]
 use super::tiny_skia::TinySkia;
 use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
 use crate::body::Figure;
 use crate::camera::Camera;
-#[cfg(feature = "skia")]
+#[cfg(feature = "tiny-skia")]
 use crate::silhouette::Coverage;
 use crate::silhouette::{AnySilhouette, Silhouette, Size};
 use crate::simd::Simd;
@@ -20,16 +20,13 @@ use crate::simd::Simd;
 pub struct AnyWindow(AnyKind);
 
 #[derive(Debug)]
-#[cfg_attr(
-    feature = "skia",
-    expect(
-        clippy::large_enum_variant,
-        reason = "43 kB once for a renderer; a box would need a heap"
-    )
+#[expect(
+    clippy::large_enum_variant,
+    reason = "43 kB once for a renderer; a box would need a heap"
 )]
 enum AnyKind {
-    Skia(Skia),
-    #[cfg(feature = "skia")]
+    Skia(SkiaLanes),
+    #[cfg(feature = "tiny-skia")]
     SkiaAa(TinySkia<Coverage>),
     Rows(rows::BitWindow),
 }
@@ -38,8 +35,8 @@ impl AnyWindow {
     pub(super) fn new(rasterizer: Rasterizer, size: Size, simd: Simd) -> Self {
         let rows = |sampling| AnyKind::Rows(rows::BitWindow::new(size, sampling, simd));
         Self(match rasterizer {
-            Rasterizer::Skia => AnyKind::Skia(Skia::new(size)),
-            #[cfg(feature = "skia")]
+            Rasterizer::Skia => AnyKind::Skia(SkiaLanes::new(size, simd)),
+            #[cfg(feature = "tiny-skia")]
             Rasterizer::SkiaAa => AnyKind::SkiaAa(TinySkia::anti_aliased(size)),
             Rasterizer::Rows => rows(Sampling::Once),
             Rasterizer::Rows3x3 => rows(Sampling::ThreeByThree),
@@ -52,7 +49,7 @@ macro_rules! each {
     ($self:ident, $window:ident => $does:expr) => {
         match &$self.0 {
             AnyKind::Skia($window) => $does,
-            #[cfg(feature = "skia")]
+            #[cfg(feature = "tiny-skia")]
             AnyKind::SkiaAa($window) => $does,
             AnyKind::Rows($window) => $does,
         }
@@ -60,7 +57,7 @@ macro_rules! each {
     (mut $self:ident, $window:ident => $does:expr) => {
         match &mut $self.0 {
             AnyKind::Skia($window) => $does,
-            #[cfg(feature = "skia")]
+            #[cfg(feature = "tiny-skia")]
             AnyKind::SkiaAa($window) => $does,
             AnyKind::Rows($window) => $does,
         }
@@ -99,7 +96,7 @@ impl Pixels for AnyWindow {
                 *frame = AnySilhouette::Binary(silhouette);
                 area
             }
-            #[cfg(feature = "skia")]
+            #[cfg(feature = "tiny-skia")]
             AnyKind::SkiaAa(window) => {
                 let mut coverage = window.blank();
                 let area = window.cut(left, &mut coverage);

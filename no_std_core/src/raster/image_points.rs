@@ -2,7 +2,7 @@
 
 use super::DrawError;
 use super::framing::extent;
-use super::placement::Extent;
+use super::placement::{Extent, Placement};
 use super::window::PosedHulls;
 use crate::body::Figure;
 use crate::budget::{MAX_HULL_POINTS, MAX_POINTS};
@@ -153,4 +153,42 @@ pub(super) fn dot<const N: usize, L: Lanes<N>>(
         l.add(l.mul(a[0], b[0]), l.mul(a[1], b[1])),
         l.mul(a[2], b[2]),
     )
+}
+
+/// Stores `N` numbers from number `first` on.
+#[inline(always)]
+pub(super) fn store<const N: usize, L: Lanes<N>>(
+    l: L,
+    lanes: L::Floats,
+    to: &mut [f32],
+    first: usize,
+) {
+    if let Some(to) = to.get_mut(first..).and_then(<[f32]>::first_chunk_mut) {
+        l.store(lanes, to);
+    }
+}
+
+/// Places `N` points as [`Placement::place`] does.
+#[inline(always)]
+pub(super) fn placed<const N: usize, L: Lanes<N>>(
+    l: L,
+    [x, y]: [L::Floats; 2],
+    placement: &Placement,
+) -> [L::Floats; 2] {
+    let Placement { scale, origin, at } = placement;
+    let x = l.sub(x, l.splat(origin.x));
+    let y = l.sub(l.splat(origin.y), y);
+    [
+        l.add(l.mul(x, l.splat(scale.x)), l.splat(at.x)),
+        l.add(l.mul(y, l.splat(scale.y)), l.splat(at.y)),
+    ]
+}
+
+/// Loads `N` numbers from number `first` on.
+#[inline(always)]
+pub(super) fn part<const N: usize, L: Lanes<N>>(l: L, numbers: &[f32], first: usize) -> L::Floats {
+    match numbers.get(first..).and_then(<[f32]>::first_chunk) {
+        Some(lanes) => l.load(lanes),
+        None => l.splat(0.0),
+    }
 }

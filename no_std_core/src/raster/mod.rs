@@ -23,8 +23,9 @@ mod skia;
 mod skia_lanes;
 #[cfg(test)]
 mod tests;
-#[cfg(feature = "skia")]
+#[cfg(feature = "tiny-skia")]
 mod tiny_skia;
+mod visible_facets;
 mod window;
 
 use crate::budget::VIEWS_AT_ONCE;
@@ -40,8 +41,7 @@ use glam::Vec2;
 pub use placement::{Extent, Placement};
 pub use rows::SampleImages;
 pub use skia::Skia;
-pub use skia_lanes::SkiaLanes;
-#[cfg(feature = "skia")]
+#[cfg(feature = "tiny-skia")]
 pub use tiny_skia::TinySkia;
 pub use window::PosedHulls;
 pub(crate) use window::{Fill, Pixels};
@@ -59,7 +59,7 @@ pub enum Rasterizer {
     Skia,
     /// tiny-skia with anti-aliasing: 4x4 samples a pixel, hull by hull, so that
     /// two hulls which cover parts of one pixel blend instead of adding up.
-    #[cfg(feature = "skia")]
+    #[cfg(feature = "tiny-skia")]
     SkiaAa,
     /// Bit rows: one sample at the pixel's centre, exactly; no heap.
     Rows,
@@ -71,7 +71,7 @@ impl Rasterizer {
     /// All rasterisers.
     pub const ALL: &[Self] = &[
         Self::Skia,
-        #[cfg(feature = "skia")]
+        #[cfg(feature = "tiny-skia")]
         Self::SkiaAa,
         Self::Rows,
         Self::Rows3x3,
@@ -83,7 +83,7 @@ impl Rasterizer {
     pub const fn spacing(self) -> f32 {
         match self {
             Self::Skia => 1.0,
-            #[cfg(feature = "skia")]
+            #[cfg(feature = "tiny-skia")]
             Self::SkiaAa => 0.25,
             Self::Rows => 1.0,
             Self::Rows3x3 => 1.0 / 3.0,
@@ -95,7 +95,7 @@ impl Rasterizer {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Skia => "skia",
-            #[cfg(feature = "skia")]
+            #[cfg(feature = "tiny-skia")]
             Self::SkiaAa => "skia-aa",
             Self::Rows => "rows",
             Self::Rows3x3 => "rows-3x3",
@@ -146,10 +146,9 @@ impl<F, W: Fill<F>> Window<F> for W {}
 
 /// A renderer that draws figures with one rasteriser in one size and reuses its memory.
 ///
-/// Bit rows are held inline and take no heap. tiny-skia holds
-/// [`crate::budget::SKIA_RESIDENT_BYTES`] of heap from the first figure on (its window of 64 bytes
-/// a row from the start), and allocates and frees at most [`crate::budget::SKIA_TRANSIENT_BYTES`]
-/// while it draws.
+/// Windows are held inline and take no heap, except for tiny-skia's own, which holds
+/// [`crate::budget::SKIA_RESIDENT_BYTES`] from the first figure on (64 bytes a row from the start),
+/// and allocates and frees at most [`crate::budget::SKIA_TRANSIENT_BYTES`] while it draws.
 #[derive(Debug)]
 pub struct Renderer<W: Pixels = AnyWindow> {
     window: W,
@@ -157,14 +156,14 @@ pub struct Renderer<W: Pixels = AnyWindow> {
 }
 
 impl Renderer {
-    /// Makes a renderer for figures of unpacked bodies; tiny-skia allocates its window. Bit rows
-    /// use the widest registers of the processor.
+    /// Makes a renderer for figures of unpacked bodies, which uses the widest registers of the
+    /// processor.
     #[must_use]
     pub fn new(rasterizer: Rasterizer, size: Size) -> Self {
         Self::with_simd(rasterizer, size, Simd::widest())
     }
 
-    /// Makes a renderer whose bit rows use these registers. Images do not depend on them.
+    /// Makes a renderer that uses these registers. Images do not depend on them.
     #[must_use]
     pub fn with_simd(rasterizer: Rasterizer, size: Size, simd: Simd) -> Self {
         Self::with_window(AnyWindow::new(rasterizer, size, simd))
@@ -177,11 +176,6 @@ impl<W: Pixels> Renderer<W> {
     pub fn with_window(window: W) -> Self {
         let image = window.blank();
         Self { window, image }
-    }
-
-    /// The window.
-    pub fn window(&self) -> &W {
-        &self.window
     }
 
     /// Returns the rasteriser in use.

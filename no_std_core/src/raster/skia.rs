@@ -21,6 +21,9 @@ pub(super) const NEARLY_ZERO: f32 = 1.0 / 4_096.0;
 /// a pixel less 1.5/64 pixel.
 pub(super) const OUTSIDE: f32 = 0.476_562_5;
 
+/// The area of a pixel that is on: tiny-skia's, so that shares of areas are rounded alike.
+const ON: u64 = 255;
+
 /// The window of [`Rasterizer::Skia`], a bit for each pixel. Figures may be unpacked or compact.
 #[derive(Clone, Debug)]
 pub struct Skia {
@@ -103,8 +106,8 @@ pub(super) fn moments(rows: &[u64]) -> AreaMoments {
     }
     let columns = counts.iter().enumerate().map(|(bit, count)| count << bit);
     AreaMoments {
-        area,
-        doubled: 2 * columns.sum::<u64>() + area,
+        area: ON * area,
+        doubled: ON * (2 * columns.sum::<u64>() + area),
     }
 }
 
@@ -123,7 +126,7 @@ pub(super) fn cut(rows: &[u64], left: isize, image: &mut Silhouette) -> u64 {
         *out = moved.unwrap_or(0) & kept;
         area += u64::from(out.count_ones());
     }
-    area
+    ON * area
 }
 
 impl<F: PosedHulls> Fill<F> for Skia {
@@ -204,7 +207,10 @@ fn is_inside(min: Vec2, max: Vec2, rows: usize) -> Option<bool> {
 /// around it. Returns whether it could: not if the outline reaches a pixel above or below the window.
 pub(super) fn fill_between(lines: impl Iterator<Item = [Vec2; 2]>, rows: &mut [u64]) -> bool {
     // The window and a pixel on either side, as `outline_in_window` cuts.
-    let planes = [(Vec2::X, -1.0), (Vec2::NEG_X, -as_pixels(SKIA_WINDOW_COLUMNS + 1))];
+    let planes = [
+        (Vec2::X, -1.0),
+        (Vec2::NEG_X, -as_pixels(SKIA_WINDOW_COLUMNS + 1)),
+    ];
     let mut cuts = [[None; 2]; 2];
     let mut kept = heapless::Vec::<[Vec2; 2], { MAX_OUTLINE + 2 }>::new();
     let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
@@ -238,7 +244,9 @@ pub(super) fn fill_between(lines: impl Iterator<Item = [Vec2; 2]>, rows: &mut [u
     };
     let mut between = [0; MAX_ROWS];
     for [from, to] in kept {
-        each_line_between(from, to, is_inside, rows.len(), &mut |line: Line| line.turn(&mut between));
+        each_line_between(from, to, is_inside, rows.len(), &mut |line: Line| {
+            line.turn(&mut between);
+        });
     }
     for (row, between) in rows.iter_mut().zip(between) {
         *row |= between;
@@ -426,7 +434,7 @@ fn between(from: Vec2, to: Vec2, y: f32) -> f32 {
     x.clamp(from.x.min(to.x), from.x.max(to.x))
 }
 
-#[cfg(all(test, feature = "skia"))]
+#[cfg(all(test, feature = "tiny-skia"))]
 mod tests {
     use super::super::tiny_skia::TinySkia;
     use super::*;

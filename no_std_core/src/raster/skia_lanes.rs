@@ -7,11 +7,11 @@
 //! ([`crate::body::clearance`]), the others are looked at point by point. Hulls for which neither
 //! shows it, and those that a side of the window cuts, are drawn by [`Skia`](super::Skia)'s code.
 
-use super::image_points::ImagePoints;
+use super::image_points::{ImagePoints, part, placed};
 use super::moments::AreaMoments;
 use super::placement::{Extent, Placement, as_pixels};
-use super::rows::{VisibleFacets, look, part, placed};
 use super::skia::{self, OUTSIDE};
+use super::visible_facets::{VisibleFacets, look};
 use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
 use crate::body::Figure;
@@ -26,7 +26,10 @@ use glam::Vec2;
 
 /// As many as all edges of a hull take.
 const MOST_STRIPS: usize = MAX_HULL_EDGES.div_ceil(LANES);
-const MAX_STRIPS: usize = MAX_HULLS + MOST_STRIPS;
+const MAX_STRIPS: usize = MAX_HULLS / 2 + MOST_STRIPS;
+
+/// Steps of the grid in a pixel.
+const UNIT: f32 = 64.0;
 
 /// Up to sixteen lines of one hull, as [`Skia`](super::Skia) steps along them.
 #[derive(Clone, Debug)]
@@ -60,9 +63,9 @@ impl Strip {
     };
 }
 
-/// The window of [`Rasterizer::Skia`] for unpacked figures. 34 kB.
+/// The window of [`Rasterizer::Skia`] for unpacked figures. 41 kB.
 #[derive(Clone, Debug)]
-pub struct SkiaLanes {
+pub(super) struct SkiaLanes {
     simd: Simd,
     size: Size,
     looks: VisibleFacets,
@@ -199,11 +202,11 @@ fn fill<L: Wide>(
         && corners[1].x < sides[0] + OUTSIDE
         && corners[1].y > -OUTSIDE
         && corners[0].y < sides[1] + OUTSIDE;
-    let points = figure.len();
+    let (count, grid) = (figure.len(), &mut window.grid);
     if L::IS_ONE {
-        place(l, &window.points, points, placement, &mut window.grid);
+        place(l, &window.points, count, placement, grid);
     } else {
-        place(l.half(), &window.points, points, placement, &mut window.grid);
+        place(l.half(), &window.points, count, placement, grid);
     }
     let mut strips = 0;
     for (number, hull) in figure.hull_parts().enumerate() {
@@ -231,21 +234,21 @@ fn fill<L: Wide>(
             let rows = window.rows.get_mut(..height).unwrap_or_default();
             let pixels = HullPixels::new(points, hull.points.len(), placement);
             let lines = l.ends(facing, hull.edges, pixels.axes.each_ref(), ends);
-            if is_doubtful && !pixels.is_clear(l, ends, lines) {
+            let is_clear = !is_doubtful || pixels.is_clear(l, ends, lines);
+            let is_across = place == Where::Across;
+            let is_drawn =
+                is_clear && is_across && skia::fill_between(pixels.turned(ends, lines), rows);
+            if !is_clear || is_across && !is_drawn {
                 skia::fill(&skia::outline_in_window(pixels.points(), height), rows);
-                continue;
             }
-            if place == Where::Across {
-                if !skia::fill_between(pixels.turned(ends, lines), rows) {
-                    skia::fill(&skia::outline_in_window(pixels.points(), height), rows);
-                }
+            if !is_clear || is_across {
                 continue;
             }
         }
         let count = l.ends(facing, hull.edges, grid, ends);
         if let Some([strip, next, ..]) = window.strips.get_mut(strips..) {
             (strip.len, strip.is_last) = (count.min(LANES), count <= LANES);
-            (next.len, next.is_last) = (count.saturating_sub(LANES), true);
+            (next.len, next.is_last) = (count.saturating_sub(LANES).min(LANES), true);
         }
         strips += 1 + usize::from(count > LANES);
     }
@@ -272,7 +275,7 @@ fn fill_strips<L: Wide>(l: L, window: &mut SkiaLanes, count: usize) {
     }
 }
 
-/// Places points in the window, in units of 1/64 pixel, and cuts off fractions.
+/// Places points in the window, in steps of the grid, and cuts off fractions.
 #[inline(always)]
 fn place<const N: usize, L: Lanes<N>>(
     l: L,
@@ -281,10 +284,13 @@ fn place<const N: usize, L: Lanes<N>>(
     placement: &Placement,
     grid: &mut ImagePoints,
 ) {
-    let unit = l.splat(64.0);
-    let from = points.x.as_chunks::<N>().0.iter().zip(points.y.as_chunks::<N>().0);
-    let to = grid.x.as_chunks_mut::<N>().0.iter_mut().zip(grid.y.as_chunks_mut::<N>().0);
-    for ((x, y), (to_x, to_y)) in from.zip(to).take(count.div_ceil(N)) {
+    let unit = l.splat(UNIT);
+    let (xs, _) = points.x.as_chunks::<N>();
+    let (ys, _) = points.y.as_chunks::<N>();
+    let (to_xs, _) = grid.x.as_chunks_mut::<N>();
+    let (to_ys, _) = grid.y.as_chunks_mut::<N>();
+    let each = xs.iter().zip(ys).zip(to_xs).zip(to_ys);
+    for (((x, y), to_x), to_y) in each.take(count.div_ceil(N)) {
         let [x, y] = placed(l, [l.load(x), l.load(y)], placement);
         l.store(l.whole(l.mul(x, unit)), to_x);
         l.store(l.whole(l.mul(y, unit)), to_y);
@@ -296,36 +302,32 @@ fn place<const N: usize, L: Lanes<N>>(
 enum Where {
     /// So far inside the window that no line is cut.
     Inside,
-    /// Left or right of the window.
+    /// A pixel or more beside, above or below the window.
     Outside,
-    /// Across one of its sides, or beyond the top or bottom.
+    /// Across one of its sides.
     Across,
 }
 
-/// Returns where a hull's points are.
+/// Returns where a hull of `count` points is.
 #[inline(always)]
 fn place_of(grid: [&[f32; MAX_HULL_POINTS]; 2], count: usize, height: usize) -> Where {
-    let [(left, right), (top, bottom)] = grid.map(|axis| {
-        let axis = axis.iter().take(count);
-        axis.fold((f32::INFINITY, f32::NEG_INFINITY), |(least, most), &at| {
-            (least.min(at), most.max(at))
-        })
-    });
-    let unit = 64.0;
-    let sides = [SKIA_WINDOW_COLUMNS, height].map(|side| as_pixels(side) * unit);
-    // What is cut off to less than this is inside without that, too.
-    let margin = OUTSIDE * unit;
-    if right <= -unit || left >= sides[0] + unit {
-        Where::Outside
-    } else if left > -margin
-        && top > -margin
-        && right + 1.0 < sides[0] + margin
-        && bottom + 1.0 < sides[1] + margin
-    {
-        Where::Inside
-    } else {
-        Where::Across
+    let mut place = Where::Inside;
+    for (axis, side) in grid.into_iter().zip([SKIA_WINDOW_COLUMNS, height]) {
+        let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+        for &at in axis.iter().take(count) {
+            (least, most) = (least.min(at), most.max(at));
+        }
+        let side = as_pixels(side) * UNIT;
+        // What is cut off to less than this was less.
+        let margin = OUTSIDE * UNIT;
+        if most <= -UNIT || least >= side + UNIT {
+            return Where::Outside;
+        }
+        if least <= -margin || most + 1.0 >= side + margin {
+            place = Where::Across;
+        }
     }
+    place
 }
 
 /// Computes the lines of a strip between ends on the grid.
@@ -393,15 +395,27 @@ fn fill_hull<const N: usize, L: Lanes<N>>(
 ) {
     let numbers = first_numbers(l);
     let mut row = hull.iter().fold(i32::MAX, |top, strip| top.min(strip.top));
-    let bottom = hull.iter().fold(0, |bottom, strip| bottom.max(strip.bottom));
-    #[expect(clippy::cast_sign_loss, clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "below 64")]
+    let bottom = hull
+        .iter()
+        .fold(0, |bottom, strip| bottom.max(strip.bottom));
+    #[expect(
+        clippy::cast_sign_loss,
+        clippy::cast_possible_truncation,
+        clippy::cast_possible_wrap,
+        reason = "below 64"
+    )]
     while row < bottom {
         let here = l.add_words(numbers, l.splat_word(row as u32));
         // No columns.
         let mut left = l.splat_word(64 << 16);
         let mut right = l.splat_word(0);
         for strip in hull {
-            let lines = strip.first.iter().zip(&strip.rows).zip(&strip.place).zip(&strip.slope);
+            let lines = strip
+                .first
+                .iter()
+                .zip(&strip.rows)
+                .zip(&strip.place)
+                .zip(&strip.slope);
             for (((&first, &rows), &place), &slope) in lines.take(strip.len) {
                 let below = l.sub_words(here, l.splat_word(first));
                 let crosses = l.within(below, l.splat_word(rows));
@@ -411,7 +425,10 @@ fn fill_hull<const N: usize, L: Lanes<N>>(
             }
         }
         let left = l.max_words(left, l.splat_word(0));
-        let Some(rows) = rows.get_mut(row as usize..).and_then(<[u64]>::first_chunk_mut) else {
+        let Some(rows) = rows
+            .get_mut(row as usize..)
+            .and_then(<[u64]>::first_chunk_mut)
+        else {
             return;
         };
         l.fill_rows(l.down::<16>(left), l.down::<16>(right), rows);
@@ -492,9 +509,7 @@ impl HullPixels {
 #[inline(always)]
 fn each_end(ends: &[LineEnds], lines: usize) -> impl Iterator<Item = [Vec2; 2]> {
     let lanes = ends.iter().flat_map(|LineEnds { from, to }| {
-        (0..LANES).map(move |lane| {
-            [from, to].map(|end| Vec2::new(end[0][lane], end[1][lane]))
-        })
+        (0..LANES).map(move |lane| [from, to].map(|end| Vec2::new(end[0][lane], end[1][lane])))
     });
     lanes.take(lines)
 }

@@ -8,17 +8,15 @@ use super::placement::{Extent, Placement};
 use super::skia::outline_in_window;
 use super::window::{Fill, Pixels, PosedHulls};
 use super::{DrawError, Rasterizer};
-use crate::budget::{
-    MAX_OUTLINE, SKIA_EDGES_BYTES, SKIA_TRANSIENT_BYTES, SKIA_WINDOW_COLUMNS, skia_resident_bytes,
-};
+use crate::budget::{MAX_OUTLINE, SKIA_WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::outline::Outline;
 use crate::silhouette::{Coverage, Silhouette, Size};
 use core::marker::PhantomData;
 use tiny_skia::{FillRule, Mask, PathBuilder, Transform};
 
-/// tiny-skia's window, of 64 columns: without anti-aliasing, or with it if the image is a
-/// [`Coverage`]; see [`Rasterizer`]. Figures may be unpacked or compact.
+/// tiny-skia's window, of 64 columns: with anti-aliasing if the image is a [`Coverage`]. Without it,
+/// [`Rasterizer::Skia`] draws the same pixels in less time. Figures may be unpacked or compact.
 #[derive(Debug)]
 pub struct TinySkia<I = Silhouette> {
     mask: Mask,
@@ -55,18 +53,6 @@ impl<I: CutImage> TinySkia<I> {
             path: None,
             image: PhantomData,
         }
-    }
-
-    /// Returns the most bytes that it has on the heap together, while it fills one hull, without an
-    /// allocator's own.
-    #[must_use]
-    pub const fn heap_bytes(size: Size) -> usize {
-        let transient = if I::IS_GREY {
-            SKIA_TRANSIENT_BYTES
-        } else {
-            SKIA_EDGES_BYTES
-        };
-        skia_resident_bytes(size.rows()) + transient
     }
 
     /// Returns the pixels of each row.

@@ -187,7 +187,9 @@ impl Lanes<LANES> for Avx512 {
     }
     #[inline(always)]
     fn whole(self, floats: __m512) -> __m512 {
-        with!(_mm512_roundscale_ps::<{ _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC }>(floats))
+        with!(_mm512_roundscale_ps::<
+            { _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC },
+        >(floats))
     }
     #[inline(always)]
     fn cut_off(self, floats: __m512) -> __m512i {

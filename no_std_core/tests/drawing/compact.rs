@@ -11,9 +11,9 @@ use edgegait_core::clip::Expanded;
 use edgegait_core::compact::{self, Budget, CompactFigure, CompactRows, Room};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
-#[cfg(feature = "skia")]
-use edgegait_core::raster::Skia;
-use edgegait_core::raster::{DrawError, Rasterizer, Renderer, Window};
+#[cfg(feature = "tiny-skia")]
+use edgegait_core::raster::TinySkia;
+use edgegait_core::raster::{DrawError, Rasterizer, Renderer, Skia, Window};
 use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
 use edgegait_core::template::{BufferTooSmall, FrameError, GeiBuilder, GeiInPlace};
 use glam::{Quat, Vec2, Vec3};
@@ -151,13 +151,19 @@ fn rows_are_the_same_bits() {
     ));
 }
 
-#[cfg(feature = "skia")]
+#[test]
+fn skia_draws_the_same_bits() {
+    assert_many(compare(Rasterizer::Skia, Skia::new, AnySilhouette::Binary));
+}
+
+#[cfg(feature = "tiny-skia")]
 #[test]
 fn tiny_skia_draws_the_same_bits() {
-    assert_many(compare(Rasterizer::Skia, Skia::new, AnySilhouette::Binary));
+    let binary = AnySilhouette::Binary;
+    assert_many(compare(Rasterizer::Skia, TinySkia::new, binary));
     assert_many(compare(
         Rasterizer::SkiaAa,
-        Skia::anti_aliased,
+        TinySkia::anti_aliased,
         AnySilhouette::Grey,
     ));
 }
@@ -311,7 +317,7 @@ fn a_body_that_there_is_no_room_for_is_refused() {
 }
 
 #[test]
-fn without_facets_rows_have_nothing_to_draw_and_tiny_skia_draws_the_same() {
+fn without_facets_rows_have_nothing_to_draw_and_skia_draws_the_same() {
     let bytes = small_pack::avatar(&mut Random(5), 10);
     let avatar = Avatar::parse(&bytes).expect("an avatar");
     let mut bare = compact::CompactBody::<768, 0>::EMPTY;
@@ -321,17 +327,14 @@ fn without_facets_rows_have_nothing_to_draw_and_tiny_skia_draws_the_same() {
     let mut rows = Renderer::with_window(CompactRows::new(Size::S50x30));
     let drawn = rows.draw(&bare.posed(&pose), &camera, Framing::Height, Vec2::ZERO);
     assert_eq!(drawn.expect_err("no outline"), DrawError::Vanished);
-    #[cfg(feature = "skia")]
-    {
-        let whole = loaded(&avatar);
-        let silhouette = |posed: &CompactFigure<'_>| {
-            let mut skia = Renderer::with_window(Skia::new(Size::S50x30));
-            let drawn = skia.draw(posed, &camera, Framing::Height, Vec2::ZERO);
-            *drawn.expect("a figure").frame
-        };
-        assert_eq!(
-            silhouette(&bare.posed(&pose)),
-            silhouette(&whole.posed(&pose))
-        );
-    }
+    let whole = loaded(&avatar);
+    let silhouette = |posed: &CompactFigure<'_>| {
+        let mut skia = Renderer::with_window(Skia::new(Size::S50x30));
+        let drawn = skia.draw(posed, &camera, Framing::Height, Vec2::ZERO);
+        *drawn.expect("a figure").frame
+    };
+    assert_eq!(
+        silhouette(&bare.posed(&pose)),
+        silhouette(&whole.posed(&pose))
+    );
 }

@@ -133,10 +133,10 @@ impl Found {
     fn tolerance(&self) -> f64 {
         match self.rasterizer {
             // tiny-skia truncates coordinates to 1/64 pixel.
-            #[cfg(feature = "skia")]
+            #[cfg(feature = "tiny-skia")]
             Rasterizer::Skia => 0.006,
             // Half of a pixel's area may be covered without its centre.
-            #[cfg(feature = "skia")]
+            #[cfg(feature = "tiny-skia")]
             Rasterizer::SkiaAa => 0.045,
             Rasterizer::Rows => 2e-5,
             Rasterizer::Rows3x3 => 0.02,

@@ -388,7 +388,7 @@ fn compare(rasterizer: Rasterizer, n: usize, figures: Figures) -> Found {
 /// The centre-sampling rasterisers, and the share of on-pixels that may differ.
 const CENTRES: &[(Rasterizer, f64)] = &[
     // Measured: 0.40 %, because tiny-skia truncates coordinates to 1/64 pixel.
-    #[cfg(feature = "skia")]
+    #[cfg(feature = "tiny-skia")]
     (Rasterizer::Skia, 0.005),
     // Measured: none.
     (Rasterizer::Rows, 1e-5),
@@ -428,7 +428,7 @@ fn figures_over_several_windows_are_drawn_and_centred_as_exactly() {
 /// coverage, for one hull and for many.
 const GREYS: &[(Rasterizer, [f64; 2])] = &[
     // Measured: 0.62, and 1.10 hull by hull.
-    #[cfg(feature = "skia")]
+    #[cfg(feature = "tiny-skia")]
     (Rasterizer::SkiaAa, [0.7, 1.25]),
     // Measured: 0.95, and 1.49.
     (Rasterizer::Rows3x3, [1.1, 1.7]),

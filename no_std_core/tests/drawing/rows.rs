@@ -283,7 +283,7 @@ const NINTHS: &[f64] = &[1.0 / 6.0, 0.5, 5.0 / 6.0];
 /// Bit rows, and tiny-skia if the feature is on.
 const CENTRE_SAMPLERS: &[Rasterizer] = &[
     Rasterizer::Rows,
-    #[cfg(feature = "skia")]
+    #[cfg(feature = "tiny-skia")]
     Rasterizer::Skia,
 ];
 

@@ -1,11 +1,15 @@
 //! Tests that images do not depend on the registers: all instruction sets of this processor draw
-//! the same bits for random and hostile hulls.
+//! the same bits for random and hostile hulls, and `skia` those of tiny-skia.
 
 use crate::plain::random_angles;
 use crate::random::Random;
 use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
+#[cfg(feature = "tiny-skia")]
+use edgegait_core::raster::TinySkia;
 use edgegait_core::raster::{Rasterizer, RenderView, Renderer, Simd};
+#[cfg(feature = "tiny-skia")]
+use edgegait_core::silhouette::AnySilhouette;
 use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::Joint;
 use glam::{Vec2, Vec3};
@@ -66,13 +70,13 @@ fn hull(random: &mut Random, kind: usize, centre: Vec3) -> Vec<Vec3> {
 /// Draws figures until they have had this many hulls.
 fn compare(seed: u64, hulls: usize) {
     let mut random = Random(seed);
-    let samplings = [Rasterizer::Rows, Rasterizer::Rows3x3];
-    let mut renderers: Vec<Vec<Renderer>> = samplings
+    let rasterizers = [Rasterizer::Skia, Rasterizer::Rows, Rasterizer::Rows3x3];
+    let mut renderers: Vec<Vec<Renderer>> = rasterizers
         .into_iter()
-        .flat_map(|sampling| Size::ALL.map(|size| (sampling, size)))
-        .map(|(sampling, size)| {
+        .flat_map(|rasterizer| Size::ALL.map(|size| (rasterizer, size)))
+        .map(|(rasterizer, size)| {
             Simd::available()
-                .map(|simd| Renderer::with_simd(sampling, size, simd))
+                .map(|simd| Renderer::with_simd(rasterizer, size, simd))
                 .collect()
         })
         .collect();
@@ -129,6 +133,15 @@ fn compare(seed: u64, hulls: usize) {
         let [portable, wider @ ..] = &mut renderers[at][..] else {
             panic!("no registers at all");
         };
+        #[cfg(feature = "tiny-skia")]
+        if portable.rasterizer() == Rasterizer::Skia {
+            let mut oracle = Renderer::with_window(TinySkia::new(portable.size()));
+            let expected = oracle.draw(&figure, &camera, framing, jitter);
+            let expected = expected.map(|d| (AnySilhouette::Binary(*d.frame), d.clipped_share));
+            let found = portable.draw(&figure, &camera, framing, jitter);
+            let found = found.map(|d| (*d.frame, d.clipped_share));
+            assert!(found == expected, "turn {turn} of kind {kind}: {found:?}");
+        }
         let expected = portable.draw(&figure, &camera, framing, jitter);
         for wider in wider {
             let found = wider.draw(&figure, &camera, framing, jitter);

@@ -12,7 +12,7 @@ use edgegait_core::clip::{Clip, Loop};
 use edgegait_core::compact;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
-#[cfg(feature = "skia")]
+#[cfg(feature = "tiny-skia")]
 use edgegait_core::raster::Skia;
 use edgegait_core::raster::{Rasterizer, Renderer, Window};
 use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
@@ -93,7 +93,7 @@ pub fn list(line: Line<'_>) {
             &cycle,
             line,
         );
-        #[cfg(feature = "skia")]
+        #[cfg(feature = "tiny-skia")]
         compact_silhouettes(Skia::new, ("compact-skia", subject), &avatar, &cycle, line);
     }
 }

@@ -2,7 +2,6 @@
 
 use crate::files::text_table::Column::{Left, Right};
 use crate::files::text_table::Table;
-use edgegait_core::budget::{SKIA_TRANSIENT_BYTES, skia_resident_bytes};
 use edgegait_core::compact::{Budget, CompactFigure, CompactRows};
 use edgegait_core::pack::Pack;
 use edgegait_core::raster::{Skia, Window};
@@ -24,16 +23,14 @@ pub(super) struct BudgetSummary {
     expanded_bytes: usize,
     rows: MemoryTaken,
     skia: MemoryTaken,
-    /// The memory with the core's types for hosts and the rasteriser with the largest heap.
+    /// The memory with the core's types for hosts.
     unpacked: MemoryTaken,
 }
 
 #[derive(Debug, Serialize)]
 struct MemoryTaken {
-    /// The bytes of types and buffers, static or on the stack.
+    /// The bytes of types and buffers, static or on the stack. Only `skia-aa` needs a heap.
     ram_bytes: usize,
-    /// The bytes requested from the allocator.
-    heap_bytes: usize,
 }
 
 impl BudgetSummary {
@@ -48,25 +45,19 @@ impl BudgetSummary {
             facets: budget.room.facets,
             body_bytes: budget.room.bytes(),
             expanded_bytes: budget.expanded_bytes,
-            rows: MemoryTaken::compact::<CompactRows>(&budget, size, 0),
-            skia: MemoryTaken::compact::<Skia>(&budget, size, <Skia>::heap_bytes(size)),
+            rows: MemoryTaken::compact::<CompactRows>(&budget, size),
+            skia: MemoryTaken::compact::<Skia>(&budget, size),
             unpacked: MemoryTaken {
                 ram_bytes: Budget::UNPACKED_BYTES,
-                heap_bytes: skia_resident_bytes(size.rows()) + SKIA_TRANSIENT_BYTES,
             },
         }
     }
 }
 
 impl MemoryTaken {
-    fn compact<W: for<'a> Window<CompactFigure<'a>>>(
-        budget: &Budget,
-        size: Size,
-        heap_bytes: usize,
-    ) -> Self {
+    fn compact<W: for<'a> Window<CompactFigure<'a>>>(budget: &Budget, size: Size) -> Self {
         Self {
             ram_bytes: budget.ram_bytes::<W>(size),
-            heap_bytes,
         }
     }
 }
@@ -75,15 +66,14 @@ impl fmt::Display for BudgetSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut table = Table::new(&[Left(20), Right(8)]);
         let heading = format!("a GEI of {}", self.size);
-        table.row([&heading, "flash", "RAM", "heap"]);
+        table.row([&heading, "flash", "RAM"]);
         for (name, taken) in [
             ("rows, on a board", &self.rows),
             ("skia, on a board", &self.skia),
             ("unpacked, on a host", &self.unpacked),
         ] {
-            let bytes = [self.flash_bytes, taken.ram_bytes, taken.heap_bytes];
-            let [flash, ram, heap] = bytes.map(|bytes| bytes.to_string());
-            table.row([name, &flash, &ram, &heap]);
+            let [flash, ram] = [self.flash_bytes, taken.ram_bytes].map(|bytes| bytes.to_string());
+            table.row([name, &flash, &ram]);
         }
         write!(f, "\n{table}")?;
         let Self {

@@ -71,7 +71,7 @@ impl DrawConfiguration {
     /// Returns the most bytes of heap that the rasteriser holds while it draws.
     #[must_use]
     pub(crate) const fn heap_bytes(self) -> usize {
-        if matches!(self.rasterizer, Rasterizer::Skia | Rasterizer::SkiaAa) {
+        if matches!(self.rasterizer, Rasterizer::SkiaAa) {
             SKIA_HEAP_BYTES
         } else {
             0

@@ -1,7 +1,7 @@
-//! Measurements of firmware by itself: instructions, stack and heap.
+//! Measurements of firmware by itself: instructions and memory.
 #![no_std]
 
-#[cfg(feature = "skia")]
+#[cfg(feature = "tiny-skia")]
 pub mod heap;
 pub mod line;
 pub mod memory;

@@ -13,11 +13,11 @@ mod block;
 mod outline;
 mod read;
 mod samples;
-mod visible_facets;
 
 use super::image_points::ImagePoints;
 use super::moments::AreaMoments;
 use super::placement::{Extent, Placement, places, row_columns};
+use super::visible_facets::{VisibleFacets, look};
 use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
 use crate::body::Figure;
@@ -29,8 +29,6 @@ use block::fill_hulls;
 use outline::{Strip, lay_all};
 use read::{cut, moments};
 pub use samples::SampleImages;
-pub(super) use outline::{part, placed};
-pub(super) use visible_facets::{VisibleFacets, look};
 
 /// Columns of a word.
 const WORD: usize = 32;
@@ -42,7 +40,7 @@ const BLOCK: usize = LANES / 2;
 const BLOCKS: usize = MAX_ROWS / BLOCK;
 /// The maximum number of strips in one hull, and of all hulls that wait to be filled.
 const MOST_STRIPS: usize = MAX_HULL_EDGES.div_ceil(LANES);
-const MAX_STRIPS: usize = MAX_HULLS + MOST_STRIPS;
+const MAX_STRIPS: usize = MAX_HULLS / 2 + MOST_STRIPS;
 
 /// The samples of a pixel: one in its middle, or three by three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,6 @@
 //! Lines along the outline of a hull, and the rows that they cross.
 
+use super::super::image_points::{part, placed, store};
 use super::super::placement::{Placement, as_pixels};
 use super::{BLOCK, Sampling};
 use crate::silhouette::Size;
@@ -77,9 +78,8 @@ fn lay<const N: usize, L: Lanes<N>>(
     sampling: Sampling,
     size: Size,
 ) {
-    let place = |[x, y]: &[[f32; LANES]; 2]| {
-        placed(l, [part(l, x, first), part(l, y, first)], placement)
-    };
+    let place =
+        |[x, y]: &[[f32; LANES]; 2]| placed(l, [part(l, x, first), part(l, y, first)], placement);
     let ([ax, ay], [bx, by]) = (place(&ends.from), place(&ends.to));
     let (top, bottom) = (l.min(ay, by), l.max(ay, by));
     store(l, ax, &mut strip.x, first);
@@ -120,37 +120,5 @@ fn lay<const N: usize, L: Lanes<N>>(
         .enumerate()
     {
         *blocks = crossing & (u64::from(lines >> (BLOCK * half) & 0xff) * 0x0101_0101_0101_0101);
-    }
-}
-
-#[inline(always)]
-pub fn store<const N: usize, L: Lanes<N>>(l: L, lanes: L::Floats, to: &mut [f32], first: usize) {
-    if let Some(to) = to.get_mut(first..).and_then(<[f32]>::first_chunk_mut) {
-        l.store(lanes, to);
-    }
-}
-
-/// Places `N` points as [`Placement::place`] does.
-#[inline(always)]
-pub fn placed<const N: usize, L: Lanes<N>>(
-    l: L,
-    [x, y]: [L::Floats; 2],
-    placement: &Placement,
-) -> [L::Floats; 2] {
-    let Placement { scale, origin, at } = placement;
-    let x = l.sub(x, l.splat(origin.x));
-    let y = l.sub(l.splat(origin.y), y);
-    [
-        l.add(l.mul(x, l.splat(scale.x)), l.splat(at.x)),
-        l.add(l.mul(y, l.splat(scale.y)), l.splat(at.y)),
-    ]
-}
-
-/// Loads `N` numbers from number `first` on.
-#[inline(always)]
-pub fn part<const N: usize, L: Lanes<N>>(l: L, numbers: &[f32], first: usize) -> L::Floats {
-    match numbers.get(first..).and_then(<[f32]>::first_chunk) {
-        Some(lanes) => l.load(lanes),
-        None => l.splat(0.0),
     }
 }

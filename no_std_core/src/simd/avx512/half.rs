@@ -129,11 +129,17 @@ impl Lanes<8> for Avx512Half {
     }
     #[inline(always)]
     fn up<const BY: u32>(self, words: __m256i) -> __m256i {
-        with!(_mm256_sllv_epi32(words, _mm256_set1_epi32(BY.cast_signed())))
+        with!(_mm256_sllv_epi32(
+            words,
+            _mm256_set1_epi32(BY.cast_signed())
+        ))
     }
     #[inline(always)]
     fn down<const BY: u32>(self, words: __m256i) -> __m256i {
-        with!(_mm256_srav_epi32(words, _mm256_set1_epi32(BY.cast_signed())))
+        with!(_mm256_srav_epi32(
+            words,
+            _mm256_set1_epi32(BY.cast_signed())
+        ))
     }
     #[inline(always)]
     fn whole(self, floats: __m256) -> __m256 {

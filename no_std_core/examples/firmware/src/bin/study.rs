@@ -41,17 +41,14 @@ const RASTERIZER: &str = if cfg!(feature = "skia") {
 /// The people: with the feature `dressed`, in clothes.
 const STUDY: Study = if IS_DRESSED { DRESSED } else { BARE };
 const IS_DRESSED: bool = cfg!(feature = "dressed");
-/// Most bytes of RAM: static, stack and heap. Draped clothes take 60 more points.
+/// Most bytes of RAM: static and stack. Draped clothes take 60 more points.
 const RAM_LIMIT: usize = match (cfg!(feature = "skia"), cfg!(target_abi = "eabihf")) {
     (false, _) if IS_DRESSED => 16 * 1024,
     (false, _) => 15_000,
     (true, true) => 24 * 1024,
     (true, false) => 26 * 1024,
 };
-/// Bytes of tiny-skia's arena.
-#[cfg(feature = "skia")]
-const ARENA_BYTES: usize = 8_704;
-/// Room for every body of the study; tiny-skia needs no facets.
+/// Room for every body of the study; `skia` needs no facets.
 type Room = CompactBody<
     { if IS_DRESSED { 548 } else { 488 } },
     { if cfg!(feature = "skia") { 0 } else { 896 } },
@@ -166,8 +163,6 @@ impl Tools {
 
 #[entry]
 fn main() -> ! {
-    #[cfg(feature = "skia")]
-    edgegait_firmware::arena!(ARENA_BYTES);
     let mut meter = Meter::new(Peripherals::take().expect("taken once"));
     let mut parse = Stage::new("pack");
     let pack = parse
@@ -232,11 +227,6 @@ fn memory_used() -> usize {
     let (fixed, stack) = (memory::static_bytes(), memory::stack_used());
     println!("\nbytes of RAM");
     println!("static{fixed:>29}");
-    #[cfg(feature = "skia")]
-    println!(
-        "of it heap, most used{:>14}",
-        edgegait_firmware::heap::peak()
-    );
     println!("stack, most used{stack:>19}");
     fixed + stack
 }

@@ -1,8 +1,7 @@
 //! The visible facets of a figure, for all hulls and several cameras together.
 
-use super::super::RenderView;
-use super::super::image_points::{dot, splat};
-use super::outline::{part, store};
+use super::RenderView;
+use super::image_points::{dot, part, splat, store};
 use crate::body::clearance::CLEAR_REACH_M;
 use crate::body::plane::{ALWAYS, Facets16};
 use crate::body::{Figure, JointPlaces};
@@ -72,7 +71,9 @@ pub fn look<L: Wide, const CLEAR: bool>(
             facing[number] = ALWAYS;
         }
         if CLEAR && hull.facets.is_empty() {
-            doubtful.iter_mut().for_each(|doubtful| *doubtful |= 1 << number);
+            doubtful
+                .iter_mut()
+                .for_each(|doubtful| *doubtful |= 1 << number);
         }
         for (chunk, facets) in hull.facets.iter().enumerate() {
             let seen = views.iter().zip(&*eyes).zip(&mut *facing);
@@ -121,7 +122,10 @@ fn seen_by<const N: usize, L: Lanes<N>, const CLEAR: bool>(
         return [seen, 0];
     }
     let size = l.max(product, l.sub(l.splat(0.0), product));
-    [seen, l.bits(l.not_less(part(l, &facets.clearances, first), size))]
+    [
+        seen,
+        l.bits(l.not_less(part(l, &facets.clearances, first), size)),
+    ]
 }
 
 /// Converts an eye to the frames of all hulls.
