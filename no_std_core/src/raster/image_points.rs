@@ -7,7 +7,7 @@ use super::window::PosedHulls;
 use crate::body::Figure;
 use crate::budget::{MAX_HULL_POINTS, MAX_POINTS};
 use crate::camera::{Camera, NEAR_M};
-use crate::simd::{Lanes, Simd, Wide, compiled, dispatch};
+use crate::simd::{LANES, Lanes, Simd, Wide, compiled, dispatch};
 use glam::{Vec2, Vec3};
 
 impl PosedHulls for Figure<'_> {
@@ -190,5 +190,15 @@ pub(super) fn part<const N: usize, L: Lanes<N>>(l: L, numbers: &[f32], first: us
     match numbers.get(first..).and_then(<[f32]>::first_chunk) {
         Some(lanes) => l.load(lanes),
         None => l.splat(0.0),
+    }
+}
+
+/// Returns the numbers from 0 on.
+#[inline(always)]
+pub(super) fn first_numbers<const N: usize, L: Lanes<N>>(l: L) -> L::Words {
+    const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+    match NUMBERS.first_chunk() {
+        Some(numbers) => l.load_words(numbers),
+        None => l.splat_word(0),
     }
 }

@@ -7,7 +7,7 @@
 //! ([`crate::body::clearance`]), the others are looked at point by point. Hulls for which neither
 //! shows it, and those that a side of the window cuts, are drawn by [`Skia`](super::Skia)'s code.
 
-use super::image_points::{ImagePoints, part, placed};
+use super::image_points::{ImagePoints, first_numbers, part, placed};
 use super::moments::AreaMoments;
 use super::placement::{Extent, Placement, as_pixels};
 use super::skia::{self, OUTSIDE};
@@ -338,9 +338,11 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut Strip) {
     let mut top = l.splat_word(i32::MAX.cast_unsigned());
     let mut bottom = none;
     for first in (0..strip.len).step_by(N) {
-        let coordinate = |axis: &[f32; LANES]| l.cut_off(part(l, axis, first));
-        let [ax, ay] = [coordinate(&ends.from[0]), coordinate(&ends.from[1])];
-        let [bx, by] = [coordinate(&ends.to[0]), coordinate(&ends.to[1])];
+        let (from, to) = (&ends.from, &ends.to);
+        let ax = l.cut_off(part(l, &from[0], first));
+        let ay = l.cut_off(part(l, &from[1], first));
+        let bx = l.cut_off(part(l, &to[0], first));
+        let by = l.cut_off(part(l, &to[1], first));
         let goes_up = l.less_words(by, ay);
         let (x, other) = (l.choose(goes_up, bx, ax), l.choose(goes_up, ax, bx));
         let (y, other_y) = (l.min_words(ay, by), l.max_words(ay, by));
@@ -374,16 +376,6 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut Strip) {
         }
     }
     (strip.top, strip.bottom) = l.ends_of(top, bottom);
-}
-
-/// Returns the numbers from 0 on.
-#[inline(always)]
-fn first_numbers<const N: usize, L: Lanes<N>>(l: L) -> L::Words {
-    const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
-    match NUMBERS.first_chunk() {
-        Some(numbers) => l.load_words(numbers),
-        None => l.splat_word(0),
-    }
 }
 
 /// Fills `N` rows at a time between the lines of a hull: two cross a row, or none.

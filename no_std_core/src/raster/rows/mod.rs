@@ -3,8 +3,8 @@
 //! The outline of a hull is the projection of the edges between its visible facets and the others.
 //! Two of them or none cross each row of samples, and the samples between are on. Work without
 //! branches is done for all hulls first: visible facets, sixteen at a time, and lines along the
-//! outline, sixteen at a time. Then rows are filled, eight at a time, from the lines that cross any
-//! of them.
+//! outline, sixteen at a time. Then the rows of each hull are filled, sixteen or eight at a time,
+//! from all its lines: to ask which ones cross any of these rows takes longer.
 //!
 //! A sample is on where `left < x <= right` and `top < y <= bottom`: tiny-skia's rule for
 //! samples that lie on an edge. Coordinates are f32 pixels, not rounded further.
@@ -25,8 +25,8 @@ use crate::budget::{MAX_HULL_EDGES, MAX_HULLS, MAX_ROWS, WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::silhouette::{AnySilhouette, Silhouette, Size};
 use crate::simd::{LANES, LineEnds, Simd, Wide, compiled, dispatch};
-use block::fill_hulls;
-use outline::{Strip, lay_all};
+use block::fill_hull;
+use outline::{Strip, lay};
 use read::{cut, moments};
 pub use samples::SampleImages;
 
@@ -35,9 +35,6 @@ const WORD: usize = 32;
 const MAX_WORDS: usize = WINDOW_COLUMNS / WORD;
 /// The maximum number of samples in one pixel.
 const MAX_SAMPLES: usize = 9;
-/// Rows that are filled together.
-const BLOCK: usize = LANES / 2;
-const BLOCKS: usize = MAX_ROWS / BLOCK;
 /// The maximum number of strips in one hull, and of all hulls that wait to be filled.
 const MOST_STRIPS: usize = MAX_HULL_EDGES.div_ceil(LANES);
 const MAX_STRIPS: usize = MAX_HULLS / 2 + MOST_STRIPS;
@@ -60,8 +57,8 @@ impl Sampling {
 }
 
 /// The samples by their place in the pixel (all of the leftmost places first), word and row. Bit
-/// `c` is column `c` of the word.
-type SampleBits = [[[u32; MAX_ROWS]; MAX_WORDS]; MAX_SAMPLES];
+/// `c` is column `c` of the word. Rows below the window may be anything.
+type SampleBits = [[[u32; MAX_ROWS + LANES]; MAX_WORDS]; MAX_SAMPLES];
 
 /// A window of bits to draw into. 43 kB.
 #[derive(Clone, Debug)]
@@ -91,7 +88,7 @@ impl BitWindow {
             points: ImagePoints::ZERO,
             ends: [const { LineEnds::NONE }; _],
             strips: [const { Strip::EMPTY }; _],
-            bits: [[[0; MAX_ROWS]; MAX_WORDS]; MAX_SAMPLES],
+            bits: [[[0; _]; MAX_WORDS]; MAX_SAMPLES],
         }
     }
 
@@ -105,7 +102,7 @@ impl BitWindow {
             .map(|image| image.iter_mut().take(words))
         {
             for rows in words {
-                *rows = [0; MAX_ROWS];
+                *rows = [0; _];
             }
         }
     }
@@ -221,10 +218,30 @@ fn fill<L: Wide>(
 fn fill_strips<L: Wide>(l: L, window: &mut BitWindow, count: usize, placement: &Placement) {
     let (sampling, size) = (window.sampling, window.size);
     for (strip, ends) in window.strips.iter_mut().zip(&window.ends).take(count) {
-        lay_all(l, strip, ends, placement, sampling, size);
+        if L::IS_ONE {
+            lay(l, strip, ends, placement, sampling, size);
+        } else {
+            lay(l.half(), strip, ends, placement, sampling, size);
+        }
     }
-    match window.sampling {
-        Sampling::Once => fill_hulls::<L, 1>(l, window, count),
-        Sampling::ThreeByThree => fill_hulls::<L, 3>(l, window, count),
+    match sampling {
+        Sampling::Once => fill_hulls::<1, L>(l, window, count),
+        Sampling::ThreeByThree => fill_hulls::<3, L>(l, window, count),
+    }
+}
+
+/// Fills the hulls of the first `count` strips, whose lines are known, with `S` by `S` samples a
+/// pixel.
+#[inline(always)]
+fn fill_hulls<const S: usize, L: Wide>(l: L, window: &mut BitWindow, count: usize) {
+    let (bits, words) = (&mut window.bits, window.words);
+    let places = window.sampling.places();
+    let strips = window.strips.get(..count).unwrap_or_default();
+    for hull in strips.split_inclusive(|strip| strip.is_last) {
+        if L::IS_ONE {
+            fill_hull::<S, LANES, L>(l, hull, places, bits, words);
+        } else {
+            fill_hull::<S, { LANES / 2 }, L::Half>(l.half(), hull, places, bits, words);
+        }
     }
 }

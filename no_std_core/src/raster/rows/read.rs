@@ -29,7 +29,7 @@ pub fn moments<L: Wide>(l: L, window: &BitWindow) -> AreaMoments {
 
 /// Returns the number of `kept` bits of a word that are on, and the sum of their columns.
 #[inline(always)]
-fn word_moments<L: Wide>(l: L, rows: &[u32; MAX_ROWS], kept: &[u32; MAX_ROWS]) -> (u32, u32) {
+fn word_moments<L: Wide>(l: L, rows: &[u32], kept: &[u32; MAX_ROWS]) -> (u32, u32) {
     /// Columns whose number has bit 0, 1, 2, 3 or 4.
     const COLUMNS: [u32; 5] = [
         0xaaaa_aaaa,
