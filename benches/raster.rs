@@ -15,7 +15,7 @@ use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::ModelPose;
-use edgegait_core::raster::{Rasterizer, Renderer, Simd, TinySkia, Window};
+use edgegait_core::raster::{Rasterizer, Renderer, Simd};
 use edgegait_core::silhouette::Size;
 use glam::Vec2;
 use std::hint::black_box;
@@ -52,7 +52,7 @@ fn raster(criterion: &mut Criterion) {
     }
     for (points, figures) in [(&all, &figures), (&of_16.0, &of_16.1)] {
         let case = BenchmarkId::new("tiny-skia-spread", points);
-        let renderer = Renderer::with_window(TinySkia::new(Size::S50x30));
+        let renderer = Renderer::new(Rasterizer::TinySkia, Size::S50x30);
         draw(&mut group, case, renderer, (figures, &spread));
         for rasterizer in [Rasterizer::Skia, Rasterizer::Rows] {
             for simd in Simd::available() {
@@ -65,11 +65,11 @@ fn raster(criterion: &mut Criterion) {
     group.finish();
 }
 
-fn draw<'f, W: Window<Figure<'f>>>(
+fn draw(
     group: &mut BenchmarkGroup<'_, WallTime>,
     case: BenchmarkId,
-    mut renderer: Renderer<W>,
-    (figures, cameras): (&[Figure<'f>], &[Camera]),
+    mut renderer: Renderer,
+    (figures, cameras): (&[Figure<'_>], &[Camera]),
 ) {
     group.bench_function(case, |b| {
         // 19 and 32 are coprime, so that every viewpoint meets every frame.

@@ -16,7 +16,7 @@ use crate::budget::{LANES, MAX_DRAPED_HULLS, MAX_FACETS, MAX_HULL_POINTS, MAX_HU
 use crate::facets::Facets;
 use crate::simd::Edges;
 use crate::skeleton::Joint;
-use clearance::clearances;
+use clearance::set_clearances;
 use core::fmt;
 use core::ops::Range;
 use drape::Drape;
@@ -107,7 +107,7 @@ impl UnpackedHull {
     };
 }
 
-/// The hulls of an avatar, unpacked, with their facets. 81 kB: for a host, which makes it once for
+/// The hulls of an avatar, unpacked, with their facets. 89 kB: for a host, which makes it once for
 /// all frames and viewpoints.
 #[derive(Clone, Debug)]
 pub struct UnpackedBody {
@@ -116,6 +116,7 @@ pub struct UnpackedBody {
     points: VectorLanes<MAX_POINTS>,
     /// Facets of the hulls that are not draped, in the frames of their joints.
     facets: [Facets16; MAX_FACETS / LANES],
+    clearances: [[f32; LANES]; MAX_FACETS / LANES],
     edges: heapless::Vec<Edges, { 2 * MAX_HULLS }>,
     /// The edges that begin or end at each point, as bits: numbers 0 to 63, then 64 to 89.
     spokes: [[u64; 2]; MAX_POINTS],
@@ -128,6 +129,7 @@ impl Default for UnpackedBody {
             drapes: heapless::Vec::new(),
             points: VectorLanes::ZERO,
             facets: [const { Facets16::NONE }; _],
+            clearances: [[-1.0; LANES]; _],
             edges: heapless::Vec::new(),
             spokes: [[0; 2]; MAX_POINTS],
         }
@@ -176,7 +178,9 @@ impl UnpackedBody {
         let surface = Facets::from_points(&hull);
         let before = self.add(&hull, HullCarrier::Joint(joint.index()), &surface)?;
         let facets = self.facets.get_mut(before.facets_end..).unwrap_or_default();
-        set_facets(&surface, &hull, clearances(&surface, &hull), facets);
+        set_facets(&surface, &hull, facets);
+        let room = self.clearances.get_mut(before.facets_end..);
+        set_clearances(&surface, &hull, room.unwrap_or_default());
         let spokes = self.spokes.get_mut(before.points_end..).unwrap_or_default();
         radiate(&surface, spokes);
         // At most two for each hull, which the capacity allows.

@@ -2,5 +2,6 @@
 
 pub mod confounders;
 pub(crate) mod grey_threshold;
+pub(crate) mod registers;
 pub mod sweep;
 pub mod template;

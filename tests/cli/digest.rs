@@ -102,3 +102,36 @@ fn sampled_strengths_are_in_the_index_and_do_not_depend_on_threads() {
     let [(_, all), (_, one)] = ["all", "one"].map(|name| npy(at.join(name).join("geis.npy")));
     assert_eq!(all[..1500], one[..1500]);
 }
+
+#[test]
+fn the_environment_names_registers_and_pixels_do_not_depend_on_them() {
+    let folder = folder();
+    let at = folder.path();
+    let sweep = |raster: &str, registers: Option<&str>| {
+        let mut command = program(at);
+        command.args(["sweep", "two.egp", "--views", "spread", "--digest"]);
+        command.args(["--raster", raster]);
+        if let Some(name) = registers {
+            command.env("EDGEGAIT_SIMD", name);
+        }
+        command.output().expect("the program runs")
+    };
+    for raster in ["skia", "rows"] {
+        let hash = |registers: Option<&str>| {
+            let output = sweep(raster, registers);
+            let said = text(&output.stdout);
+            said.split(':').next().expect("a hash").to_owned()
+        };
+        let expected = hash(None);
+        for simd in edgegait_core::raster::Simd::available() {
+            assert_eq!(hash(Some(simd.name())), expected, "{raster}, {simd}");
+        }
+    }
+    let output = sweep("skia", Some("mmx"));
+    assert_eq!(code(&output), 2);
+    let error = text(&output.stderr);
+    assert!(
+        error.contains("EDGEGAIT_SIMD") && error.contains("portable"),
+        "{error}"
+    );
+}

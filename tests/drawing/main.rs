@@ -17,4 +17,5 @@ mod confounders;
 mod leave_out;
 mod pictures;
 mod seams;
+mod skia;
 mod templates;

@@ -4,13 +4,16 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+/// Returns the command in a folder, without arguments.
+pub fn program(folder: &Path) -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_edgegait"));
+    program.env("EDGEGAIT_CACHE", "none").current_dir(folder);
+    program
+}
+
 pub fn edgegait(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_edgegait"))
-        .args(arguments)
-        .env("EDGEGAIT_CACHE", "none")
-        .current_dir(folder)
-        .output()
-        .expect("the command starts")
+    let output = program(folder).args(arguments).output();
+    output.expect("the command starts")
 }
 
 pub fn code(output: &Output) -> i32 {

@@ -1,7 +1,7 @@
 //! When the outline of a hull in the image is beyond doubt.
 
 use super::plane::exponent;
-use crate::budget::{MAX_HULL_EDGES, MAX_HULL_FACETS, MAX_HULL_POINTS};
+use crate::budget::{LANES, MAX_HULL_EDGES, MAX_HULL_FACETS, MAX_HULL_POINTS};
 use crate::facets::{Facet, Facets};
 use glam::{DVec3, Vec3};
 
@@ -10,14 +10,16 @@ use glam::{DVec3, Vec3};
 ///
 /// The chain of [`crate::outline::convex`] errs by less than 3/2^24 at each of at most 31 turns.
 pub(crate) const CLEAR: f32 = 7e-6;
-/// The least scale at which [`clearances`] hold, pixels per metre: the same along both axes.
+/// The least scale at which clearances hold, pixels per metre: the same along both axes.
 pub(crate) const CLEAR_SCALE: f32 = 24.0;
 /// The joints' distance from the origin, along each axis, within which they hold, metres.
 pub(crate) const CLEAR_REACH_M: f32 = 1.5;
 /// How far from the window's corner the origin may be placed, metres.
 pub(crate) const CLEAR_PLACE_M: f32 = 5.0;
-/// The error of a point in the image, metres: that of f32 within these distances.
+/// The error of a point in the image, metres: that of f32 within these distances, for points within
+/// [`NEAR_JOINT_M`] of their joint along each axis.
 const POINT_ERROR_M: f64 = 2e-6;
+const NEAR_JOINT_M: f32 = 0.5;
 /// An outline that is wider than this is wider than 1/4,096 pixel.
 const WIDTH_M: f64 = 1.1e-5;
 /// The error of the direction of a facet's normal.
@@ -26,14 +28,14 @@ const NORMAL_ERROR: f64 = 4e-6;
 /// between them is part of an outline if their normals' products are beyond this share.
 const FLAT: f64 = 1e-5;
 
-/// Returns for each facet how large the products with its normal, which is twice its area long,
-/// must be for outlines along its sides to be clear; endless if they never are.
+/// Writes for each facet how large the products with its normal, which is twice its area long, must
+/// be for outlines along its sides to be clear: endless if they never are, below 0 without a facet.
 ///
 /// For a side `u` between facets with normals `F` and `G`, and a point with the products `f` and
 /// `g` behind their planes, the side and the point span `|u| (f G.v + g F.v) / |F x G|` in the image
 /// in the direction `v`, twice the triangle's area. It must be more than the clear sine of the
 /// hull's size, and more than what errors of points can add.
-pub(super) fn clearances(surface: &Facets, points: &[Vec3]) -> impl Iterator<Item = f32> {
+pub(super) fn set_clearances(surface: &Facets, points: &[Vec3], clearances: &mut [[f32; LANES]]) {
     let exact: heapless::Vec<DVec3, MAX_HULL_POINTS> =
         points.iter().map(|point| point.as_dvec3()).collect();
     let at = |corner: u8| exact.get(usize::from(corner)).copied().unwrap_or_default();
@@ -50,6 +52,11 @@ pub(super) fn clearances(surface: &Facets, points: &[Vec3]) -> impl Iterator<Ite
         .iter()
         .flat_map(|&a| exact.iter().map(move |&b| (a, b)));
     let size = size.fold(0.0f64, |size, (a, b)| size.max(across(a, b)));
+    let reach = { points.iter() }.fold(NEAR_JOINT_M, |reach, point| {
+        reach.max(point.abs().max_element())
+    });
+    let reach = (CLEAR_REACH_M + reach) / (CLEAR_REACH_M + NEAR_JOINT_M);
+    let error = POINT_ERROR_M * f64::from(reach);
     let mut of_edges = [[u8::MAX; 2]; MAX_HULL_EDGES];
     for (number, Facet { edges, .. }) in (0..).zip(&surface.facets) {
         for &edge in edges {
@@ -62,8 +69,10 @@ pub(super) fn clearances(surface: &Facets, points: &[Vec3]) -> impl Iterator<Ite
         let [first, second] = [first, second].map(|side| usize::from(side) % MAX_HULL_FACETS);
         let (from, to) = (at(a), at(b));
         let side = across(from, to);
-        let fold = normals[first].cross(normals[second]).length();
-        if fold <= FLAT * normals[first].length() * normals[second].length() {
+        let both = [normals[first], normals[second]];
+        let [long, other_long] = both.map(DVec3::length);
+        let fold = both[0].cross(both[1]).length();
+        if fold <= FLAT * long * other_long {
             continue;
         }
         let mut needed = 0.0f64;
@@ -71,14 +80,14 @@ pub(super) fn clearances(surface: &Facets, points: &[Vec3]) -> impl Iterator<Ite
             if number == a || number == b {
                 continue;
             }
-            let behind = (normals[first] + normals[second]).dot(from - point);
             let lengths = side + across(from, point) + across(to, point);
-            let area = side * f64::from(CLEAR) * size + POINT_ERROR_M * lengths;
+            let area = side * f64::from(CLEAR) * size + error * lengths;
             let area = area.max(side * WIDTH_M);
-            needed = match behind > 0.0 {
-                true => needed.max(area * fold / (side * behind)),
-                false => f64::INFINITY,
-            };
+            // A point may lie in front of a plane by what coordinates are rounded.
+            let [f, g] = both.map(|normal| normal.dot(from - point));
+            let before = (-f).max(0.0) * other_long + (-g).max(0.0) * long;
+            let behind = f.max(0.0) + g.max(0.0);
+            needed = needed.max((area * fold / side + before) / behind);
         }
         for facet in [first, second] {
             clear[facet] = clear[facet].max(needed);
@@ -86,9 +95,10 @@ pub(super) fn clearances(surface: &Facets, points: &[Vec3]) -> impl Iterator<Ite
     }
     // Normals are those of scaled points.
     let scale = libm::ldexp(1.0, -2 * exponent(points));
-    clear.into_iter().map(move |clear| {
+    let places = clearances.as_flattened_mut().iter_mut();
+    for (place, clear) in places.zip(clear).take(surface.facets.len()) {
         #[expect(clippy::cast_possible_truncation, reason = "within f32")]
         let clear = (clear * scale) as f32;
-        clear
-    })
+        *place = clear;
+    }
 }

@@ -37,6 +37,8 @@ impl DrapedSurface {
             spokes: self.spokes.get(..points.len()).unwrap_or_default(),
             points,
             facets: self.facets.get(..self.facets_len).unwrap_or_default(),
+            // They would take longer than facets.
+            clearances: &[],
             edges: &self.edges,
         }
     }
@@ -46,13 +48,7 @@ impl DrapedSurface {
         let found = Facets::from_points(hull);
         *self = Self::NOTHING;
         self.facets_len = found.facets.len().div_ceil(LANES);
-        // Clearances would take longer than facets.
-        set_facets(
-            &found,
-            hull,
-            core::iter::repeat(f32::INFINITY),
-            &mut self.facets,
-        );
+        set_facets(&found, hull, &mut self.facets);
         self.edges.extend(edges_of(&found));
         radiate(&found, &mut self.spokes);
     }

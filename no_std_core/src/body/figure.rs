@@ -206,6 +206,8 @@ impl<'a> Figure<'a> {
                     spokes: body.spokes.get(own.clone()).unwrap_or_default(),
                     points: own,
                     facets: body.facets.get(facets..hull.facets_end).unwrap_or_default(),
+                    clearances: { body.clearances.get(facets..hull.facets_end) }
+                        .unwrap_or_default(),
                     edges: body.edges.get(edges..hull.edges_end).unwrap_or_default(),
                 },
                 HullCarrier::Drape(drape) => {

@@ -53,9 +53,6 @@ pub(crate) struct Facets16 {
     /// Offsets and tolerances as in [`FacetPlane`].
     pub offsets: [f32; LANES],
     pub tolerances: [f32; LANES],
-    /// Seen from far away, by products with normals that are all further from 0 than these, the
-    /// outline in the image is clear ([`super::clearance`]). Below 0 in unused lanes.
-    pub clearances: [f32; LANES],
 }
 
 impl Facets16 {
@@ -65,10 +62,9 @@ impl Facets16 {
         z: [0.0; LANES],
         offsets: [0.0; LANES],
         tolerances: [0.0; LANES],
-        clearances: [-1.0; LANES],
     };
 
-    fn set(&mut self, lane: usize, plane: &FacetPlane, clearance: f32) {
+    fn set(&mut self, lane: usize, plane: &FacetPlane) {
         let FacetPlane {
             normal,
             offset,
@@ -80,7 +76,6 @@ impl Facets16 {
             (&mut self.z, normal.z),
             (&mut self.offsets, offset),
             (&mut self.tolerances, tolerance),
-            (&mut self.clearances, clearance),
         ];
         for (part, value) in parts {
             if let Some(place) = part.get_mut(lane) {
@@ -90,20 +85,14 @@ impl Facets16 {
     }
 }
 
-/// Writes the facets of a hull of these points and their clearances, sixteen at a time.
-pub(super) fn set_facets(
-    surface: &Facets,
-    points: &[Vec3],
-    clearances: impl Iterator<Item = f32>,
-    facets: &mut [Facets16],
-) {
+/// Writes the facets of a hull of these points, sixteen at a time.
+pub(super) fn set_facets(surface: &Facets, points: &[Vec3], facets: &mut [Facets16]) {
     let scaled = scaled(points);
-    for ((number, facet), clearance) in surface.facets.iter().enumerate().zip(clearances) {
+    for (number, facet) in surface.facets.iter().enumerate() {
         if let Some(facets) = facets.get_mut(number / LANES) {
             facets.set(
                 number % LANES,
                 &FacetPlane::through(facet.corners, points, &scaled),
-                clearance,
             );
         }
     }
@@ -204,6 +193,8 @@ pub(crate) struct FigureHull<'a> {
     pub points: Range<usize>,
     /// Its facets: in the frame of its joint, or in the walker's space if it is draped.
     pub facets: &'a [Facets16],
+    /// The facets' [clearances](super::clearance), as many as facets; none for a draped hull.
+    pub clearances: &'a [[f32; LANES]],
     /// Its edges; a line or a point has none.
     pub edges: &'a [Edges],
     /// The edges that begin or end at each of its points, as bits.

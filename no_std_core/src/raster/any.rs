@@ -15,17 +15,19 @@ use crate::silhouette::Coverage;
 use crate::silhouette::{AnySilhouette, Silhouette, Size};
 use crate::simd::Simd;
 
-/// The window of any rasteriser, for figures of unpacked bodies. 43 kB.
+/// The window of any rasteriser, for figures of unpacked bodies. 36 kB.
 #[derive(Debug)]
 pub struct AnyWindow(AnyKind);
 
 #[derive(Debug)]
 #[expect(
     clippy::large_enum_variant,
-    reason = "43 kB once for a renderer; a box would need a heap"
+    reason = "36 kB once for a renderer; a box would need a heap"
 )]
 enum AnyKind {
     Skia(SkiaLanes),
+    #[cfg(feature = "tiny-skia")]
+    TinySkia(TinySkia),
     #[cfg(feature = "tiny-skia")]
     SkiaAa(TinySkia<Coverage>),
     Rows(rows::BitWindow),
@@ -36,6 +38,8 @@ impl AnyWindow {
         let rows = |sampling| AnyKind::Rows(rows::BitWindow::new(size, sampling, simd));
         Self(match rasterizer {
             Rasterizer::Skia => AnyKind::Skia(SkiaLanes::new(size, simd)),
+            #[cfg(feature = "tiny-skia")]
+            Rasterizer::TinySkia => AnyKind::TinySkia(TinySkia::new(size)),
             #[cfg(feature = "tiny-skia")]
             Rasterizer::SkiaAa => AnyKind::SkiaAa(TinySkia::anti_aliased(size)),
             Rasterizer::Rows => rows(Sampling::Once),
@@ -50,6 +54,8 @@ macro_rules! each {
         match &$self.0 {
             AnyKind::Skia($window) => $does,
             #[cfg(feature = "tiny-skia")]
+            AnyKind::TinySkia($window) => $does,
+            #[cfg(feature = "tiny-skia")]
             AnyKind::SkiaAa($window) => $does,
             AnyKind::Rows($window) => $does,
         }
@@ -57,6 +63,8 @@ macro_rules! each {
     (mut $self:ident, $window:ident => $does:expr) => {
         match &mut $self.0 {
             AnyKind::Skia($window) => $does,
+            #[cfg(feature = "tiny-skia")]
+            AnyKind::TinySkia($window) => $does,
             #[cfg(feature = "tiny-skia")]
             AnyKind::SkiaAa($window) => $does,
             AnyKind::Rows($window) => $does,
@@ -91,6 +99,13 @@ impl Pixels for AnyWindow {
     fn cut(&self, left: isize, frame: &mut AnySilhouette) -> u64 {
         match &self.0 {
             AnyKind::Skia(window) => {
+                let mut silhouette = window.blank();
+                let area = window.cut(left, &mut silhouette);
+                *frame = AnySilhouette::Binary(silhouette);
+                area
+            }
+            #[cfg(feature = "tiny-skia")]
+            AnyKind::TinySkia(window) => {
                 let mut silhouette = window.blank();
                 let area = window.cut(left, &mut silhouette);
                 *frame = AnySilhouette::Binary(silhouette);

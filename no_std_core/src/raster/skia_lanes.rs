@@ -63,7 +63,7 @@ impl Strip {
     };
 }
 
-/// The window of [`Rasterizer::Skia`] for unpacked figures. 41 kB.
+/// The window of [`Rasterizer::Skia`] for unpacked figures. 29 kB.
 #[derive(Clone, Debug)]
 pub(super) struct SkiaLanes {
     simd: Simd,

@@ -166,7 +166,7 @@ pub trait CutImage {
 }
 
 impl CutImage for Silhouette {
-    const RASTERIZER: Rasterizer = Rasterizer::Skia;
+    const RASTERIZER: Rasterizer = Rasterizer::TinySkia;
     const IS_GREY: bool = false;
 
     fn empty(size: Size) -> Self {

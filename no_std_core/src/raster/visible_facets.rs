@@ -70,12 +70,13 @@ pub fn look<L: Wide, const CLEAR: bool>(
         for facing in facing.iter_mut().take(views.len()) {
             facing[number] = ALWAYS;
         }
-        if CLEAR && hull.facets.is_empty() {
+        if CLEAR && hull.clearances.is_empty() {
             doubtful
                 .iter_mut()
                 .for_each(|doubtful| *doubtful |= 1 << number);
         }
         for (chunk, facets) in hull.facets.iter().enumerate() {
+            let facets = (facets, hull.clearances.get(chunk).unwrap_or(&[-1.0; LANES]));
             let seen = views.iter().zip(&*eyes).zip(&mut *facing);
             for (((view, [x, y, z]), facing), doubtful) in seen.zip(&mut *doubtful) {
                 let eye = [x[number], y[number], z[number]];
@@ -100,7 +101,7 @@ pub fn look<L: Wide, const CLEAR: bool>(
 #[inline(always)]
 fn seen_by<const N: usize, L: Lanes<N>, const CLEAR: bool>(
     l: L,
-    facets: &Facets16,
+    (facets, clearances): (&Facets16, &[f32; LANES]),
     first: usize,
     [x, y, z]: [f32; 3],
     is_near: bool,
@@ -122,10 +123,7 @@ fn seen_by<const N: usize, L: Lanes<N>, const CLEAR: bool>(
         return [seen, 0];
     }
     let size = l.max(product, l.sub(l.splat(0.0), product));
-    [
-        seen,
-        l.bits(l.not_less(part(l, &facets.clearances, first), size)),
-    ]
+    [seen, l.bits(l.not_less(part(l, clearances, first), size))]
 }
 
 /// Converts an eye to the frames of all hulls.

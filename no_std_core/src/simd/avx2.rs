@@ -229,16 +229,6 @@ impl Lanes<8> for Avx2 {
     fn bits_but(self, highest: __m256i) -> __m256i {
         with!(_mm256_srlv_epi32(_mm256_set1_epi32(-1), highest))
     }
-    #[inline(always)]
-    fn ranges(self, from: __m256i, to: __m256i) -> [u64; 2] {
-        with! {
-            let ranges = self.without(self.bits_from(from), self.bits_from(to));
-            let ranges = _mm256_and_si256(ranges, _mm256_set1_epi32(0xff));
-            let (low, high) = (_mm256_castsi256_si128(ranges), _mm256_extracti128_si256::<1>(ranges));
-            let words = _mm_packus_epi32(low, high);
-            [super::transposed(_mm_cvtsi128_si64(_mm_packus_epi16(words, words)).cast_unsigned()), 0]
-        }
-    }
     /// Counts by table, four bits at a time (Mula 2011).
     #[inline(always)]
     fn count_ones(self, words: __m256i) -> __m256i {

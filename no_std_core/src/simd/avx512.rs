@@ -277,19 +277,6 @@ impl Lanes<LANES> for Avx512 {
         u32::from(mask)
     }
 
-    /// Transposes a matrix of bits by multiplying the one with ones in its diagonal by it.
-    #[inline(always)]
-    fn ranges(self, from: __m512i, to: __m512i) -> [u64; 2] {
-        with! {
-            let ranges = self.without(self.bits_from(from), self.bits_from(to));
-            let turned = _mm_set_epi8(8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7);
-            let rows = _mm_shuffle_epi8(_mm512_cvtepi32_epi8(ranges), turned);
-            let diagonal = _mm_set1_epi64x(0x8040_2010_0804_0201u64.cast_signed());
-            let columns = _mm_gf2p8affine_epi64_epi8::<0>(diagonal, rows);
-            [_mm_cvtsi128_si64(columns), _mm_extract_epi64::<1>(columns)].map(i64::cast_unsigned)
-        }
-    }
-
     /// Computes both together: the greatest is the negated least of the negated numbers.
     #[inline(always)]
     fn bounds(self, low: __m512, high: __m512) -> (f32, f32) {

@@ -259,21 +259,6 @@ pub(crate) trait Lanes<const N: usize>: Copy {
         (least, greatest)
     }
 
-    /// Returns for each number 0 to 7 the lanes in which it is within `from..to`: a byte a number
-    /// and a bit a lane, for the first eight lanes, and for the next.
-    #[inline(always)]
-    fn ranges(self, from: Self::Words, to: Self::Words) -> [u64; 2] {
-        let (mut froms, mut tos) = ([0; N], [0; N]);
-        self.store_words(from, &mut froms);
-        self.store_words(to, &mut tos);
-        let mut ranges = [0; 2];
-        for (lane, (from, to)) in froms.into_iter().zip(tos).enumerate() {
-            let range = (0xff << (from % 64)) & !(0xff << (to % 64)) & 0xff;
-            ranges[lane / 8 % 2] |= range << (8 * (lane % 8));
-        }
-        [transposed(ranges[0]), transposed(ranges[1])]
-    }
-
     /// Returns the least of the first and the greatest of the second signed numbers.
     #[inline(always)]
     fn ends_of(self, low: Self::Words, high: Self::Words) -> (i32, i32) {
@@ -464,16 +449,4 @@ pub(crate) trait Wide: Lanes<16> {
         points: [&[f32; MAX_HULL_POINTS]; 3],
         plane: f32,
     ) -> ([Self::Floats; 2], usize);
-}
-
-/// Transposes an 8 by 8 matrix of bits, a byte a row (Warren 2013, "Hacker's Delight", section
-/// 7-3).
-#[inline(always)]
-const fn transposed(bits: u64) -> u64 {
-    let turn = (bits ^ bits >> 7) & 0x00aa_00aa_00aa_00aa;
-    let bits = bits ^ turn ^ turn << 7;
-    let turn = (bits ^ bits >> 14) & 0x0000_cccc_0000_cccc;
-    let bits = bits ^ turn ^ turn << 14;
-    let turn = (bits ^ bits >> 28) & 0x0000_0000_f0f0_f0f0;
-    bits ^ turn ^ turn << 28
 }

@@ -5,11 +5,7 @@ use crate::plain::random_angles;
 use crate::random::Random;
 use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::camera::{Camera, Framing, Viewpoint};
-#[cfg(feature = "tiny-skia")]
-use edgegait_core::raster::TinySkia;
 use edgegait_core::raster::{Rasterizer, RenderView, Renderer, Simd};
-#[cfg(feature = "tiny-skia")]
-use edgegait_core::silhouette::AnySilhouette;
 use edgegait_core::silhouette::Size;
 use edgegait_core::skeleton::Joint;
 use glam::{Vec2, Vec3};
@@ -135,11 +131,9 @@ fn compare(seed: u64, hulls: usize) {
         };
         #[cfg(feature = "tiny-skia")]
         if portable.rasterizer() == Rasterizer::Skia {
-            let mut oracle = Renderer::with_window(TinySkia::new(portable.size()));
+            let mut oracle = Renderer::new(Rasterizer::TinySkia, portable.size());
             let expected = oracle.draw(&figure, &camera, framing, jitter);
-            let expected = expected.map(|d| (AnySilhouette::Binary(*d.frame), d.clipped_share));
             let found = portable.draw(&figure, &camera, framing, jitter);
-            let found = found.map(|d| (*d.frame, d.clipped_share));
             assert!(found == expected, "turn {turn} of kind {kind}: {found:?}");
         }
         let expected = portable.draw(&figure, &camera, framing, jitter);

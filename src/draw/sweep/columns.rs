@@ -7,7 +7,7 @@ use super::settings::Raster;
 use super::views::{ListedViews, by_azimuth};
 use crate::error::{Error, Result, SettingError};
 use edgegait_core::raster::columns::{self, Azimuth, ElevationImages};
-use edgegait_core::raster::{Rasterizer, Renderer};
+use edgegait_core::raster::{Rasterizer, Renderer, Simd};
 use edgegait_core::silhouette::{AnySilhouette, Size};
 use edgegait_core::template::GeiTally;
 
@@ -18,11 +18,11 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    pub(super) fn new(size: Size) -> Self {
+    pub(super) fn new(size: Size, simd: Simd) -> Self {
         Self {
             renderer: SweepColumns {
-                columns: columns::ColumnRenderer::new(),
-                measure: Renderer::new(Rasterizer::Rows, size),
+                columns: columns::ColumnRenderer::with_simd(simd),
+                measure: Renderer::with_simd(Rasterizer::Rows, size, simd),
             },
             tally: GeiTally::new(size),
         }

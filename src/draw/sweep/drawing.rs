@@ -6,9 +6,10 @@ use super::posed_frames::{FramedView, PosedFrames};
 use super::views::ListedViews;
 use super::{Raster, Settings, Swept, Wanted};
 use crate::draw::confounders::image::FineRenderer;
+use crate::draw::registers::registers;
 use crate::draw::template::{Builder, Template};
 use crate::error::Result;
-use edgegait_core::raster::{Drawing, Placement, Rasterizer, Renderer};
+use edgegait_core::raster::{Drawing, Placement, Rasterizer, Renderer, Simd};
 use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
 
 /// Views whose templates are made together: few enough to keep their sums in a processor's cache,
@@ -22,11 +23,14 @@ pub(super) enum Painter {
 }
 
 impl Painter {
-    pub(super) fn new(settings: &Settings) -> Self {
-        match settings.rasterizer {
-            Raster::Each(rasterizer) => Self::Each(Box::new(Brush::new(rasterizer, settings.size))),
-            Raster::Columns => Self::Columns(Box::new(Columns::new(settings.size))),
-        }
+    /// # Errors
+    /// As [`registers`].
+    pub(super) fn new(settings: &Settings) -> Result<Self> {
+        let (size, simd) = (settings.size, registers()?);
+        Ok(match settings.rasterizer {
+            Raster::Each(rasterizer) => Self::Each(Box::new(Brush::new(rasterizer, size, simd))),
+            Raster::Columns => Self::Columns(Box::new(Columns::new(size, simd))),
+        })
     }
 
     /// Makes the requested outputs of the posed frames. Equal views are drawn once.
@@ -90,9 +94,9 @@ pub(super) struct Brush {
 }
 
 impl Brush {
-    fn new(rasterizer: Rasterizer, size: Size) -> Self {
+    fn new(rasterizer: Rasterizer, size: Size, simd: Simd) -> Self {
         Self {
-            pen: Pen::new(rasterizer, size),
+            pen: Pen::new(rasterizer, size, simd),
             builders: Vec::new(),
         }
     }
@@ -180,9 +184,9 @@ struct Pen {
 }
 
 impl Pen {
-    fn new(rasterizer: Rasterizer, size: Size) -> Self {
+    fn new(rasterizer: Rasterizer, size: Size, simd: Simd) -> Self {
         Self {
-            renderer: Renderer::new(rasterizer, size),
+            renderer: Renderer::with_simd(rasterizer, size, simd),
             fine: None,
             framed: AnySilhouette::Binary(Silhouette::empty(size)),
         }

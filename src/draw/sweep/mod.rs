@@ -230,7 +230,10 @@ fn sweep_from<'c, 'v, R: Send>(
     let painters = Mutex::new(Vec::new());
     let draw = |job| {
         let spare = painters.lock().expect("nobody panics here").pop();
-        let mut painter = spare.unwrap_or_else(|| Painter::new(&request.settings));
+        let mut painter = match spare {
+            Some(painter) => painter,
+            None => Painter::new(&request.settings)?,
+        };
         let views = views_of(job)?;
         let swept = swept(pack, job, request, &views, &mut painter);
         painters.lock().expect("nobody panics here").push(painter);
@@ -282,7 +285,7 @@ impl Drawer {
     pub fn new(settings: Settings, wanted: &Wanted) -> Result<Self> {
         DrawingRequest { settings, wanted }.check()?;
         Ok(Self {
-            painter: Painter::new(&settings),
+            painter: Painter::new(&settings)?,
             settings,
             wanted: wanted.clone(),
         })
@@ -398,7 +401,7 @@ pub fn silhouettes(
     settings.check()?;
     let dressed = Dressed::new(pack, shot.job, settings.seed)?;
     let mut posed = PosedFrames::new(pack, shot.job, &dressed, settings)?;
-    let mut painter = Painter::new(&settings);
+    let mut painter = Painter::new(&settings)?;
     let views = ListedViews::new(shot.views);
     let mut all = vec![Vec::new(); shot.views.len()];
     for range in chunks(shot.moments, &settings) {

@@ -1,5 +1,6 @@
 //! Settings of a sweep: everything on which its results depend, except the walkers.
 
+use crate::draw::registers::registers;
 use crate::draw::template::Template;
 use crate::error::{ChoiceError, Result, SettingError};
 use edgegait_core::raster::Rasterizer;
@@ -67,8 +68,10 @@ impl Settings {
     /// Checks that the settings can be drawn.
     ///
     /// # Errors
-    /// If a number is out of its range, or the settings are incompatible.
+    /// If a number is out of its range, the settings are incompatible, or the processor lacks the
+    /// registers that the environment names.
     pub fn check(&self) -> Result<()> {
+        registers()?;
         if self.framing == FramingMode::Cycle && self.lens == Lens::Persp {
             return Err(ChoiceError::CycleNeedsParallelRays.into());
         }
@@ -138,7 +141,10 @@ impl Raster {
     /// Returns whether frames are drawn one by one, with pixels that are on or off.
     #[must_use]
     pub const fn is_binary(self) -> bool {
-        matches!(self, Self::Each(Rasterizer::Skia | Rasterizer::Rows))
+        matches!(
+            self,
+            Self::Each(Rasterizer::Skia | Rasterizer::TinySkia | Rasterizer::Rows)
+        )
     }
 
     /// Returns the distance between samples, pixels.
@@ -152,7 +158,8 @@ impl Raster {
 
     /// Returns all rasterisers.
     pub fn all() -> impl Iterator<Item = Self> {
-        let each = Rasterizer::ALL.iter().map(|&rasterizer| rasterizer.into());
+        let each = Rasterizer::ALL.iter().chain(&[Rasterizer::TinySkia]);
+        let each = each.map(|&rasterizer| rasterizer.into());
         each.chain([Self::Columns])
     }
 }

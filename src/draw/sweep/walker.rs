@@ -46,7 +46,7 @@ impl Moments {
     }
 }
 
-/// A job's body, unpacked and dressed: 81 kB, and twice that if it differs from the pack's.
+/// A job's body, unpacked and dressed: 89 kB, and twice that if it differs from the pack's.
 pub(super) struct Dressed {
     plan: DosePlan,
     body: Box<UnpackedBody>,

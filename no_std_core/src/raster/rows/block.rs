@@ -20,7 +20,9 @@ pub fn fill_hull<const S: usize, const N: usize, L: Lanes<N>>(
         Some(rows) => l.load(rows),
         None => zero,
     };
-    let mut row = hull.iter().fold(i32::MAX, |row, strip| row.min(strip.first));
+    let mut row = hull
+        .iter()
+        .fold(i32::MAX, |row, strip| row.min(strip.first));
     let end = hull.iter().fold(0, |end, strip| end.max(strip.end));
     while row < end {
         #[expect(clippy::cast_precision_loss, reason = "at most 64")]
@@ -54,7 +56,9 @@ pub fn fill_hull<const S: usize, const N: usize, L: Lanes<N>>(
                     return;
                 };
                 for (word, rows) in image.iter_mut().take(words).enumerate() {
-                    let rows = usize::try_from(row).ok().and_then(|row| rows.get_mut(row..));
+                    let rows = usize::try_from(row)
+                        .ok()
+                        .and_then(|row| rows.get_mut(row..));
                     if let Some(rows) = rows.and_then(<[u32]>::first_chunk_mut) {
                         let filled = l.or_words(l.load_words(rows), span(l, from, to, word));
                         l.store_words(filled, rows);
@@ -62,7 +66,11 @@ pub fn fill_hull<const S: usize, const N: usize, L: Lanes<N>>(
                 }
             }
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "8 or 16")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_possible_wrap,
+            reason = "8 or 16"
+        )]
         let next = row + N as i32;
         row = next;
     }
@@ -74,11 +82,7 @@ const ROWS: [f32; LANES] = [
 
 /// Returns the bits of one word from column `from` on and before column `to`.
 #[inline(always)]
-fn span<const N: usize, L: Lanes<N>>(
-    l: L,     from: L::Words,
-    to: L::Words,
-    word: usize,
-) -> L::Words {
+fn span<const N: usize, L: Lanes<N>>(l: L, from: L::Words, to: L::Words, word: usize) -> L::Words {
     let (mut from, mut to) = (from, to);
     if word > 0 {
         #[expect(clippy::cast_possible_truncation, reason = "at most 128")]

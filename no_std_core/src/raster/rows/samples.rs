@@ -11,7 +11,7 @@ use crate::raster::moments::AreaMoments;
 use crate::silhouette::{Silhouette, Size};
 
 /// The window of [`Rasterizer::Rows3x3`] with nine separate images, one for each place of samples
-/// in their pixels: the leftmost places first, from the top down. 43 kB.
+/// in their pixels: the leftmost places first, from the top down. 36 kB.
 ///
 /// Together they are an image of three times as many rows and columns, to which image effects can
 /// be applied.
@@ -19,10 +19,10 @@ use crate::silhouette::{Silhouette, Size};
 pub struct SampleImages(BitWindow);
 
 impl SampleImages {
-    /// Makes an empty window that uses the widest registers of the processor.
+    /// Makes an empty window that uses these registers.
     #[must_use]
-    pub fn new(size: Size) -> Self {
-        Self(BitWindow::new(size, Sampling::ThreeByThree, Simd::widest()))
+    pub fn new(size: Size, simd: Simd) -> Self {
+        Self(BitWindow::new(size, Sampling::ThreeByThree, simd))
     }
 }
 

@@ -6,12 +6,13 @@
 use super::exposure::exposed;
 use super::phases::{FINE, WINDOW, interleaved, merge, tiles};
 use super::picture::{BitPicture, SampleBounds};
+use crate::draw::registers::registers;
 use crate::error::{Result, SettingError};
 use edgegait_core::body::{Figure, UnpackedBody};
 use edgegait_core::budget::MAX_FIGURE_COLUMNS;
 use edgegait_core::camera::Framing;
 use edgegait_core::raster::{
-    DrawError, Extent, PosedHulls, Rasterizer, RenderView, Renderer, SampleImages, projected,
+    DrawError, Extent, PosedHulls, Rasterizer, RenderView, Renderer, SampleImages, Simd, projected,
 };
 use edgegait_core::silhouette::{AnySilhouette, Size};
 use edgegait_core::skeleton::Joint;
@@ -38,6 +39,7 @@ pub(crate) struct Rectangle {
 /// The renderer of fine pictures.
 #[derive(Debug)]
 pub(crate) struct FineRenderer {
+    simd: Simd,
     /// Renders silhouettes as the core does.
     silhouettes: Renderer,
     /// Renders the samples on which effects act, exactly.
@@ -48,13 +50,17 @@ impl FineRenderer {
     /// Creates a renderer for silhouettes of this size.
     ///
     /// # Errors
-    /// For rasterisers that draw grey: segmented silhouettes are binary.
+    /// For rasterisers that draw grey: segmented silhouettes are binary. Otherwise as [`registers`].
     pub(crate) fn new(rasterizer: Rasterizer, size: Size) -> Result<Self> {
         match rasterizer {
-            Rasterizer::Skia | Rasterizer::Rows => Ok(Self {
-                silhouettes: Renderer::new(rasterizer, size),
-                samples: Renderer::with_window(SampleImages::new(Size::S64x64)),
-            }),
+            Rasterizer::Skia | Rasterizer::TinySkia | Rasterizer::Rows => {
+                let simd = registers()?;
+                Ok(Self {
+                    simd,
+                    silhouettes: Renderer::with_simd(rasterizer, size, simd),
+                    samples: Renderer::with_window(SampleImages::new(Size::S64x64, simd)),
+                })
+            }
             grey => Err(SettingError::GreyRaster.refuses("raster", grey)),
         }
     }
@@ -256,7 +262,7 @@ impl Fine {
         ) = (self.view, self.size);
         if renderer.silhouettes.size() != size {
             let rasterizer = renderer.silhouettes.rasterizer();
-            renderer.silhouettes = Renderer::new(rasterizer, size);
+            renderer.silhouettes = Renderer::with_simd(rasterizer, size, renderer.simd);
         }
         let drawing = renderer
             .silhouettes
