@@ -16,15 +16,7 @@ fn main() {
         (0, 0x2000_0000_u32, 40)
     };
     println!("cargo:rustc-env=TICK_NS={tick_ns}");
-    let has_skia = env::var_os("CARGO_FEATURE_SKIA").is_some();
-    let (study_flash, study_ram) = match (has_skia, target.ends_with("hf")) {
-        (false, _) => (256, 16),
-        (true, true) => (1024, 24),
-        // Software floating point takes another kilobyte of stack.
-        (true, false) => (1024, 26),
-    };
-    for (program, flash_kib, ram_kib) in [("study", study_flash, study_ram), ("golden", 4096, 2048)]
-    {
+    for (program, flash_kib, ram_kib) in [("study", 256, 16), ("golden", 4096, 2048)] {
         let folder = out.join(program);
         let map = format!(
             "MEMORY {{\n  FLASH : ORIGIN = {flash:#x}, LENGTH = {}\n  RAM : ORIGIN = {ram:#x}, LENGTH = {}\n}}\n",

@@ -318,12 +318,12 @@ fn place_of(grid: [&[f32; MAX_HULL_POINTS]; 2], count: usize, height: usize) -> 
             (least, most) = (least.min(at), most.max(at));
         }
         let side = as_pixels(side) * UNIT;
-        // What is cut off to less than this was less.
-        let margin = OUTSIDE * UNIT;
+        // Less than a step is cut off, towards 0.
+        let margin = OUTSIDE * UNIT - 1.0;
         if most <= -UNIT || least >= side + UNIT {
             return Where::Outside;
         }
-        if least <= -margin || most + 1.0 >= side + margin {
+        if least <= -margin || most >= side + margin {
             place = Where::Across;
         }
     }

@@ -224,6 +224,51 @@ fn views_at_once_are_drawn_as_one_by_one() {
     }
 }
 
+/// A figure as wide as two windows, whose sides meet in its middle, and hulls that reach across them
+/// by less than a pixel.
+#[cfg(feature = "tiny-skia")]
+#[test]
+fn hulls_across_the_sides_of_windows_have_the_pixels_of_tiny_skia() {
+    let mut random = Random(54);
+    let camera = Camera::orthographic(Viewpoint::from_degrees(0.0, 0.0).expect("a viewpoint"));
+    for size in Size::ALL {
+        let rows = size.rows() as f32;
+        let mut oracle = Renderer::new(Rasterizer::TinySkia, size);
+        let mut renderers: Vec<Renderer> = Simd::available()
+            .map(|simd| Renderer::with_simd(Rasterizer::Skia, size, simd))
+            .collect();
+        for figure in 0..2_000 {
+            let mut body = UnpackedBody::default();
+            // 1 m high: as many pixels a metre as rows.
+            let corners = [[-60.0, 0.0], [-60.0, 1.0], [60.0, 0.0], [60.0, 1.0]];
+            for [x, y] in corners.map(|[x, y]: [f32; 2]| [x / rows, y]) {
+                let point = |dx: f32| Vec3::new(x + dx, y, dx);
+                let hull = [point(0.0), point(0.001), point(-0.001)];
+                body.push(Joint::Pelvis, hull).expect("within the budget");
+            }
+            for _ in 0..6 {
+                // Within a pixel of a side, and up to ten pixels away from it.
+                let side = random.between(-1.0, 1.0).signum();
+                let hull: Vec<Vec3> = (0..4 + random.below(12))
+                    .map(|_| {
+                        let depth = random.between(0.0, 10.0).powf(random.between(0.3, 2.0));
+                        let x = side * (random.between(-1.0, 1.0) - depth.min(10.0));
+                        let [y, z] = [0.5, 0.0].map(|middle| middle + random.between(-0.3, 0.3));
+                        Vec3::from([x / f64::from(rows), y, z].map(|metres| metres as f32))
+                    })
+                    .collect();
+                body.push(Joint::Pelvis, hull).expect("within the budget");
+            }
+            let posed = Figure::at_rest(&body);
+            let expected = oracle.draw(&posed, &camera, Framing::Height, Vec2::ZERO);
+            for renderer in &mut renderers {
+                let found = renderer.draw(&posed, &camera, Framing::Height, Vec2::ZERO);
+                assert!(found == expected, "{size:?}, figure {figure}: {found:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn all_instruction_sets_draw_the_same_bits() {
     compare(51, 150_000);
