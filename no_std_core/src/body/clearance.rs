@@ -47,11 +47,15 @@ pub(super) fn set_clearances(surface: &Facets, points: &[Vec3], clearances: &mut
         let slender = 4e-7 * libm::sqrt((b - a).length_squared() * (c - a).length_squared());
         *clear = (FLAT + NORMAL_ERROR) * normal.length() + slender;
     }
-    let across = |a: DVec3, b: DVec3| libm::sqrt((b - a).length_squared());
-    let size = exact
-        .iter()
-        .flat_map(|&a| exact.iter().map(move |&b| (a, b)));
-    let size = size.fold(0.0f64, |size, (a, b)| size.max(across(a, b)));
+    // Between all pairs of points.
+    let mut lengths = [[0.0f64; MAX_HULL_POINTS]; MAX_HULL_POINTS];
+    let mut size = 0.0f64;
+    for (lengths, &from) in lengths.iter_mut().zip(&exact) {
+        for (length, &to) in lengths.iter_mut().zip(&exact) {
+            *length = libm::sqrt((to - from).length_squared());
+            size = size.max(*length);
+        }
+    }
     let reach = { points.iter() }.fold(NEAR_JOINT_M, |reach, point| {
         reach.max(point.abs().max_element())
     });
@@ -67,8 +71,9 @@ pub(super) fn set_clearances(surface: &Facets, points: &[Vec3], clearances: &mut
     }
     for (&[a, b], [first, second]) in surface.edges.iter().zip(of_edges) {
         let [first, second] = [first, second].map(|side| usize::from(side) % MAX_HULL_FACETS);
-        let (from, to) = (at(a), at(b));
-        let side = across(from, to);
+        let from = at(a);
+        let [of_a, of_b] = [a, b].map(|end| lengths[usize::from(end) % MAX_HULL_POINTS]);
+        let side = of_a[usize::from(b) % MAX_HULL_POINTS];
         let both = [normals[first], normals[second]];
         let [long, other_long] = both.map(DVec3::length);
         let fold = both[0].cross(both[1]).length();
@@ -76,12 +81,12 @@ pub(super) fn set_clearances(surface: &Facets, points: &[Vec3], clearances: &mut
             continue;
         }
         let mut needed = 0.0f64;
-        for (number, &point) in (0..).zip(&exact) {
+        for (number, (&point, (to_a, to_b))) in (0..).zip(exact.iter().zip(of_a.iter().zip(&of_b)))
+        {
             if number == a || number == b {
                 continue;
             }
-            let lengths = side + across(from, point) + across(to, point);
-            let area = side * f64::from(CLEAR) * size + error * lengths;
+            let area = side * f64::from(CLEAR) * size + error * (side + to_a + to_b);
             let area = area.max(side * WIDTH_M);
             // A point may lie in front of a plane by what coordinates are rounded.
             let [f, g] = both.map(|normal| normal.dot(from - point));

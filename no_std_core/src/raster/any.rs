@@ -98,19 +98,9 @@ impl Pixels for AnyWindow {
     }
     fn cut(&self, left: isize, frame: &mut AnySilhouette) -> u64 {
         match &self.0 {
-            AnyKind::Skia(window) => {
-                let mut silhouette = window.blank();
-                let area = window.cut(left, &mut silhouette);
-                *frame = AnySilhouette::Binary(silhouette);
-                area
-            }
+            AnyKind::Skia(window) => cut_binary(window, left, frame),
             #[cfg(feature = "tiny-skia")]
-            AnyKind::TinySkia(window) => {
-                let mut silhouette = window.blank();
-                let area = window.cut(left, &mut silhouette);
-                *frame = AnySilhouette::Binary(silhouette);
-                area
-            }
+            AnyKind::TinySkia(window) => cut_binary(window, left, frame),
             #[cfg(feature = "tiny-skia")]
             AnyKind::SkiaAa(window) => {
                 let mut coverage = window.blank();
@@ -120,6 +110,21 @@ impl Pixels for AnyWindow {
             }
             AnyKind::Rows(window) => window.cut(left, frame),
         }
+    }
+}
+
+/// Cuts out columns without copying unused parts of a frame.
+fn cut_binary(
+    window: &impl Pixels<Image = Silhouette>,
+    left: isize,
+    frame: &mut AnySilhouette,
+) -> u64 {
+    if !matches!(frame, AnySilhouette::Binary(_)) {
+        *frame = AnySilhouette::Binary(window.blank());
+    }
+    match frame {
+        AnySilhouette::Binary(silhouette) => window.cut(left, silhouette),
+        _ => 0,
     }
 }
 

@@ -31,9 +31,9 @@ const MAX_STRIPS: usize = MAX_HULLS / 2 + MOST_STRIPS;
 /// Steps of the grid in a pixel.
 const UNIT: f32 = 64.0;
 
-/// Up to sixteen lines of one hull, as [`Skia`](super::Skia) steps along them.
+/// Up to sixteen lines of one hull in fixed point, as [`Skia`](super::Skia) steps along them.
 #[derive(Clone, Debug)]
-struct Strip {
+struct FixedStrip {
     /// The first row that each crosses, and how many.
     first: [u32; LANES],
     rows: [u32; LANES],
@@ -50,7 +50,7 @@ struct Strip {
     is_last: bool,
 }
 
-impl Strip {
+impl FixedStrip {
     const EMPTY: Self = Self {
         first: [0; LANES],
         rows: [0; LANES],
@@ -75,7 +75,7 @@ pub(super) struct SkiaLanes {
     grid: ImagePoints,
     /// The outlines of hulls that are not filled yet: the ends of lines on the grid, and the lines.
     ends: [LineEnds; MAX_STRIPS],
-    strips: [Strip; MAX_STRIPS],
+    strips: [FixedStrip; MAX_STRIPS],
     /// Bit `c` is column `c`. Rows below the window may be anything.
     rows: [u64; MAX_ROWS + LANES],
 }
@@ -90,7 +90,7 @@ impl SkiaLanes {
             extent: Extent::NONE,
             grid: ImagePoints::ZERO,
             ends: [const { LineEnds::NONE }; _],
-            strips: [const { Strip::EMPTY }; _],
+            strips: [const { FixedStrip::EMPTY }; _],
             rows: [0; _],
         }
     }
@@ -332,7 +332,7 @@ fn place_of(grid: [&[f32; MAX_HULL_POINTS]; 2], count: usize, height: usize) -> 
 
 /// Computes the lines of a strip between ends on the grid.
 #[inline(always)]
-fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut Strip) {
+fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut FixedStrip) {
     let numbers = first_numbers(l);
     let (half, none) = (l.splat_word(32), l.splat_word(0));
     let mut top = l.splat_word(i32::MAX.cast_unsigned());
@@ -382,7 +382,7 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut Strip) {
 #[inline(always)]
 fn fill_hull<const N: usize, L: Lanes<N>>(
     l: L,
-    hull: &[Strip],
+    hull: &[FixedStrip],
     rows: &mut [u64; MAX_ROWS + LANES],
 ) {
     let numbers = first_numbers(l);

@@ -205,14 +205,14 @@ fn other_encodings() -> impl Iterator<Item = Encoding> {
     errors.into_iter().chain(points)
 }
 
-/// Returns the time of a complete silhouette at 50x30 in thousandths of that of `skia`: `edgegait
-/// frontier` on one core of a shared AMD EPYC (AVX-512) virtual machine, 2026-11-21, rounded.
+/// Returns the time of a complete silhouette at 50x30 in thousandths of that of `skia`: `cargo bench
+/// --bench raster` on one core of a shared AMD EPYC (AVX-512) virtual machine, 2026-11-27, rounded.
 pub(super) const fn silhouette_cost(rasterizer: Rasterizer) -> u32 {
     match rasterizer {
         Rasterizer::Skia => 1_000,
-        Rasterizer::SkiaAa => 2_200,
-        Rasterizer::Rows => 55,
-        Rasterizer::Rows3x3 => 127,
+        Rasterizer::SkiaAa => 36_000,
+        Rasterizer::Rows => 670,
+        Rasterizer::Rows3x3 => 1_660,
         // Not measured, so tried last.
         _ => 100_000,
     }
