@@ -10,7 +10,7 @@
 use super::image_points::{ImagePoints, first_numbers, part, placed};
 use super::moments::AreaMoments;
 use super::placement::{Extent, Placement, as_pixels};
-use super::skia::{self, OUTSIDE};
+use super::skia::{self, NEARLY_ZERO, OUTSIDE};
 use super::visible_facets::{VisibleFacets, look};
 use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
@@ -456,7 +456,11 @@ impl HullPixels {
         for point in self.points() {
             (min, max) = (min.min(point), max.max(point));
         }
-        let wide = CLEAR * (max - min).element_sum();
+        let across = max - min;
+        if across.min_element() <= NEARLY_ZERO {
+            return false;
+        }
+        let wide = CLEAR * across.element_sum();
         let sixteens = || {
             let [x, y] = self.axes.each_ref().map(|axis| axis.as_chunks::<LANES>().0);
             x.iter().zip(y)

@@ -224,8 +224,8 @@ fn views_at_once_are_drawn_as_one_by_one() {
     }
 }
 
-/// A figure as wide as two windows, whose sides meet in its middle, and hulls that reach across them
-/// by less than a pixel.
+/// A figure as wide as two windows, whose sides meet in its middle, hulls that reach across them by
+/// less than a pixel, and hulls around the centre of a pixel that are hardly there.
 #[cfg(feature = "tiny-skia")]
 #[test]
 fn hulls_across_the_sides_of_windows_have_the_pixels_of_tiny_skia() {
@@ -259,6 +259,16 @@ fn hulls_across_the_sides_of_windows_have_the_pixels_of_tiny_skia() {
                     .collect();
                 body.push(Joint::Pelvis, hull).expect("within the budget");
             }
+            let centre = [5, 10].map(|first| (first + random.below(20)) as f64 + 0.5);
+            let size = 10f64.powf(random.between(-5.0, -2.0));
+            let hull: Vec<Vec3> = (0..8)
+                .map(|_| {
+                    let [x, y] = centre.map(|centre| centre + random.between(-size, size));
+                    let z = random.between(-size, size);
+                    Vec3::from([x, y, z].map(|pixels| (pixels / f64::from(rows)) as f32))
+                })
+                .collect();
+            body.push(Joint::Pelvis, hull).expect("within the budget");
             let posed = Figure::at_rest(&body);
             let expected = oracle.draw(&posed, &camera, Framing::Height, Vec2::ZERO);
             for renderer in &mut renderers {
