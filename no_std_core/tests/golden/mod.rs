@@ -12,9 +12,7 @@ use edgegait_core::clip::{Clip, Loop};
 use edgegait_core::compact;
 use edgegait_core::pack::Pack;
 use edgegait_core::pose::{ModelPose, Pose};
-#[cfg(feature = "tiny-skia")]
-use edgegait_core::raster::Skia;
-use edgegait_core::raster::{Rasterizer, Renderer, Window};
+use edgegait_core::raster::{Rasterizer, Renderer, Skia, Window};
 use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
 use edgegait_core::template::{TemplateBuilder, TemplateKind};
 use fnv::Fnv;
@@ -93,7 +91,6 @@ pub fn list(line: Line<'_>) {
             &cycle,
             line,
         );
-        #[cfg(feature = "tiny-skia")]
         compact_silhouettes(Skia::new, ("compact-skia", subject), &avatar, &cycle, line);
     }
 }
