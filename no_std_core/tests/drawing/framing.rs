@@ -133,7 +133,6 @@ impl Found {
     fn tolerance(&self) -> f64 {
         match self.rasterizer {
             // tiny-skia truncates coordinates to 1/64 pixel.
-            #[cfg(feature = "tiny-skia")]
             Rasterizer::Skia => 0.006,
             // Half of a pixel's area may be covered without its centre.
             #[cfg(feature = "tiny-skia")]
