@@ -388,7 +388,6 @@ fn compare(rasterizer: Rasterizer, n: usize, figures: Figures) -> Found {
 /// The centre-sampling rasterisers, and the share of on-pixels that may differ.
 const CENTRES: &[(Rasterizer, f64)] = &[
     // Measured: 0.40 %, because tiny-skia truncates coordinates to 1/64 pixel.
-    #[cfg(feature = "tiny-skia")]
     (Rasterizer::Skia, 0.005),
     // Measured: none.
     (Rasterizer::Rows, 1e-5),

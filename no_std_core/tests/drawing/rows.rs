@@ -280,12 +280,8 @@ fn compare(rasterizers: &[Rasterizer], places: &[f64], on: u64) -> Vec<Count> {
 const CENTRE: &[f64] = &[0.5];
 const NINTHS: &[f64] = &[1.0 / 6.0, 0.5, 5.0 / 6.0];
 
-/// Bit rows, and tiny-skia if the feature is on.
-const CENTRE_SAMPLERS: &[Rasterizer] = &[
-    Rasterizer::Rows,
-    #[cfg(feature = "tiny-skia")]
-    Rasterizer::Skia,
-];
+/// The rasterisers with one sample, at the centre of a pixel.
+const CENTRE_SAMPLERS: &[Rasterizer] = &[Rasterizer::Rows, Rasterizer::Skia];
 
 #[test]
 fn at_most_one_of_a_million_pixels_differs_from_the_sample_at_its_centre() {
