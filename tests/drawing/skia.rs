@@ -42,20 +42,12 @@ fn silhouettes(
         ..Job::plain((2 * turn + job) % walks, turn as u32 % 7)
     });
     let mut all = Vec::new();
-    let keep =
-        |_: Job<'_>, _: &[View], swept: Swept| Ok((swept.templates, swept.clipped.to_bits()));
+    let keep = |_: Job<'_>, swept: Swept| Ok((swept.templates, swept.clipped.to_bits()));
     let sink = |_: Job<'_>, drawn| {
         all.push(drawn);
         Ok(())
     };
-    sweep(
-        pack,
-        &jobs,
-        views,
-        settings,
-        |job, swept| keep(job, views, swept),
-        sink,
-    )?;
+    sweep(pack, &jobs, views, settings, keep, sink)?;
     Ok(all)
 }
 

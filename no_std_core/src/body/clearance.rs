@@ -1,8 +1,8 @@
 //! When the outline of a hull in the image is beyond doubt.
 
-use super::plane::exponent;
-use crate::budget::{LANES, MAX_HULL_EDGES, MAX_HULL_FACETS, MAX_HULL_POINTS};
-use crate::facets::{Facet, Facets};
+use super::plane::{edges_of, exponent};
+use crate::budget::{LANES, MAX_HULL_FACETS, MAX_HULL_POINTS};
+use crate::facets::Facets;
 use glam::{DVec3, Vec3};
 
 /// The clear sine: outlines are clear where each edge has all other points of the hull on one side
@@ -61,15 +61,8 @@ pub(super) fn set_clearances(surface: &Facets, points: &[Vec3], clearances: &mut
     });
     let reach = (CLEAR_REACH_M + reach) / (CLEAR_REACH_M + NEAR_JOINT_M);
     let error = POINT_ERROR_M * f64::from(reach);
-    let mut of_edges = [[u8::MAX; 2]; MAX_HULL_EDGES];
-    for (number, Facet { edges, .. }) in (0..).zip(&surface.facets) {
-        for &edge in edges {
-            if let Some(sides) = of_edges.get_mut(usize::from(edge)) {
-                *sides = [sides[1], number];
-            }
-        }
-    }
-    for (&[a, b], [first, second]) in surface.edges.iter().zip(of_edges) {
+    let edges = edges_of(surface).flat_map(|edges| (0..edges.len).map(move |at| edges.get(at)));
+    for [[a, b], [first, second]] in edges {
         let [first, second] = [first, second].map(|side| usize::from(side) % MAX_HULL_FACETS);
         let from = at(a);
         let [of_a, of_b] = [a, b].map(|end| lengths[usize::from(end) % MAX_HULL_POINTS]);

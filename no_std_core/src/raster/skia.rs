@@ -164,13 +164,10 @@ pub(super) fn ones(columns: i32) -> u64 {
 
 /// Turns on what an outline winds around, whose corners lie within a pixel of the window.
 pub(super) fn fill(outline: &[Vec2], rows: &mut [u64]) {
-    let [first, _, _, ..] = outline else {
+    if outline.len() < 3 {
         return;
-    };
-    let (mut min, mut max) = (*first, *first);
-    for &corner in outline {
-        (min, max) = (min.min(corner), max.max(corner));
     }
+    let [min, max] = bounds(outline.iter().copied());
     let Some(is_inside) = is_inside(min, max, rows.len()) else {
         return;
     };
@@ -192,9 +189,16 @@ pub(super) fn fill(outline: &[Vec2], rows: &mut [u64]) {
     }
 }
 
+/// Returns the least and the greatest coordinates of points.
+pub(super) fn bounds(points: impl Iterator<Item = Vec2>) -> [Vec2; 2] {
+    points.fold([Vec2::INFINITY, Vec2::NEG_INFINITY], |[min, max], point| {
+        [min.min(point), max.max(point)]
+    })
+}
+
 /// Returns whether no line of an outline between these corners is cut at the sides of the window;
 /// `None` if it covers nothing.
-fn is_inside(min: Vec2, max: Vec2, rows: usize) -> Option<bool> {
+pub(super) fn is_inside(min: Vec2, max: Vec2, rows: usize) -> Option<bool> {
     if !(max - min).cmpgt(Vec2::splat(NEARLY_ZERO)).all() {
         return None;
     }
@@ -213,7 +217,6 @@ pub(super) fn fill_between(lines: impl Iterator<Item = [Vec2; 2]>, rows: &mut [u
     ];
     let mut cuts = [[None; 2]; 2];
     let mut kept = heapless::Vec::<[Vec2; 2], { MAX_OUTLINE + 2 }>::new();
-    let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
     'lines: for mut line in lines {
         for ((normal, limit), [leaves, enters]) in planes.into_iter().zip(&mut cuts) {
             let is_out = line.map(|end| normal.dot(end) - limit < 0.0);
@@ -225,12 +228,10 @@ pub(super) fn fill_between(lines: impl Iterator<Item = [Vec2; 2]>, rows: &mut [u
                 [false, false] => {}
             }
         }
-        for end in line {
-            (min, max) = (min.min(end), max.max(end));
-        }
         // As many lines as corners, and one along each side.
         let _ = kept.push(line);
     }
+    let [min, max] = bounds(kept.iter().flatten().copied());
     if !(min.y >= -1.0 && max.y <= as_pixels(rows.len() + 1)) {
         return false;
     }

@@ -194,14 +194,9 @@ fn fill<L: Wide>(
     let may_be_clear = scale.x == scale.y
         && scale.x >= CLEAR_SCALE
         && at.abs().max_element() <= CLEAR_PLACE_M * scale.x;
-    // Placing keeps the order of coordinates.
-    let Extent { min, max } = window.extent;
-    let corners = [placement.place(min), placement.place(max)];
-    let sides = [SKIA_WINDOW_COLUMNS, height].map(as_pixels);
-    let is_inside = corners[0].x > -OUTSIDE
-        && corners[1].x < sides[0] + OUTSIDE
-        && corners[1].y > -OUTSIDE
-        && corners[0].y < sides[1] + OUTSIDE;
+    // Placing keeps the order of coordinates, and turns up into down.
+    let [low, high] = [window.extent.min, window.extent.max].map(|corner| placement.place(corner));
+    let is_inside = skia::is_inside(low.min(high), low.max(high), height) == Some(true);
     let (count, grid) = (figure.len(), &mut window.grid);
     if L::IS_ONE {
         place(l, &window.points, count, placement, grid);
@@ -235,13 +230,10 @@ fn fill<L: Wide>(
             let pixels = HullPixels::new(points, hull.points.len(), placement);
             let lines = l.ends(facing, hull.edges, pixels.axes.each_ref(), ends);
             let is_clear = !is_doubtful || pixels.is_clear(l, ends, lines);
-            let is_across = place == Where::Across;
-            let is_drawn =
-                is_clear && is_across && skia::fill_between(pixels.turned(ends, lines), rows);
-            if !is_clear || is_across && !is_drawn {
-                skia::fill(&skia::outline_in_window(pixels.points(), height), rows);
-            }
-            if !is_clear || is_across {
+            if !is_clear || place == Where::Across {
+                if !(is_clear && skia::fill_between(pixels.turned(ends, lines), rows)) {
+                    skia::fill(&skia::outline_in_window(pixels.points(), height), rows);
+                }
                 continue;
             }
         }
@@ -452,10 +444,7 @@ impl HullPixels {
     /// Returns whether each line has all points but its own ends clearly on one side.
     #[inline(always)]
     fn is_clear<L: Wide>(&self, l: L, ends: &[LineEnds], lines: usize) -> bool {
-        let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
-        for point in self.points() {
-            (min, max) = (min.min(point), max.max(point));
-        }
+        let [min, max] = skia::bounds(self.points());
         let across = max - min;
         if across.min_element() <= NEARLY_ZERO {
             return false;

@@ -22,6 +22,12 @@ impl Edges {
         to: [0; 64],
         sides: [[0; 64]; 2],
     };
+
+    /// Returns the points and the facets of an edge, by number in the hull.
+    pub const fn get(&self, edge: usize) -> [[u8; 2]; 2] {
+        let (edge, [left, right]) = (edge % 64, &self.sides);
+        [[self.from[edge], self.to[edge]], [left[edge], right[edge]]]
+    }
 }
 
 /// Both ends of up to sixteen lines.
