@@ -14,8 +14,9 @@ mod tests;
 use crate::avatar::{Avatar, Hull};
 use crate::budget::{LANES, MAX_DRAPED_HULLS, MAX_FACETS, MAX_HULL_POINTS, MAX_HULLS, MAX_POINTS};
 use crate::facets::Facets;
+use crate::pose::ModelPose;
 use crate::simd::Edges;
-use crate::skeleton::Joint;
+use crate::skeleton::{JOINTS, Joint};
 use clearance::set_clearances;
 use core::fmt;
 use core::ops::Range;
@@ -142,10 +143,22 @@ impl UnpackedBody {
     #[must_use]
     pub fn new(avatar: &Avatar<'_>) -> Self {
         let mut body = Self::default();
+        body.unpack(avatar);
+        body
+    }
+
+    /// Removes all hulls.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Replaces all hulls by those of an avatar, in place ([`UnpackedBody::new`]).
+    pub fn unpack(&mut self, avatar: &Avatar<'_>) {
+        self.clear();
         let mut hulls = avatar.hulls().peekable();
         while let Some(hull) = hulls.next() {
             let fits = match hull.drape() {
-                None => body.push(hull.joint(), hull.points()),
+                None => self.push(hull.joint(), hull.points()),
                 drape => {
                     let others =
                         core::iter::from_fn(|| hulls.next_if(|next| next.drape() == drape));
@@ -153,12 +166,11 @@ impl UnpackedBody {
                         let joint = part.joint();
                         part.points().map(move |point| (joint, point))
                     };
-                    body.push_draped(core::iter::once(hull).chain(others).flat_map(points))
+                    self.push_draped(core::iter::once(hull).chain(others).flat_map(points))
                 }
             };
             debug_assert!(fits.is_ok(), "a parsed avatar is within the budget");
         }
-        body
     }
 
     /// Adds a hull given by points in the frame of `joint`, metres: something that a body wears or
@@ -212,6 +224,28 @@ impl UnpackedBody {
         let carrier = HullCarrier::Drape(self.drapes.len());
         self.add(&hull, carrier, &Facets::default())?;
         self.drapes.push(drape).map_err(|_| OverBudget)
+    }
+
+    /// Returns all points in a pose, hull by hull, metres: those of a [`Figure`], without the time
+    /// that it takes to find the facets of draped hulls.
+    pub fn points_in(&self, pose: &ModelPose) -> impl Iterator<Item = Vec3> {
+        let places: [JointPlace; JOINTS] = core::array::from_fn(|joint| JointPlace::at(joint, pose));
+        let mut start = 0;
+        self.hulls.iter().flat_map(move |hull| {
+            let drape = match hull.carrier {
+                HullCarrier::Joint(_) => None,
+                HullCarrier::Drape(drape) => self.drapes.get(drape),
+            };
+            let points = (0..).zip(start..hull.points_end);
+            start = hull.points_end;
+            points.filter_map(move |(number, index)| {
+                let joint = match (hull.carrier, drape) {
+                    (HullCarrier::Joint(joint), _) => joint,
+                    (_, drape) => drape?.get::<usize>(number)?.index(),
+                };
+                Some(places[joint % JOINTS].carry(self.points.get(index)?))
+            })
+        })
     }
 
     /// Adds points, and room for the facets and edges of `surface`, and returns the previous hull.

@@ -196,7 +196,6 @@ impl<'a> DecodedCycle<'a> {
             }
             figure.states.push(states);
         }
-        figure.trial.points = vec![VirtualPoints::NONE; target.len() * JOINTS];
         figure
     }
 
@@ -294,6 +293,8 @@ impl<'a> DecodedCycle<'a> {
             (ChangeGoal::Within(_), _) => 0.0,
         };
         let mut after = 0.0;
+        let most = self.target.len() * JOINTS;
+        self.trial.points.resize(most, VirtualPoints::NONE);
         let mut trials = self.trial.points.iter_mut();
         self.trial.motions.clear();
         for (frame, wave) in self.target.series.wave(index).iter().enumerate() {

@@ -83,6 +83,8 @@ impl<'a> EncodingTarget<'a> {
     pub(super) fn measure(&self, cycle: &Loop<'_>) -> JointErrors {
         #[expect(clippy::cast_precision_loss, reason = "frames of a cycle")]
         let frames = self.len() as f64;
+        let mut buffer = vec![0.0; cycle.expanded_len()];
+        let expanded = cycle.expand(&mut buffer);
         joint_errors(
             self.len(),
             &self.skeleton,
@@ -94,7 +96,10 @@ impl<'a> EncodingTarget<'a> {
                     reason = "the decoder takes f32"
                 )]
                 let phase = (frame as f64 / frames) as f32;
-                cycle.pose(phase)
+                match &expanded {
+                    Some(expanded) => expanded.pose(phase),
+                    None => cycle.pose(phase),
+                }
             },
         )
     }

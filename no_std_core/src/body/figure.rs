@@ -114,7 +114,7 @@ impl<'a> Figure<'a> {
     /// Carries the hulls of `body` to where `pose` puts their joints.
     #[must_use]
     pub fn new(body: &'a UnpackedBody, pose: &ModelPose) -> Self {
-        let mut figure = Self::at_rest(body);
+        let mut figure = Self::unplaced(body);
         figure.update(pose);
         figure
     }
@@ -122,12 +122,7 @@ impl<'a> Figure<'a> {
     /// Returns the hulls in the frames of their joints, as if all joints were at the origin.
     #[must_use]
     pub fn at_rest(body: &'a UnpackedBody) -> Self {
-        let mut figure = Self {
-            body,
-            points: body.points.clone(),
-            places: JointPlaces::REST,
-            surfaces: [const { DrapedSurface::NOTHING }; MAX_DRAPED_HULLS],
-        };
+        let mut figure = Self::unplaced(body);
         let mut start = 0;
         for hull in &body.hulls {
             if let HullCarrier::Drape(drape) = hull.carrier {
@@ -137,6 +132,15 @@ impl<'a> Figure<'a> {
         }
         figure.fill_lanes();
         figure
+    }
+
+    fn unplaced(body: &'a UnpackedBody) -> Self {
+        Self {
+            body,
+            points: body.points.clone(),
+            places: JointPlaces::REST,
+            surfaces: [const { DrapedSurface::NOTHING }; MAX_DRAPED_HULLS],
+        }
     }
 
     /// Moves the hulls to another pose in place, for the next frame.

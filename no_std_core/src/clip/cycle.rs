@@ -128,7 +128,13 @@ impl<'a> Loop<'a> {
     /// Returns the pose at a time, seconds ([`super::Clip::sample`]).
     #[must_use]
     pub fn sample(&self, seconds: f64) -> Pose {
-        self.pose(phase_at(seconds, self.period_s()))
+        self.pose(self.phase(seconds))
+    }
+
+    /// Returns the phase at a time, seconds: 0..1, in cycles. A time that is not finite counts as 0.
+    #[must_use]
+    pub fn phase(&self, seconds: f64) -> f32 {
+        phase_at(seconds, self.period_s())
     }
 
     /// Returns the pose at `phase`, in cycles: 0 is the left heel's contact and 1 is the same pose

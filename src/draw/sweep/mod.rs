@@ -8,6 +8,7 @@ mod columns;
 mod confounded_frames;
 mod drawing;
 mod extras;
+mod job_memory;
 mod outputs;
 mod painted_view;
 mod posed_frames;
@@ -30,6 +31,7 @@ use drawing::Painter;
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::AnySilhouette;
 use glam::Vec3;
+use job_memory::JobMemory;
 use posed_frames::PosedFrames;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -230,13 +232,14 @@ fn sweep_from<'c, 'v, R: Send>(
     let painters = Mutex::new(Vec::new());
     let draw = |job| {
         let spare = painters.lock().expect("nobody panics here").pop();
-        let mut painter = match spare {
-            Some(painter) => painter,
-            None => Painter::new(&request.settings)?,
+        let (mut painter, mut memory) = match spare {
+            Some(kept) => kept,
+            None => (Painter::new(&request.settings)?, JobMemory::default()),
         };
         let views = views_of(job)?;
-        let swept = swept(pack, job, request, &views, &mut painter);
-        painters.lock().expect("nobody panics here").push(painter);
+        let swept = swept(pack, job, request, &views, &mut painter, &mut memory);
+        let kept = (painter, memory);
+        painters.lock().expect("nobody panics here").push(kept);
         map(job, views.list(), swept?)
     };
     let (draw, window) = (&draw, 2 * rayon::current_num_threads());
@@ -273,6 +276,7 @@ fn sweep_from<'c, 'v, R: Send>(
 /// A drawer that draws one job after another and keeps its buffers.
 pub struct Drawer {
     painter: Painter,
+    memory: JobMemory,
     settings: Settings,
     wanted: Wanted,
 }
@@ -286,6 +290,7 @@ impl Drawer {
         DrawingRequest { settings, wanted }.check()?;
         Ok(Self {
             painter: Painter::new(&settings)?,
+            memory: JobMemory::default(),
             settings,
             wanted: wanted.clone(),
         })
@@ -301,7 +306,8 @@ impl Drawer {
             wanted: &self.wanted,
         };
         let views = ListedViews::new(views);
-        swept(pack, job, request, &views, &mut self.painter)
+        let Self { painter, memory, .. } = self;
+        swept(pack, job, request, &views, painter, memory)
     }
 }
 
@@ -312,10 +318,11 @@ fn swept(
     request: DrawingRequest<'_>,
     views: &ListedViews<'_>,
     painter: &mut Painter,
+    memory: &mut JobMemory,
 ) -> Result<Swept> {
     let DrawingRequest { settings, wanted } = request;
     let (moments, settings) = wanted.moments(pack, job, settings)?;
-    let dressed = Dressed::new(pack, job, settings.seed)?;
+    let mut dressed = Dressed::new(pack, job, settings.seed, memory)?;
     if wanted.joints
         && dressed
             .plan()
@@ -328,17 +335,19 @@ fn swept(
         }
         .into());
     }
-    let mut posed = PosedFrames::new(pack, job, &dressed, settings)?;
+    let mut posed = PosedFrames::new(pack, job, &mut dressed, settings, memory)?;
     let frames = moments.count(settings.frames_per_cycle);
     let mut swept = Swept::default();
     for range in chunks(moments, &settings) {
         posed.pose(moments, range.clone());
         let part = painter.sweep(&mut posed, views, wanted)?;
         if range == (0..frames) {
-            return Ok(part);
+            swept = part;
+        } else {
+            swept.append(part);
         }
-        swept.append(part);
     }
+    posed.leave(memory);
     Ok(swept)
 }
 
@@ -383,8 +392,9 @@ pub fn figures(
     moments: Moments,
     settings: Settings,
 ) -> Result<Vec<Vec<Vec<Vec3>>>> {
-    let dressed = Dressed::new(pack, job, settings.seed)?;
-    let mut posed = PosedFrames::new(pack, job, &dressed, settings)?;
+    let memory = &mut JobMemory::default();
+    let mut dressed = Dressed::new(pack, job, settings.seed, memory)?;
+    let mut posed = PosedFrames::new(pack, job, &mut dressed, settings, memory)?;
     posed.pose(moments, 0..moments.count(settings.frames_per_cycle));
     Ok(posed.figures())
 }
@@ -399,8 +409,9 @@ pub fn silhouettes(
     settings: Settings,
 ) -> Result<Vec<Vec<AnySilhouette>>> {
     settings.check()?;
-    let dressed = Dressed::new(pack, shot.job, settings.seed)?;
-    let mut posed = PosedFrames::new(pack, shot.job, &dressed, settings)?;
+    let memory = &mut JobMemory::default();
+    let mut dressed = Dressed::new(pack, shot.job, settings.seed, memory)?;
+    let mut posed = PosedFrames::new(pack, shot.job, &mut dressed, settings, memory)?;
     let mut painter = Painter::new(&settings)?;
     let views = ListedViews::new(shot.views);
     let mut all = vec![Vec::new(); shot.views.len()];

@@ -2,6 +2,7 @@
 
 use super::column_images::SweepColumns;
 use super::extras::Extras;
+use super::job_memory::JobMemory;
 use super::settings::{Aim, FramingMode, Lens, Settings};
 use super::walker::{Dressed, PosedWalker, Walker};
 use super::{Job, Moments, View, recording, walk_name};
@@ -71,26 +72,36 @@ impl<'a> PosedFrames<'a> {
     pub(super) fn new(
         pack: &Pack<'a>,
         job: Job<'a>,
-        dressed: &'a Dressed,
+        dressed: &'a mut Dressed,
         settings: Settings,
+        memory: &mut JobMemory,
     ) -> Result<Self> {
-        let plan = dressed.plan();
-        let settings = recording::settings(plan, settings);
+        let settings = recording::settings(dressed.plan(), settings);
         settings.check()?;
-        recording::check(plan, &settings)?;
+        recording::check(dressed.plan(), &settings)?;
+        let walker = Walker::new(pack, job, dressed, settings.seed)?;
         Ok(Self {
             job,
             name: walk_name(pack, job.walk),
             settings,
-            plan,
-            frames: Vec::new(),
+            plan: walker.plan(),
+            frames: std::mem::take(&mut memory.frames),
             extras: Vec::new(),
             sources: Vec::new(),
             mean: Vec3::ZERO,
-            walker: Walker::new(pack, job, dressed, settings.seed)?,
-            points: Default::default(),
+            walker,
+            points: std::mem::take(&mut memory.points),
             fitted: None,
         })
+    }
+
+    /// Gives the memory of the frames back.
+    pub(super) fn leave(self, memory: &mut JobMemory) {
+        let mut frames = self.frames;
+        frames.clear();
+        // The standard library collects in place: no frames, but their memory.
+        memory.frames = frames.into_iter().filter_map(|_| None).collect();
+        memory.points = self.points;
     }
 
     /// Poses these frames, which replace the previous ones.

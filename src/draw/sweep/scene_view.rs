@@ -1,5 +1,6 @@
 //! The scene of a frame: hulls, camera and floor, for pictures of the scene itself.
 
+use super::job_memory::JobMemory;
 use super::posed_frames::PosedFrames;
 use super::walker::Dressed;
 use super::{Job, Moments, Settings, View, recording};
@@ -63,10 +64,11 @@ pub fn scene(
     settings: Settings,
     frame: u32,
 ) -> Result<Scene> {
-    let dressed = Dressed::new(pack, job, settings.seed)?;
-    let mut posed = PosedFrames::new(pack, job, &dressed, settings)?;
+    let memory = &mut JobMemory::default();
+    let mut dressed = Dressed::new(pack, job, settings.seed, memory)?;
+    let mut posed = PosedFrames::new(pack, job, &mut dressed, settings, memory)?;
     posed.pose(Moments::Cycle, 0..settings.frames_per_cycle);
-    posed.scene(frame as usize % posed.len(), view, dressed.parts())
+    posed.scene(frame as usize % posed.len(), view)
 }
 
 /// Returns the hulls of a figure, each with its kind.
@@ -79,7 +81,8 @@ fn worn(figure: &Figure<'_>, parts: &[BodyPart]) -> Vec<SceneHull> {
 }
 
 impl PosedFrames<'_> {
-    fn scene(&mut self, index: usize, view: &View, parts: &[BodyPart]) -> Result<Scene> {
+    fn scene(&mut self, index: usize, view: &View) -> Result<Scene> {
+        let parts = self.walker.parts();
         let framed_view = self.framed_view(view)?;
         let camera = self.render_view(index, &framed_view)?.camera;
         let (posed, extras) = (&self.frames[index], self.extras.get(index));

@@ -1,5 +1,6 @@
 //! The figure of one job, dressed and posed at any moment.
 
+use super::job_memory::JobMemory;
 use super::{Job, Moments, walk_name};
 use crate::draw::confounders::appearance::{self, BodyPart, Outfit, Wearer};
 use crate::draw::confounders::image::{Crossing, Floor};
@@ -9,12 +10,13 @@ use crate::error::{Result, SweepError};
 use crate::people::variation::{CycleSeed, Variation};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::body::{Figure, UnpackedBody};
-use edgegait_core::clip::Clip;
+use edgegait_core::clip::{Clip, Expanded, Loop};
 use edgegait_core::format::crc32;
 use edgegait_core::pack::{Pack, SubjectEntry, WalkEntry};
 use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::skeleton::Skeleton;
 use glam::{DVec3, Vec3};
+use std::sync::Arc;
 
 /// The number of poses from which the mean of a walk is computed.
 const MEAN_POSES: u32 = 64;
@@ -46,17 +48,19 @@ impl Moments {
     }
 }
 
-/// A job's body, unpacked and dressed: 89 kB, and twice that if it differs from the pack's.
+/// A job's body, dressed, and its motion, unpacked.
 pub(super) struct Dressed {
     plan: DosePlan,
-    body: Box<UnpackedBody>,
+    body: Arc<UnpackedBody>,
     skeleton: Skeleton,
     /// The pack's body, if a condition changed the body.
-    bare: Option<Box<UnpackedBody>>,
+    bare: Option<Arc<UnpackedBody>>,
     /// The body of the person who crosses, if there is one.
-    crossing: Option<Box<UnpackedBody>>,
+    crossing: Option<Arc<UnpackedBody>>,
     /// The kind of each of the body's hulls.
     parts: Vec<BodyPart>,
+    /// The coefficients of a loop, for [`Walker::new`].
+    coefficients: Vec<f32>,
 }
 
 impl Dressed {
@@ -64,7 +68,12 @@ impl Dressed {
     ///
     /// # Errors
     /// If there is no such walk, or clothes and loads exceed the budget.
-    pub(super) fn new(pack: &Pack<'_>, job: Job<'_>, seed: u64) -> Result<Self> {
+    pub(super) fn new(
+        pack: &Pack<'_>,
+        job: Job<'_>,
+        seed: u64,
+        memory: &mut JobMemory,
+    ) -> Result<Self> {
         let JobParts {
             walk,
             subject,
@@ -72,21 +81,23 @@ impl Dressed {
             ..
         } = parts(pack, job)?;
         let plan = DosePlan::new(job.condition, seed_of(job, seed, &walk, &subject));
+        let outfit = Outfit::from_avatar(&avatar);
+        let body = memory.body(&outfit, true, |body| {
+            body.unpack(&avatar);
+            Ok(())
+        })?;
         let mut dressed = Self {
             plan,
-            body: Box::new(UnpackedBody::new(&avatar)),
+            body,
             skeleton: avatar.skeleton(),
             bare: None,
             crossing: None,
-            parts: Outfit::from_avatar(&avatar)
-                .hulls
-                .iter()
-                .map(|hull| hull.part)
-                .collect(),
+            parts: parts_of(&outfit),
+            coefficients: Vec::new(),
         };
         if !dressed.plan.doses().list().is_empty() {
             dressed
-                .put_on(&avatar, &subject)
+                .put_on(outfit, &subject, memory)
                 .map_err(|error| SweepError::Undrawn {
                     what: format!("condition {}", job.condition_name()),
                     cause: error.into(),
@@ -96,15 +107,21 @@ impl Dressed {
     }
 
     /// Changes the body for the condition, and makes the body of the person who crosses.
-    fn put_on(&mut self, avatar: &Avatar<'_>, subject: &SubjectEntry<'_>) -> Result<()> {
-        let wearer = Wearer::new(avatar.skeleton(), subject);
+    fn put_on(
+        &mut self,
+        mut outfit: Outfit,
+        subject: &SubjectEntry<'_>,
+        memory: &mut JobMemory,
+    ) -> Result<()> {
+        let wearer = Wearer::new(self.skeleton.clone(), subject);
         if let Some(strength) = self.plan.strength(ConfounderKind::Age) {
             self.skeleton = wearer.aged(strength).skeleton;
         }
-        let mut outfit = outfit(&self.plan, avatar, &wearer);
+        dress(&mut outfit, &self.plan, &wearer);
         if self.plan.acts_at(Stage::Body) {
-            self.bare = Some(std::mem::replace(&mut self.body, outfit.body()?));
-            self.parts = outfit.hulls.iter().map(|hull| hull.part).collect();
+            let body = memory.body(&outfit, false, |body| outfit.unpack(body))?;
+            self.bare = Some(std::mem::replace(&mut self.body, body));
+            self.parts = parts_of(&outfit);
         }
         if let Some(strength) = self.plan.strength(ConfounderKind::MovingOccluder) {
             let mut rng = self.plan.of_cycle(ConfounderKind::MovingOccluder);
@@ -112,19 +129,9 @@ impl Dressed {
             for (_, point) in outfit.hulls.iter_mut().flat_map(|hull| &mut hull.points) {
                 *point *= scale;
             }
-            self.crossing = Some(outfit.body()?);
+            self.crossing = Some(memory.body(&outfit, false, |body| outfit.unpack(body))?);
         }
         Ok(())
-    }
-
-    /// Returns the body as it is in the pack.
-    fn bare(&self) -> &UnpackedBody {
-        self.bare.as_ref().unwrap_or(&self.body)
-    }
-
-    /// Returns the kind of each of the body's hulls.
-    pub(super) fn parts(&self) -> &[BodyPart] {
-        &self.parts
     }
 
     /// Returns the doses for the job.
@@ -133,9 +140,13 @@ impl Dressed {
     }
 }
 
-/// Returns the hulls of an avatar with its clothes and loads.
-fn outfit(plan: &DosePlan, avatar: &Avatar<'_>, wearer: &Wearer) -> Outfit {
-    let mut outfit = Outfit::from_avatar(avatar);
+/// Returns the kind of each hull.
+fn parts_of(outfit: &Outfit) -> Vec<BodyPart> {
+    outfit.hulls.iter().map(|hull| hull.part).collect()
+}
+
+/// Puts on clothes and loads.
+fn dress(outfit: &mut Outfit, plan: &DosePlan, wearer: &Wearer) {
     for dose in plan.doses().list() {
         let put_on = match dose.kind {
             ConfounderKind::BodyMass => appearance::body_mass,
@@ -152,9 +163,51 @@ fn outfit(plan: &DosePlan, avatar: &Avatar<'_>, wearer: &Wearer) -> Outfit {
             ConfounderKind::Suitcase => appearance::suitcase,
             _ => continue,
         };
-        put_on(&mut outfit, wearer, dose.strength);
+        put_on(outfit, wearer, dose.strength);
     }
-    outfit
+}
+
+/// The motion of a walk.
+struct Motion<'a> {
+    clip: Clip<'a>,
+    /// A loop's coefficients; none of an uncut motion.
+    cycle: Option<(Loop<'a>, Expanded<'a>)>,
+}
+
+impl<'a> Motion<'a> {
+    /// Expands a loop into `coefficients`.
+    fn new(clip: Clip<'a>, coefficients: &'a mut Vec<f32>) -> Self {
+        let cycle = clip.as_loop().and_then(|cycle| {
+            coefficients.resize(cycle.expanded_len(), 0.0);
+            let expanded = cycle.expand(coefficients)?;
+            Some((cycle, expanded))
+        });
+        Self { clip, cycle }
+    }
+
+    fn duration_s(&self) -> f64 {
+        self.clip.duration_s()
+    }
+
+    const fn is_loop(&self) -> bool {
+        self.cycle.is_some()
+    }
+
+    /// Returns the pose at a phase: 0..1 is the whole motion.
+    fn pose(&self, phase: f32) -> Pose {
+        match &self.cycle {
+            Some((_, expanded)) => expanded.pose(phase),
+            None => self.clip.sample(f64::from(phase) * self.duration_s()),
+        }
+    }
+
+    /// Returns the pose at a time, seconds.
+    fn sample(&self, seconds: f64) -> Pose {
+        match &self.cycle {
+            Some((cycle, expanded)) => expanded.pose(cycle.phase(seconds)),
+            None => self.clip.sample(seconds),
+        }
+    }
 }
 
 /// A figure at one moment.
@@ -166,11 +219,15 @@ pub(super) struct PosedWalker<'a> {
 
 /// The walker of one job, from which a figure can be posed at any moment.
 pub(super) struct Walker<'a> {
-    dressed: &'a Dressed,
-    /// The skeleton of the dressed body, and the pack's skeleton.
+    plan: &'a DosePlan,
+    /// The dressed body, its skeleton, and the kinds of its hulls.
+    body: &'a UnpackedBody,
     skeleton: Skeleton,
-    bare: Skeleton,
-    clip: Clip<'a>,
+    parts: &'a [BodyPart],
+    /// The pack's body and skeleton.
+    bare: (&'a UnpackedBody, Skeleton),
+    crossing: &'a UnpackedBody,
+    motion: Motion<'a>,
     variation: Variation,
     /// Facts of the walk for effects on motion and time.
     gait: GaitFacts,
@@ -181,7 +238,7 @@ impl<'a> Walker<'a> {
     pub(super) fn new(
         pack: &Pack<'a>,
         job: Job<'_>,
-        dressed: &'a Dressed,
+        dressed: &'a mut Dressed,
         seed: u64,
     ) -> Result<Self> {
         let JobParts {
@@ -193,31 +250,55 @@ impl<'a> Walker<'a> {
         if job.variation > 0 && clip.as_uncut().is_some() {
             return Err(SweepError::UncutHasNoVariations(walk_name(pack, job.walk)).into());
         }
-        let duration_s = clip.duration_s();
+        let Dressed {
+            plan,
+            body,
+            skeleton,
+            bare,
+            crossing,
+            parts,
+            coefficients,
+        } = dressed;
+        let (plan, body): (&DosePlan, &UnpackedBody) = (plan, body);
+        let bare = (bare.as_deref().unwrap_or(body), avatar.skeleton());
+        let motion = Motion::new(clip, coefficients);
+        let duration_s = motion.duration_s();
         // Without confounders, neither the mean pose nor the floor is needed.
-        let poses = match dressed.plan.doses().list() {
+        let poses = match plan.doses().list() {
             [] => 0,
             _ => MEAN_POSES,
         };
-        let pose = |at| clip.sample(f64::from(at) / f64::from(poses) * duration_s);
+        let pose = |at| motion.sample(f64::from(at) / f64::from(poses) * duration_s);
         let poses: Vec<Pose> = (0..poses).map(pose).collect();
         let speed_mps = 1e-3 * f64::from(walk.speed_mm_per_s);
-        let bare = avatar.skeleton();
         Ok(Self {
-            floor_m: floor_m(dressed.bare(), &bare, &poses),
-            gait: GaitFacts::from_poses(dressed.skeleton.clone(), poses, speed_mps, duration_s),
-            skeleton: dressed.skeleton.clone(),
+            floor_m: floor_m(&bare, &poses),
+            gait: GaitFacts::from_poses(skeleton.clone(), poses, speed_mps, duration_s),
+            plan,
+            body,
+            skeleton: skeleton.clone(),
+            parts,
             bare,
-            dressed,
-            clip,
+            crossing: crossing.as_deref().unwrap_or(body),
+            motion,
             variation: Variation::new(seed_of(job, seed, &walk, &subject)),
         })
+    }
+
+    /// Returns the doses for the job.
+    pub(super) const fn plan(&self) -> &'a DosePlan {
+        self.plan
+    }
+
+    /// Returns the kind of each of the body's hulls.
+    pub(super) const fn parts(&self) -> &'a [BodyPart] {
+        self.parts
     }
 
     /// Returns length (metres) and duration (seconds) of a cycle under the condition. A whole uncut
     /// motion counts as one cycle.
     pub(super) fn stride(&self) -> (f64, f64) {
-        let plan = &self.dressed.plan;
+        let plan = self.plan;
         let paces = [
             plan.strength(ConfounderKind::Speed).map(motion::speed_pace),
             plan.strength(ConfounderKind::Age).map(motion::age_pace),
@@ -253,7 +334,7 @@ impl<'a> Walker<'a> {
             mut model,
             ..
         } = self.at(later);
-        if self.clip.as_loop().is_some() {
+        if self.motion.is_loop() {
             #[expect(clippy::cast_possible_truncation, reason = "a length")]
             let ahead = Vec3::new(0.0, 0.0, (stride_m / duration_s * seconds) as f32);
             for position in &mut model.positions {
@@ -265,8 +346,8 @@ impl<'a> Walker<'a> {
     }
 
     /// Returns the body of the person who crosses: the walker's, scaled by the condition.
-    pub(super) fn crossing(&self) -> &'a UnpackedBody {
-        self.dressed.crossing.as_ref().unwrap_or(&self.dressed.body)
+    pub(super) const fn crossing(&self) -> &'a UnpackedBody {
+        self.crossing
     }
 
     /// Returns the floor below a pelvis, at the height of the stored cycle's lowest point.
@@ -279,67 +360,50 @@ impl<'a> Walker<'a> {
 
     /// Returns the upward normal of the floor, a unit vector.
     fn floor_normal(&self) -> DVec3 {
-        let slope = self.dressed.plan.strength(ConfounderKind::Slope);
+        let slope = self.plan.strength(ConfounderKind::Slope);
         slope.map_or(DVec3::Y, motion::floor_normal)
     }
 
     /// Poses the figure. A changed figure keeps the stored cycle's clearance from the floor.
     pub(super) fn at(&self, moment: Moment) -> PosedWalker<'a> {
         let (mut pose, phase) = self.stored(moment);
-        let model = |pose: &Pose| ModelPose::new(&self.skeleton, pose);
-        let mut found = ModelPose::new(&self.bare, &pose);
-        let stored = Figure::new(self.dressed.bare(), &found);
+        let (bare, skeleton) = &self.bare;
+        let mut model = ModelPose::new(skeleton, &pose);
         let before = pose.rotations;
         self.variation.apply(&mut pose, phase, &self.skeleton);
         self.act(&mut pose);
-        if pose.rotations == before && self.dressed.bare.is_none() {
-            return PosedWalker {
-                figure: stored,
-                model: found,
-                pelvis: pose.root,
-            };
+        if pose.rotations != before || !std::ptr::eq(*bare, self.body) {
+            let clearance = lowest(bare, &model, 0.0, 0.0);
+            model.update(&self.skeleton, &pose);
+            let normal = self.floor_normal();
+            #[expect(clippy::cast_possible_truncation, reason = "a tangent")]
+            let rise = (-normal.z / normal.y) as f32;
+            pose.root.y += clearance - lowest(self.body, &model, rise, pose.root.z);
+            model.update(&self.skeleton, &pose);
         }
-        let clearance = lowest(&stored, 0.0, 0.0);
-        found = model(&pose);
-        let mut figure = if self.dressed.bare.is_some() {
-            Figure::new(&self.dressed.body, &found)
-        } else {
-            let mut figure = stored;
-            figure.update(&found);
-            figure
-        };
-        let normal = self.floor_normal();
-        #[expect(clippy::cast_possible_truncation, reason = "a tangent")]
-        let rise = (-normal.z / normal.y) as f32;
-        pose.root.y += clearance - lowest(&figure, rise, pose.root.z);
-        found = model(&pose);
-        figure.update(&found);
         PosedWalker {
-            figure,
-            model: found,
+            figure: Figure::new(self.body, &model),
             pelvis: pose.root,
+            model,
         }
     }
 
     /// Returns the pack's pose at a moment, and its phase in the cycle.
     fn stored(&self, moment: Moment) -> (Pose, f32) {
-        let duration_s = self.clip.duration_s();
-        match (moment, self.clip.as_loop()) {
-            (Moment::Phase(phase), Some(cycle)) => {
-                let limp = self.dressed.plan.strength(ConfounderKind::AsymmetricGait);
+        let duration_s = self.motion.duration_s();
+        match moment {
+            Moment::Phase(phase) => {
+                let limp = self.plan.strength(ConfounderKind::AsymmetricGait);
                 #[expect(clippy::cast_possible_truncation, reason = "a phase")]
-                let phase = limp.map_or(phase, |strength| {
+                let phase = limp.filter(|_| self.motion.is_loop()).map_or(phase, |strength| {
                     motion::limp_phase(f64::from(phase), strength) as f32
                 });
-                (cycle.pose(phase), phase)
+                (self.motion.pose(phase), phase)
             }
-            (Moment::Phase(phase), None) => {
-                (self.clip.sample(f64::from(phase) * duration_s), phase)
-            }
-            (Moment::Seconds(seconds), _) => {
+            Moment::Seconds(seconds) => {
                 #[expect(clippy::cast_possible_truncation, reason = "a phase")]
                 let phase = (seconds / duration_s).rem_euclid(1.0) as f32;
-                (self.clip.sample(seconds), phase)
+                (self.motion.sample(seconds), phase)
             }
         }
     }
@@ -357,7 +421,7 @@ impl<'a> Walker<'a> {
             (ConfounderKind::Slope, motion::slope),
         ];
         for (kind, effect) in effects {
-            if let Some(strength) = self.dressed.plan.strength(kind) {
+            if let Some(strength) = self.plan.strength(kind) {
                 effect(pose, &self.gait, strength);
             }
         }
@@ -422,20 +486,14 @@ fn parts<'a>(pack: &Pack<'a>, job: Job<'_>) -> Result<JobParts<'a>> {
 }
 
 /// Returns the height of the lowest point of a body in all poses, metres; 0 without poses.
-fn floor_m(body: &UnpackedBody, skeleton: &Skeleton, poses: &[Pose]) -> f32 {
-    let height = |pose| {
-        lowest(
-            &Figure::new(body, &ModelPose::new(skeleton, pose)),
-            0.0,
-            0.0,
-        )
-    };
+fn floor_m((body, skeleton): &(&UnpackedBody, Skeleton), poses: &[Pose]) -> f32 {
+    let height = |pose| lowest(body, &ModelPose::new(skeleton, pose), 0.0, 0.0);
     poses.iter().map(height).reduce(f32::min).unwrap_or(0.0)
 }
 
-/// Returns the least height of a figure's points over a floor that rises by `rise` metres for each
+/// Returns the least height of a body's points over a floor that rises by `rise` metres for each
 /// metre ahead of `z`, metres.
-pub(super) fn lowest(figure: &Figure<'_>, rise: f32, z: f32) -> f32 {
-    let heights = figure.points().map(|p| p.y - rise * (p.z - z));
+fn lowest(body: &UnpackedBody, pose: &ModelPose, rise: f32, z: f32) -> f32 {
+    let heights = body.points_in(pose).map(|p| p.y - rise * (p.z - z));
     heights.fold(f32::MAX, f32::min)
 }

@@ -69,6 +69,9 @@ fn hold_arms_out(walker: &GaitStyle<'_>, norm: &AngleNorm, rotations: &mut [[DQu
 /// measured in gait have 99 % of their power in the first six harmonics (Winter 2009,
 /// section 3.4.4.3).
 fn smooth(rotations: &mut [[DQuat; JOINTS]]) {
+    let waves: [(f64, f64); FRAMES] =
+        std::array::from_fn(|frame| libm::sincos(TAU * frame as f64 / FRAMES as f64));
+    let at = |wave: usize, frame: usize| waves[wave * frame % FRAMES];
     let legs = [Side::Left, Side::Right].into_iter().flat_map(leg_of);
     for joint in legs.map(Joint::index) {
         let turns: Vec<DVec3> = rotations
@@ -78,39 +81,30 @@ fn smooth(rotations: &mut [[DQuat; JOINTS]]) {
                 if turn.w < 0.0 { -turn } else { turn }.to_scaled_axis()
             })
             .collect();
-        let waves: Vec<[DVec3; 2]> = (0..=HARMONICS).map(|wave| fourier(&turns, wave)).collect();
+        // The cosine and sine coefficients of each harmonic.
+        let harmonics = (0..=HARMONICS).map(|wave| {
+            let share = if wave == 0 { 1.0 } else { 2.0 } / FRAMES as f64;
+            let mut sums = [DVec3::ZERO; 2];
+            for (frame, turn) in turns.iter().enumerate() {
+                let (sin, cos) = at(wave, frame);
+                sums[0] += *turn * (share * cos);
+                sums[1] += *turn * (share * sin);
+            }
+            sums
+        });
+        let harmonics: Vec<[DVec3; 2]> = harmonics.collect();
         for (frame, pose) in rotations.iter_mut().enumerate() {
-            let turn: DVec3 = waves
+            let turn: DVec3 = harmonics
                 .iter()
                 .enumerate()
                 .map(|(wave, [cosine, sine])| {
-                    let (sin, cos) = libm::sincos(angle(wave, frame));
+                    let (sin, cos) = at(wave, frame);
                     *cosine * cos + *sine * sin
                 })
                 .sum();
             pose[joint] = DQuat::from_scaled_axis(turn);
         }
     }
-}
-
-/// Returns the cosine and sine coefficients of a harmonic.
-fn fourier(values: &[DVec3], wave: usize) -> [DVec3; 2] {
-    let share = if wave == 0 { 1.0 } else { 2.0 } / values.len() as f64;
-    values
-        .iter()
-        .enumerate()
-        .fold([DVec3::ZERO; 2], |[cosine, sine], (frame, value)| {
-            let (sin, cos) = libm::sincos(angle(wave, frame));
-            [
-                cosine + *value * (share * cos),
-                sine + *value * (share * sin),
-            ]
-        })
-}
-
-/// Returns the angle of a harmonic at a frame, radians.
-fn angle(wave: usize, frame: usize) -> f64 {
-    TAU * (wave * frame % FRAMES) as f64 / FRAMES as f64
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::angles::AngleNorm;
 use super::gait_style::GaitStyle;
 use super::norms::Angle;
 use super::pose::{angle_of, pose, turn_x, turn_y};
-use super::sole::Sole;
+use super::sole::{RolledAnkle, Sole};
 use super::steps_and_pelvis::Regulated;
 use super::style::{Side, Style};
 use super::swing::{LEAST_KNEE, Polar, Swing, floored, least};
@@ -72,6 +72,59 @@ struct Heights {
     wave_m: [f64; 2],
 }
 
+impl Heights {
+    /// Returns the place of the pelvis.
+    fn root(&self, beat: &Beat) -> DVec3 {
+        let [cos_m, sin_m] = self.wave_m;
+        let (sin, cos) = beat.wave;
+        let rise = match beat.gait {
+            Gait::Walk => cos_m * cos + sin_m * sin,
+            Gait::Run => beat.flight_m,
+        };
+        DVec3::new(beat.sideways_m, self.mean_m + rise, 0.0)
+    }
+}
+
+/// The motion of the pelvis at a phase, before its height is known.
+struct Beat {
+    gait: Gait,
+    /// Sine and cosine of twice the phase.
+    wave: (f64, f64),
+    sideways_m: f64,
+    /// A runner's height over that at contact, metres; 0 in walking.
+    flight_m: f64,
+}
+
+impl Beat {
+    fn at(phase: f64, regulated: &Regulated) -> Self {
+        let flight_m = match regulated.gait {
+            Gait::Walk => 0.0,
+            Gait::Run => regulated.flight_m(phase),
+        };
+        Self {
+            gait: regulated.gait,
+            wave: libm::sincos(2.0 * TAU * phase),
+            sideways_m: regulated.sideways_m(phase),
+            flight_m,
+        }
+    }
+}
+
+/// A foot on the floor, at one of the samples by which the height of the pelvis is found.
+struct Stance {
+    side: Side,
+    /// The phase of the foot's own side.
+    phase: f64,
+    beat: Beat,
+    /// The hip relative to the middle of the pelvis, metres.
+    hip: DVec3,
+    rolled: RolledAnkle,
+    /// Flexion of the knee, radians.
+    knee: f64,
+    /// The weight of the sample.
+    load: f64,
+}
+
 /// A leg by the person's angles alone.
 #[derive(Clone, Copy, Debug)]
 struct Intended {
@@ -81,6 +134,18 @@ struct Intended {
     ankle: DVec3,
     /// How far the toes are raised, radians.
     pitch: f64,
+}
+
+/// A leg in the air by the person's angles alone.
+struct Unswung {
+    bent: Polar,
+    /// How far the toes are raised, radians.
+    pitch: f64,
+    /// The place of the hip, metres.
+    hip: DVec3,
+    /// The share of the swing, and [`Swing::rise`] there.
+    share: f64,
+    rise: f64,
 }
 
 /// A foot's place, in the frame that travels with the walker.
@@ -145,14 +210,7 @@ impl<'a> PersonSteps<'a> {
     /// Returns the place of the pelvis at a phase.
     #[must_use]
     pub(super) fn root(&self, phase: f64) -> DVec3 {
-        let [cos_m, sin_m] = self.heights.wave_m;
-        let (sin, cos) = libm::sincos(2.0 * TAU * phase);
-        let rise = match self.regulated.gait {
-            Gait::Walk => cos_m * cos + sin_m * sin,
-            Gait::Run => self.regulated.flight_m(phase),
-        };
-        let sideways = self.regulated.sideways_m(phase);
-        DVec3::new(sideways, self.heights.mean_m + rise, 0.0)
+        self.heights.root(&Beat::at(phase, &self.regulated))
     }
 
     /// Returns the pose at a phase: the person's angles above the hips, and legs that reach the
@@ -184,27 +242,38 @@ impl<'a> PersonSteps<'a> {
         }
         let share = (phase - self.regulated.stance) / (1.0 - self.regulated.stance);
         let swing = &self.swings[side as usize];
-        let mut placed = self.swung(swing, side, phase, share);
+        let mut placed = self.swung(swing, side, &self.unswung(side, phase, share));
         // No toe goes through the floor.
         let least = self.soles[side as usize].rolled(placed.pitch).height_m;
         placed.ankle.y = placed.ankle.y.max(least);
         placed
     }
 
-    /// Returns a foot in the air.
-    fn swung(&self, swing: &Swing, side: Side, phase: f64, share: f64) -> Placed {
-        let leg = self.legs[side as usize];
+    /// Returns a leg in the air by the angles alone, at a share of the swing.
+    fn unswung(&self, side: Side, phase: f64, share: f64) -> Unswung {
         let (bent, pitch) = self.angles_bring(side, phase);
-        let bent = bent.map2(swing.at(share), |bent, more| bent + more);
-        let hip = self.hip(side, phase);
-        let (lift_m, toes_up) = swing.lift(share);
+        Unswung {
+            bent,
+            pitch,
+            hip: self.hip(side, phase),
+            share,
+            rise: Swing::rise(share),
+        }
+    }
+
+    /// Returns a foot in the air.
+    fn swung(&self, swing: &Swing, side: Side, by_angles: &Unswung) -> Placed {
+        let leg = self.legs[side as usize];
+        let &Unswung { bent, hip, .. } = by_angles;
+        let bent = bent.map2(swing.at(by_angles.share), |bent, more| bent + more);
+        let (lift_m, toes_up) = swing.lift(by_angles.rise);
         let long = leg.reach(floored(bent.knee)) - lift_m;
         let aside = bent.side_m - hip.x;
         let long = libm::sqrt((long * long - aside * aside).max(0.0));
         let (sin, cos) = libm::sincos(bent.ahead);
         Placed {
             ankle: DVec3::new(bent.side_m, hip.y - long * cos, hip.z + long * sin),
-            pitch: pitch + toes_up,
+            pitch: by_angles.pitch + toes_up,
         }
     }
 
@@ -226,15 +295,22 @@ impl<'a> PersonSteps<'a> {
     fn standing(&self, side: Side, phase: f64) -> Placed {
         let pitch = self.standing_pitch(side, phase);
         let rolled = self.soles[side as usize].rolled(pitch);
+        Placed {
+            ankle: self.planted(side, phase, rolled),
+            pitch,
+        }
+    }
+
+    /// Returns the ankle of a foot on the floor.
+    fn planted(&self, side: Side, phase: f64, rolled: RolledAnkle) -> DVec3 {
         let (sin, cos) = libm::sincos(self.headings[side as usize]);
         let longer = 0.5 * sign(side) * self.regulated.longer_left_m;
         let travel = self.regulated.stride_m() * (self.middle() - phase);
-        let ankle = DVec3::new(
+        DVec3::new(
             sign(side) * 0.5 * self.regulated.step_width_m + rolled.ahead_m * sin,
             rolled.height_m,
             self.ahead_m + longer + travel + rolled.ahead_m * cos,
-        );
-        Placed { ankle, pitch }
+        )
     }
 
     /// Returns how far the toes of a standing foot are raised: by the angles at both ends, on the
@@ -361,40 +437,57 @@ impl<'a> PersonSteps<'a> {
     /// standing legs is weighed against a quarter of that distance.
     fn stand(&mut self) {
         let balanced = self.balanced();
+        let stances = self.stances();
         let (mut best, mut least) = (0.0, f64::MAX);
         for step in -16..=16 {
             let moved = 0.005 * f64::from(step);
             self.ahead_m = balanced + moved;
-            let missed = self.raise() + (0.25 * moved) * (0.25 * moved);
+            let missed = self.raise(&stances) + (0.25 * moved) * (0.25 * moved);
             if missed < least {
                 (best, least) = (moved, missed);
             }
         }
         self.ahead_m = balanced + best;
-        self.raise();
+        self.raise(&stances);
+    }
+
+    /// Returns samples of both stances.
+    fn stances(&self) -> Vec<Stance> {
+        let of = |side| (0..SAMPLES).map(move |i| (side, i as f64 / (SAMPLES - 1) as f64));
+        let all = [Side::Left, Side::Right].into_iter().flat_map(of);
+        let sample = |(side, share): (Side, f64)| {
+            let phase = self.regulated.stance * share;
+            let all = own(side, phase);
+            let knee = angle_of(self.walker.style, self.norm, Angle::KneeFlexion, side, all);
+            Stance {
+                side,
+                phase,
+                beat: Beat::at(all, &self.regulated),
+                hip: self.intended(side, phase).hip,
+                rolled: self.soles[side as usize].rolled(self.standing_pitch(side, phase)),
+                knee: knee.to_radians().max(LEAST_KNEE),
+                load: libm::sin(PI * phase / self.regulated.stance) + 0.1,
+            }
+        };
+        all.map(sample).collect()
     }
 
     /// Finds the height of the pelvis; returns its mean square error against the heights that
     /// standing knees need, m2.
-    fn raise(&mut self) -> f64 {
+    fn raise(&mut self, stances: &[Stance]) -> f64 {
         let (mut wanted, mut most) = (Vec::new(), Vec::new());
-        for side in [Side::Left, Side::Right] {
-            let leg = self.legs[side as usize];
-            for i in 0..SAMPLES {
-                let phase = self.regulated.stance * i as f64 / (SAMPLES - 1) as f64;
-                let all = own(side, phase);
-                let hip = self.hip(side, phase) - self.root(all).with_x(0.0);
-                let ankle = self.standing(side, phase).ankle;
-                let aside = (hip - ankle).with_y(0.0).length_squared();
-                let above = |knee: f64| {
-                    let reach = leg.reach(knee);
-                    ankle.y + libm::sqrt((reach * reach - aside).max(0.0)) - hip.y
-                };
-                let knee = angle_of(self.walker.style, self.norm, Angle::KneeFlexion, side, all);
-                let load = libm::sin(PI * phase / self.regulated.stance) + 0.1;
-                wanted.push((all, above(knee.to_radians().max(LEAST_KNEE)), load));
-                most.push((all, above(LEAST_KNEE)));
-            }
+        for stance in stances {
+            let leg = self.legs[stance.side as usize];
+            let root = self.heights.root(&stance.beat);
+            let hip = root + stance.hip - root.with_x(0.0);
+            let ankle = self.planted(stance.side, stance.phase, stance.rolled);
+            let aside = (hip - ankle).with_y(0.0).length_squared();
+            let above = |knee: f64| {
+                let reach = leg.reach(knee);
+                ankle.y + libm::sqrt((reach * reach - aside).max(0.0)) - hip.y
+            };
+            wanted.push((&stance.beat, above(stance.knee), stance.load));
+            most.push((&stance.beat, above(LEAST_KNEE)));
         }
         self.heights = match self.regulated.gait {
             Gait::Walk => {
@@ -408,7 +501,7 @@ impl<'a> PersonSteps<'a> {
             Gait::Run => {
                 let still = wanted
                     .iter()
-                    .map(|&(phase, height, load)| (height - self.regulated.flight_m(phase), load));
+                    .map(|&(beat, height, load)| (height - beat.flight_m, load));
                 Heights {
                     mean_m: weighted(still),
                     wave_m: [0.0; 2],
@@ -417,13 +510,13 @@ impl<'a> PersonSteps<'a> {
         };
         let over = most
             .iter()
-            .map(|&(phase, highest)| self.root(phase).y - highest)
+            .map(|&(beat, highest)| self.heights.root(beat).y - highest)
             .fold(0.0, f64::max);
         self.heights.mean_m -= over;
         mean(
             wanted
                 .iter()
-                .map(|&(phase, height, _)| (self.root(phase).y - height).powi(2)),
+                .map(|&(beat, height, _)| (self.heights.root(beat).y - height).powi(2)),
         )
     }
 
@@ -451,17 +544,16 @@ impl<'a> PersonSteps<'a> {
         };
         // The sole is lowest in mid-swing where it passes the other foot. Toes are raised first,
         // and the knee bends more if that is not enough.
-        let clearance = |swing: &Swing| {
-            (0..SAMPLES)
-                .map(|i| 0.3 + 0.5 * i as f64 / SAMPLES as f64)
-                .map(|share| {
-                    let placed = self.swung(swing, side, from + share * duration, share);
-                    let rolled = self.soles[side as usize].rolled(placed.pitch);
-                    placed.ankle.y - rolled.height_m
-                })
-                .fold(f64::MAX, f64::min)
+        let shares = (0..SAMPLES).map(|i| 0.3 + 0.5 * i as f64 / SAMPLES as f64);
+        let legs = shares.map(|share| self.unswung(side, from + share * duration, share));
+        let legs: Vec<Unswung> = legs.collect();
+        let is_low = |swing: &Swing| {
+            legs.iter().any(|leg| {
+                let placed = self.swung(swing, side, leg);
+                let rolled = self.soles[side as usize].rolled(placed.pitch);
+                placed.ankle.y - rolled.height_m < self.regulated.clearance_m
+            })
         };
-        let is_low = |swing: &Swing| clearance(swing) < self.regulated.clearance_m;
         swing.toes_up = least((0.0, MOST_TOES_UP), |toes_up| {
             is_low(&Swing { toes_up, ..swing })
         });
@@ -476,12 +568,12 @@ impl<'a> PersonSteps<'a> {
     }
 }
 
-/// Returns the wave with one period per step that is nearest to these heights (phase, height and
+/// Returns the wave with one period per step that is nearest to these heights (beat, height and
 /// weight of each), by least squares in three unknowns.
-fn wave(heights: &[(f64, f64, f64)]) -> Heights {
+fn wave(heights: &[(&Beat, f64, f64)]) -> Heights {
     let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
-    for &(phase, height, weight) in heights {
-        let (sin, cos) = libm::sincos(2.0 * TAU * phase);
+    for &(beat, height, weight) in heights {
+        let (sin, cos) = beat.wave;
         let row = DVec3::new(1.0, cos, sin);
         let outer = DMat3::from_cols(row * row.x, row * row.y, row * row.z);
         matrix += weight * outer;

@@ -77,12 +77,16 @@ impl Swing {
             })
     }
 
-    /// Returns how much shorter the leg is at a share of the swing, metres, and how much further
-    /// the toes are raised, radians.
-    pub(super) fn lift(&self, share: f64) -> (f64, f64) {
+    /// Returns how far a foot has risen at a share of the swing, 0..1.
+    pub(super) fn rise(share: f64) -> f64 {
         // Greatest a little after the middle, where the toes are lowest.
-        let sin = libm::sin(PI * libm::pow(share, 1.2));
-        (self.lift_m * sin * sin, self.toes_up * sin * sin)
+        libm::sin(PI * libm::pow(share, 1.2))
+    }
+
+    /// Returns how much shorter the leg is at a [`Swing::rise`], metres, and how much further the
+    /// toes are raised, radians.
+    pub(super) fn lift(&self, rise: f64) -> (f64, f64) {
+        (self.lift_m * rise * rise, self.toes_up * rise * rise)
     }
 }
 

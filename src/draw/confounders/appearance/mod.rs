@@ -63,12 +63,12 @@ impl Outfit {
         Self { hulls }
     }
 
-    /// Returns the hulls as a body that can be rendered. Hulls of one joint are rigid, hulls of
+    /// Adds the hulls to a body that can be rendered. Hulls of one joint are rigid, hulls of
     /// several joints are draped.
     ///
     /// # Errors
     /// If the hulls exceed the core's budget.
-    pub(crate) fn body(&self) -> Result<Box<UnpackedBody>> {
+    pub(crate) fn unpack(&self, body: &mut UnpackedBody) -> Result<()> {
         let is_draped = |hull: &&WornHull| hull.joint().is_none() && !hull.points.is_empty();
         let points = || self.hulls.iter().map(|hull| hull.points.len());
         for (what, found, most) in [
@@ -91,7 +91,6 @@ impl Outfit {
                 )));
             }
         }
-        let mut body = Box::<UnpackedBody>::default();
         for hull in &self.hulls {
             let pushed = match hull.joint() {
                 Some(joint) => body.push(joint, hull.points.iter().map(|(_, point)| *point)),
@@ -103,7 +102,7 @@ impl Outfit {
                 ))
             })?;
         }
-        Ok(body)
+        Ok(())
     }
 }
 

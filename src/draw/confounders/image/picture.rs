@@ -74,6 +74,15 @@ impl BitPicture {
         &mut self.bits[row * self.words..][..self.words]
     }
 
+    /// Copies a row to another one.
+    ///
+    /// # Panics
+    /// If there are no such rows.
+    pub(super) fn copy_row(&mut self, from: usize, to: usize) {
+        let from = from * self.words;
+        self.bits.copy_within(from..from + self.words, to * self.words);
+    }
+
     /// Returns all words, row by row.
     pub(super) fn words(&self) -> &[u64] {
         &self.bits

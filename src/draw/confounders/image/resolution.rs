@@ -27,31 +27,45 @@ pub(crate) fn to_cells(picture: &mut BitPicture, fine: &Fine, height: f64, rng: 
     };
     let rows = borders(phase.y, height, picture.rows());
     let columns = borders(phase.x, width, picture.columns());
-    let columns = columns
-        .partition_point(|&at| at <= bounds.left)
-        .saturating_sub(1)
-        ..=columns
-            .partition_point(|&at| at < bounds.right)
-            .min(columns.len() - 1);
-    let all = borders(phase.x, width, picture.columns());
-    let columns = &all[columns];
-    let mut coarse = BitPicture::empty(picture.rows(), picture.columns() / 64);
+    let first = columns.partition_point(|&at| at <= bounds.left);
+    let last = columns.partition_point(|&at| at < bounds.right);
+    let columns = &columns[first.saturating_sub(1)..=last.min(columns.len() - 1)];
+    let mut before = Vec::new();
     for rows in rows.windows(2) {
         let rows = rows[0]..rows[1];
         if rows.end <= bounds.top || rows.start >= bounds.bottom {
             continue;
         }
-        for cell in columns.windows(2) {
-            let on = rows.clone().map(|row| picture.count(row, cell[0], cell[1]));
-            let on = on.sum::<u32>() as usize;
+        before.clear();
+        before.resize(columns.len(), 0);
+        for row in rows.clone() {
+            add_counts(picture.row(row), columns, &mut before);
+        }
+        let first = rows.start;
+        picture.row_mut(first).fill(0);
+        for (cell, before) in columns.windows(2).zip(before.windows(2)) {
+            let on = (before[1] - before[0]) as usize;
             if 2 * on >= rows.len() * (cell[1] - cell[0]) {
-                for row in rows.clone() {
-                    coarse.fill(row, cell[0].cast_signed(), cell[1].cast_signed(), true);
-                }
+                picture.fill(first, cell[0].cast_signed(), cell[1].cast_signed(), true);
             }
         }
+        for row in first + 1..rows.end {
+            picture.copy_row(first, row);
+        }
     }
-    *picture = coarse;
+}
+
+/// Adds to each sum how many columns of a row before this border are on; borders increase.
+fn add_counts(row: &[u64], borders: &[usize], sums: &mut [u32]) {
+    let (mut word, mut before) = (0, 0);
+    for (&border, sum) in borders.iter().zip(sums) {
+        while word < border / 64 {
+            before += row[word].count_ones();
+            word += 1;
+        }
+        let rest = row.get(word).map_or(0, |bits| bits & !(u64::MAX << (border % 64)));
+        *sum += before + rest.count_ones();
+    }
 }
 
 /// Returns the distinct borders of cells, from 0 to `end`.

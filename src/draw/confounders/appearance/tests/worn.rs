@@ -198,7 +198,7 @@ fn dressed_people_put_on_whatever_a_condition_says() {
             .filter(|part| **part == BodyPart::Hair)
             .count();
         assert_eq!(hair, 1);
-        assert!(outfit.body().is_ok(), "{number}");
+        assert!(unpacked(&outfit).is_ok(), "{number}");
     }
     assert_eq!(draped, BTreeSet::from([0, 1, 2]));
 }
