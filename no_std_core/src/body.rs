@@ -16,7 +16,7 @@ use crate::budget::{LANES, MAX_DRAPED_HULLS, MAX_FACETS, MAX_HULL_POINTS, MAX_HU
 use crate::facets::Facets;
 use crate::pose::ModelPose;
 use crate::simd::Edges;
-use crate::skeleton::{JOINTS, Joint};
+use crate::skeleton::Joint;
 use clearance::set_clearances;
 use core::fmt;
 use core::ops::Range;
@@ -226,26 +226,46 @@ impl UnpackedBody {
         self.drapes.push(drape).map_err(|_| OverBudget)
     }
 
-    /// Returns all points in a pose, hull by hull, metres: those of a [`Figure`], without the time
-    /// that it takes to find the facets of draped hulls.
-    pub fn points_in(&self, pose: &ModelPose) -> impl Iterator<Item = Vec3> {
-        let places: [JointPlace; JOINTS] = core::array::from_fn(|joint| JointPlace::at(joint, pose));
+    /// Returns the least height in a pose over a floor that rises by `rise` metres for each metre
+    /// ahead of `z`, metres; the largest f32 without points. Takes a tenth of the time of a
+    /// [`Figure`] with draped hulls, whose facets are not needed.
+    #[must_use]
+    pub fn lowest(&self, pose: &ModelPose, rise: f32, z: f32) -> f32 {
+        let mut points = self.points.clone();
+        self.carry(pose, &mut points);
+        let end = self.hulls.last().map_or(0, |hull| hull.points_end);
+        let mut least = [f32::MAX; LANES];
+        let [heights, ahead] =
+            [&points.y, &points.z].map(|axis| axis.get(..end).unwrap_or_default());
+        for (heights, ahead) in heights.chunks(LANES).zip(ahead.chunks(LANES)) {
+            for ((least, height), ahead) in least.iter_mut().zip(heights).zip(ahead) {
+                let height = height - rise * (ahead - z);
+                *least = if height < *least { height } else { *least };
+            }
+        }
+        least.into_iter().fold(f32::MAX, f32::min)
+    }
+
+    /// Carries the points to where `pose` puts their joints.
+    fn carry(&self, pose: &ModelPose, points: &mut VectorLanes<MAX_POINTS>) {
         let mut start = 0;
-        self.hulls.iter().flat_map(move |hull| {
-            let drape = match hull.carrier {
-                HullCarrier::Joint(_) => None,
-                HullCarrier::Drape(drape) => self.drapes.get(drape),
-            };
-            let points = (0..).zip(start..hull.points_end);
+        for hull in &self.hulls {
+            let own = start..hull.points_end;
             start = hull.points_end;
-            points.filter_map(move |(number, index)| {
-                let joint = match (hull.carrier, drape) {
-                    (HullCarrier::Joint(joint), _) => joint,
-                    (_, drape) => drape?.get::<usize>(number)?.index(),
-                };
-                Some(places[joint % JOINTS].carry(self.points.get(index)?))
-            })
-        })
+            match hull.carrier {
+                HullCarrier::Joint(joint) => {
+                    let place = JointPlace::at(joint, pose);
+                    points.carry(own, &self.points, place.turn, place.offset);
+                }
+                HullCarrier::Drape(drape) => {
+                    for (index, joint) in own.zip(self.drapes.get(drape).into_iter().flatten()) {
+                        if let Some(point) = self.points.get(index) {
+                            points.set(index, JointPlace::at(joint.index(), pose).carry(point));
+                        }
+                    }
+                }
+            }
+        }
     }
 
     /// Adds points, and room for the facets and edges of `surface`, and returns the previous hull.

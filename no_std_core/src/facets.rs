@@ -37,9 +37,44 @@ type GridCell = [i32; 3];
 /// points is exact.
 const GRID: f64 = 1_048_576.0;
 
-/// A triangle whose corners turn counterclockwise for a viewer outside.
+/// The corners of a triangle, counterclockwise for a viewer outside.
 type Triangle = [u8; 3];
-type Triangles = heapless::Vec<Triangle, MAX_HULL_FACETS>;
+
+/// A triangle of a surface, and its plane.
+#[derive(Clone, Copy)]
+struct Face {
+    corners: Triangle,
+    /// Twice its area long, towards the outside.
+    normal: [i64; 3],
+    /// The product of the normal and a corner, modulo 2^64.
+    level: i64,
+}
+
+impl Face {
+    fn new(cells: &[GridCell], corners: Triangle) -> Self {
+        let [a, b, c] = corners.map(|corner| cell_of(cells, corner));
+        let normal = cross(difference(b, a), difference(c, a));
+        let level = along(normal, a);
+        Self {
+            corners,
+            normal,
+            level,
+        }
+    }
+
+    /// Returns six times the volume of the tetrahedron on the triangle; positive if `apex` sees it.
+    /// The volume is below 2^63, so that it is exact although its parts are modulo 2^64.
+    fn volume(&self, apex: GridCell) -> i64 {
+        along(self.normal, apex).wrapping_sub(self.level)
+    }
+
+    fn sides(&self) -> [[u8; 2]; 3] {
+        let [a, b, c] = self.corners;
+        [[a, b], [b, c], [c, a]]
+    }
+}
+
+type Faces = heapless::Vec<Face, MAX_HULL_FACETS>;
 
 impl Facets {
     /// Computes the surface of the convex hull of at most the first 32 `points`, which are rounded
@@ -52,8 +87,8 @@ impl Facets {
     pub fn from_points(points: &[Vec3]) -> Self {
         let cells = cells(points);
         let mut facets = Self::default();
-        let triangles = match surface(&cells) {
-            HullSurface::Closed(triangles) => triangles,
+        let faces = match surface(&cells) {
+            HullSurface::Closed(faces) => faces,
             HullSurface::Flat(triangle) => {
                 facets.edges = border(&cells, triangle);
                 return facets;
@@ -61,10 +96,10 @@ impl Facets {
         };
         // The number of the edge between two points, the smaller one first.
         let mut numbers = [[u8::MAX; MAX_HULL_POINTS]; MAX_HULL_POINTS];
-        for corners in triangles {
-            let [a, b, c] = corners;
-            let edges = [[a, b], [b, c], [c, a]].map(|side| facets.edge(side, &mut numbers));
-            // As many as there are triangles, which the capacity allows.
+        for face in faces {
+            let edges = face.sides().map(|side| facets.edge(side, &mut numbers));
+            let corners = face.corners;
+            // As many as there are faces, which the capacity allows.
             let _ = facets.facets.push(Facet { corners, edges });
         }
         facets
@@ -97,7 +132,7 @@ pub(crate) fn each_triangle<E>(
 ) -> Result<(), E> {
     let cells = cells(points);
     match surface(&cells) {
-        HullSurface::Closed(triangles) => triangles.into_iter().try_for_each(take),
+        HullSurface::Closed(faces) => faces.iter().try_for_each(|face| take(face.corners)),
         HullSurface::Flat(triangle) => border(&cells, triangle)
             .into_iter()
             .try_for_each(|[a, b]| take([a, b, b])),
@@ -106,26 +141,28 @@ pub(crate) fn each_triangle<E>(
 
 /// The surface of the convex hull of points.
 enum HullSurface {
-    /// Triangles; none if all points are on one line.
-    Closed(Triangles),
+    /// Its triangles; none if all points are on one line.
+    Closed(Faces),
     /// A flat hull, in the plane of this triangle.
     Flat(Triangle),
 }
 
 fn surface(cells: &[GridCell]) -> HullSurface {
-    let mut surface = Triangles::new();
+    let mut surface = Faces::new();
     let Some(triangle) = first_triangle(cells) else {
         return HullSurface::Closed(surface);
     };
+    let first = Face::new(cells, triangle);
     let outside = (0..).zip(cells);
     let apex = outside
-        .map(|(apex, cell)| (apex, volume(cells, triangle, *cell)))
+        .map(|(apex, cell)| (apex, first.volume(*cell)))
         .find(|&(_, volume)| volume != 0);
     let Some((apex, side)) = apex else {
         return HullSurface::Flat(triangle);
     };
     let [a, b, c] = if side > 0 { turned(triangle) } else { triangle };
-    surface.extend([[a, b, c], [b, a, apex], [c, b, apex], [a, c, apex]]);
+    let four = [[a, b, c], [b, a, apex], [c, b, apex], [a, c, apex]];
+    surface.extend(four.map(|corners| Face::new(cells, corners)));
     for (point, cell) in (0..).zip(cells) {
         grow(cells, &mut surface, (point, *cell));
     }
@@ -171,29 +208,35 @@ fn first_triangle(cells: &[GridCell]) -> Option<Triangle> {
 
 /// Adds a point to the surface: the triangles that it sees are removed, and it is joined to the
 /// border of the rest. A triangle in whose plane the point lies stays.
-fn grow(cells: &[GridCell], surface: &mut Triangles, (point, cell): (u8, GridCell)) {
-    let mut seen = Triangles::new();
-    surface.retain(|&triangle| {
-        let is_seen = volume(cells, triangle, cell) > 0;
-        if is_seen {
-            let _ = seen.push(triangle);
-        }
-        !is_seen
-    });
-    if seen.is_empty() {
+fn grow(cells: &[GridCell], surface: &mut Faces, (point, cell): (u8, GridCell)) {
+    // A bit for each triangle.
+    let is_seen = surface.iter().map(|face| face.volume(cell) > 0);
+    let seen = is_seen
+        .rev()
+        .fold(0u64, |seen, is_seen| seen << 1 | u64::from(is_seen));
+    if seen == 0 {
         return;
     }
     // Bit `b` of word `a` is the side from `a` to `b`.
     let mut sides_seen = [0u32; MAX_HULL_POINTS];
-    let sides = |&[a, b, c]: &Triangle| [[a, b], [b, c], [c, a]];
-    for [from, to] in seen.iter().flat_map(sides) {
-        sides_seen[usize::from(from) % MAX_HULL_POINTS] |= 1 << to;
-    }
-    for [from, to] in seen.iter().flat_map(sides) {
+    let mut removed = heapless::Vec::<[[u8; 2]; 3], MAX_HULL_FACETS>::new();
+    let mut rest = seen;
+    surface.retain(|face| {
+        let is_seen = rest & 1 == 1;
+        rest >>= 1;
+        if is_seen {
+            for [from, to] in face.sides() {
+                sides_seen[usize::from(from) % MAX_HULL_POINTS] |= 1 << to;
+            }
+            let _ = removed.push(face.sides());
+        }
+        !is_seen
+    });
+    for &[from, to] in removed.iter().flatten() {
         let is_inner = sides_seen[usize::from(to) % MAX_HULL_POINTS] >> from & 1 == 1;
         if !is_inner {
             // A closed surface of at most 32 points has at most 60 triangles (Euler).
-            let _ = surface.push([from, to, point]);
+            let _ = surface.push(Face::new(cells, [from, to, point]));
         }
     }
 }
@@ -237,13 +280,13 @@ fn border(cells: &[GridCell], [a, b, c]: Triangle) -> heapless::Vec<[u8; 2], MAX
     sides.map(|(&p, &q)| [p.min(q), p.max(q)]).collect()
 }
 
-/// Returns six times the volume of the tetrahedron on a triangle; positive if `apex` sees the
-/// triangle.
-fn volume(cells: &[GridCell], [a, b, c]: Triangle, apex: GridCell) -> i64 {
-    let [a, b, c] = [a, b, c].map(|corner| cell_of(cells, corner));
-    let [x, y, z] = cross(difference(b, a), difference(c, a));
-    let [u, v, w] = difference(apex, a);
-    x * i64::from(u) + y * i64::from(v) + z * i64::from(w)
+/// Returns the product of a normal and a cell, modulo 2^64.
+fn along([x, y, z]: [i64; 3], [u, v, w]: GridCell) -> i64 {
+    let products =
+        [(x, u), (y, v), (z, w)].map(|(normal, cell)| normal.wrapping_mul(i64::from(cell)));
+    products[0]
+        .wrapping_add(products[1])
+        .wrapping_add(products[2])
 }
 
 fn turned([a, b, c]: Triangle) -> Triangle {

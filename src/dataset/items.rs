@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 /// The first variation of passes after the first. It is beyond those that commands and protocols
 /// can name, so that no pass draws test data.
@@ -266,6 +266,7 @@ impl Items {
 
     /// Draws the items of these numbers, in their order, from the packs of their [`people_of`].
     /// The calling thread draws a single item; more are drawn on the threads of the current pool.
+    /// `drawers`, empty at first, are kept for the next call: one a thread, of at most 8 MB each.
     /// Pass 0 equals a stored dataset. Each further pass has other variations of the same walks,
     /// and the same uncut motions, which have no variations.
     /// `tell` is called before each cycle; an error from it ends the work.
@@ -280,6 +281,7 @@ impl Items {
         items: &[usize],
         pass: u32,
         packs: &BTreeMap<usize, PackBytes>,
+        drawers: &mut Vec<Drawer>,
         tell: &(dyn Fn() -> Result<()> + Sync),
     ) -> Result<Vec<DrawnItem>> {
         let shift = self.shift(pass)?;
@@ -291,26 +293,27 @@ impl Items {
             _ => rayon::current_num_threads(),
         };
         let shares = shares::divide(items, self.views(), threads);
-        let paint = |drawer: &mut Drawer, share: &Vec<usize>| {
+        let spare = Mutex::new(std::mem::take(drawers));
+        let paint = |share: &Vec<usize>| {
+            let known = spare.lock().expect("nobody panics here").pop();
+            let mut drawer = match known {
+                Some(drawer) => drawer,
+                None => Drawer::new(self.settings, &self.wanted)?,
+            };
             let mut drawn = Vec::with_capacity(share.len());
             for cycle in share.chunk_by(|&a, &b| items[a] / self.views() == items[b] / self.views())
             {
                 tell()?;
-                drawn.extend(self.cycle(drawer, &shelf, items, cycle, shift)?);
+                drawn.extend(self.cycle(&mut drawer, &shelf, items, cycle, shift)?);
             }
+            spare.lock().expect("nobody panics here").push(drawer);
             Ok(drawn)
         };
-        let drawer = || Drawer::new(self.settings, &self.wanted);
-        let drawn: Vec<Result<Vec<DrawnItem>>> = if let [share] = &shares[..] {
-            vec![paint(&mut drawer()?, share)]
-        } else {
-            let paint = |drawer: &mut Result<Drawer>, share| match drawer {
-                Ok(drawer) => paint(drawer, share),
-                // The settings were checked before.
-                Err(_) => Err(Error::Missing("settings that can be drawn")),
-            };
-            shares.par_iter().map_init(drawer, paint).collect()
+        let drawn: Vec<Result<Vec<DrawnItem>>> = match &shares[..] {
+            [share] => vec![paint(share)],
+            shares => shares.par_iter().map(paint).collect(),
         };
+        *drawers = spare.into_inner().expect("nobody panics here");
         let mut all = vec![DrawnItem::default(); items.len()];
         for (share, drawn) in shares.iter().zip(drawn) {
             for (&at, one) in share.iter().zip(drawn?) {

@@ -73,20 +73,27 @@ pub(super) fn set_clearances(surface: &Facets, points: &[Vec3], clearances: &mut
         if fold <= FLAT * long * other_long {
             continue;
         }
-        let mut needed = 0.0f64;
-        for (number, (&point, (to_a, to_b))) in (0..).zip(exact.iter().zip(of_a.iter().zip(&of_b)))
-        {
-            if number == a || number == b {
-                continue;
-            }
-            let area = side * f64::from(CLEAR) * size + error * (side + to_a + to_b);
-            let area = area.max(side * WIDTH_M);
+        let least = side * f64::from(CLEAR) * size;
+        let width = side * WIDTH_M;
+        let [near, far] = both.map(|normal| (normal, normal.dot(from)));
+        let mut needed = [0.0f64; MAX_HULL_POINTS];
+        let all = needed.iter_mut().zip(&exact).zip(of_a).zip(of_b);
+        for (((needed, &DVec3 { x, y, z }), to_a), to_b) in all {
+            let area = least + error * (side + to_a + to_b);
+            let area = if area > width { area } else { width };
             // A point may lie in front of a plane by what coordinates are rounded.
-            let [f, g] = both.map(|normal| normal.dot(from - point));
-            let before = (-f).max(0.0) * other_long + (-g).max(0.0) * long;
-            let behind = f.max(0.0) + g.max(0.0);
-            needed = needed.max((area * fold / side + before) / behind);
+            let [f, g] = [near, far]
+                .map(|(normal, level)| level - (normal.x * x + normal.y * y + normal.z * z));
+            let over = |share: f64| if share > 0.0 { share } else { 0.0 };
+            let before = over(-f) * other_long + over(-g) * long;
+            *needed = (area * fold / side + before) / (over(f) + over(g));
         }
+        let numbered = (0..).zip(needed).take(points.len());
+        let others = numbered.filter(|&(number, _)| number != a && number != b);
+        let needed = others.fold(
+            0.0,
+            |most, (_, needed)| if needed > most { needed } else { most },
+        );
         for facet in [first, second] {
             clear[facet] = clear[facet].max(needed);
         }

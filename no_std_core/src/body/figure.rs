@@ -146,22 +146,14 @@ impl<'a> Figure<'a> {
     /// Moves the hulls to another pose in place, for the next frame.
     pub fn update(&mut self, pose: &ModelPose) {
         let body = self.body;
+        body.carry(pose, &mut self.points);
         let mut start = 0;
         for (number, hull) in body.hulls.iter().enumerate() {
-            let points = start..hull.points_end;
-            start = hull.points_end;
             match hull.carrier {
-                HullCarrier::Joint(joint) => {
-                    let place = JointPlace::at(joint, pose);
-                    self.points
-                        .carry(points, &body.points, place.turn, place.offset);
-                    self.places.set(number, &place);
-                }
-                HullCarrier::Drape(drape) => {
-                    self.hang(drape, points.clone(), pose);
-                    self.wrap(drape, points);
-                }
+                HullCarrier::Joint(joint) => self.places.set(number, &JointPlace::at(joint, pose)),
+                HullCarrier::Drape(drape) => self.wrap(drape, start..hull.points_end),
             }
+            start = hull.points_end;
         }
         self.fill_lanes();
     }
@@ -225,20 +217,6 @@ impl<'a> Figure<'a> {
 }
 
 impl Figure<'_> {
-    /// Moves the points of a drape to where the pose puts them.
-    fn hang(&mut self, drape: usize, points: Range<usize>, pose: &ModelPose) {
-        let body = self.body;
-        let Some(joints) = body.drapes.get(drape) else {
-            return;
-        };
-        for (index, joint) in points.zip(joints) {
-            if let Some(point) = body.points.get(index) {
-                let place = JointPlace::at(joint.index(), pose);
-                self.points.set(index, place.carry(point));
-            }
-        }
-    }
-
     /// Finds the surface of a drape's points.
     fn wrap(&mut self, drape: usize, points: Range<usize>) {
         let hull: heapless::Vec<Vec3, MAX_HULL_POINTS> = points

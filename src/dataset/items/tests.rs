@@ -38,7 +38,7 @@ fn packs_of(items: &Items, numbers: &[usize]) -> BTreeMap<usize, PackBytes> {
 fn drawn(items: &Items, numbers: &[usize], pass: u32) -> Vec<DrawnItem> {
     let packs = packs_of(items, numbers);
     items
-        .draw(numbers, pass, &packs, &|| Ok(()))
+        .draw(numbers, pass, &packs, &mut Vec::new(), &|| Ok(()))
         .expect("items that can be drawn")
 }
 
@@ -235,7 +235,13 @@ fn as_many_are_drawn_at_once_as_there_is_room_for() {
     let takes = of_takes();
     let bytes = drawn(&takes, &[0], 0)[0].arrays[0].len();
     let most = (1 << 31) / bytes;
-    let said = takes.draw(&vec![0; most + 1], 0, &BTreeMap::new(), &|| Ok(()));
+    let said = takes.draw(
+        &vec![0; most + 1],
+        0,
+        &BTreeMap::new(),
+        &mut Vec::new(),
+        &|| Ok(()),
+    );
     assert_eq!(
         said.expect_err("too much").to_string(),
         format!(
@@ -279,7 +285,7 @@ fn work_ends_where_it_is_told_to() {
     let items = of_pack(Vec::new(), 0..4);
     let all: Vec<usize> = (0..items.len()).collect();
     let tell = || Err(Error::Missing("patience"));
-    let ended = items.draw(&all, 0, &BTreeMap::new(), &tell);
+    let ended = items.draw(&all, 0, &BTreeMap::new(), &mut Vec::new(), &tell);
     assert_eq!(
         ended.expect_err("an end").to_string(),
         "expected patience, found none"

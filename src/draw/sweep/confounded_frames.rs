@@ -66,28 +66,28 @@ impl PosedFrames<'_> {
         }
         for &Dose { kind, strength } in plan.doses().list() {
             // Random numbers of the whole cycle, and random numbers of this frame.
-            let mut lasting = plan.of_view(kind, view);
-            let mut passing = plan.of_picture(kind, view, frame);
+            let lasting = || plan.of_view(kind, view);
+            let passing = || plan.of_picture(kind, view, frame);
             let picture = &mut picture;
             match kind {
                 ConfounderKind::RadialDistortion => image::distort(picture, &fine, strength),
                 ConfounderKind::Resolution => {
-                    image::coarsen(picture, &fine, strength, &mut lasting);
+                    image::coarsen(picture, &fine, strength, &mut lasting());
                 }
                 ConfounderKind::Light => {
-                    Light::new(strength, &mut lasting).segment(picture, &fine, &mut passing);
+                    Light::new(strength, &mut lasting()).segment(picture, &fine, &mut passing());
                 }
-                ConfounderKind::Holes => image::holes(picture, &fine, strength, &mut passing),
+                ConfounderKind::Holes => image::holes(picture, &fine, strength, &mut passing()),
                 ConfounderKind::MissingParts => {
-                    image::missing_part(picture, strength, &mut lasting);
+                    image::missing_part(picture, strength, &mut lasting());
                 }
                 ConfounderKind::MergedBackground => {
-                    image::merged_background(picture, &fine, strength, &mut lasting);
+                    image::merged_background(picture, &fine, strength, &mut lasting());
                 }
-                ConfounderKind::Erosion => image::erode(picture, &fine, strength, &mut passing),
-                ConfounderKind::Dilation => image::dilate(picture, &fine, strength, &mut passing),
+                ConfounderKind::Erosion => image::erode(picture, &fine, strength, &mut passing()),
+                ConfounderKind::Dilation => image::dilate(picture, &fine, strength, &mut passing()),
                 ConfounderKind::SaltAndPepper => {
-                    image::salt_and_pepper(picture, strength, &mut passing);
+                    image::salt_and_pepper(picture, strength, &mut passing());
                 }
                 _ => {}
             }

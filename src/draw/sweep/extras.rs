@@ -22,10 +22,10 @@ impl<'a> Extras<'a> {
         moment: Moment,
         posed: &PosedWalker<'a>,
     ) -> Self {
-        let floor = walker.floor(posed.pelvis);
         let shadow = plan.strength(ConfounderKind::Shadow).zip(sun());
-        let shadow =
-            shadow.map(|(strength, sun)| image::shadow_body(&posed.figure, sun, &floor, strength));
+        let shadow = shadow.map(|(strength, sun)| {
+            image::shadow_body(&posed.figure, sun, &walker.floor(posed.pelvis), strength)
+        });
         let blur = plan.amount(ConfounderKind::MotionBlur);
         let exposures = blur.map_or(Vec::new(), |exposure_s| {
             let exposure = |number: u32| {

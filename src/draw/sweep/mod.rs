@@ -306,7 +306,9 @@ impl Drawer {
             wanted: &self.wanted,
         };
         let views = ListedViews::new(views);
-        let Self { painter, memory, .. } = self;
+        let Self {
+            painter, memory, ..
+        } = self;
         swept(pack, job, request, &views, painter, memory)
     }
 }

@@ -16,9 +16,10 @@ use edgegait_core::pack::{Pack, SubjectEntry, WalkEntry};
 use edgegait_core::pose::{ModelPose, Pose};
 use edgegait_core::skeleton::Skeleton;
 use glam::{DVec3, Vec3};
+use std::cell::OnceCell;
 use std::sync::Arc;
 
-/// The number of poses from which the mean of a walk is computed.
+/// The number of poses from which the mean and the floor of a walk are computed.
 const MEAN_POSES: u32 = 64;
 
 /// A moment of a walk.
@@ -201,6 +202,12 @@ impl<'a> Motion<'a> {
         }
     }
 
+    /// Returns evenly spaced poses.
+    fn evenly(&self) -> impl Iterator<Item = Pose> {
+        let share = |at| f64::from(at) / f64::from(MEAN_POSES);
+        (0..MEAN_POSES).map(move |at| self.sample(share(at) * self.duration_s()))
+    }
+
     /// Returns the pose at a time, seconds.
     fn sample(&self, seconds: f64) -> Pose {
         match &self.cycle {
@@ -231,7 +238,9 @@ pub(super) struct Walker<'a> {
     variation: Variation,
     /// Facts of the walk for effects on motion and time.
     gait: GaitFacts,
-    floor_m: f32,
+    /// The height of the lowest point of the pack's body in the stored motion, metres; 0 without
+    /// confounders.
+    floor_m: OnceCell<f32>,
 }
 
 impl<'a> Walker<'a> {
@@ -263,16 +272,12 @@ impl<'a> Walker<'a> {
         let bare = (bare.as_deref().unwrap_or(body), avatar.skeleton());
         let motion = Motion::new(clip, coefficients);
         let duration_s = motion.duration_s();
-        // Without confounders, neither the mean pose nor the floor is needed.
-        let poses = match plan.doses().list() {
-            [] => 0,
-            _ => MEAN_POSES,
-        };
-        let pose = |at| motion.sample(f64::from(at) / f64::from(poses) * duration_s);
-        let poses: Vec<Pose> = (0..poses).map(pose).collect();
         let speed_mps = 1e-3 * f64::from(walk.speed_mm_per_s);
+        // Without confounders, the mean pose is not needed.
+        let poses = (!plan.doses().list().is_empty()).then(|| motion.evenly());
+        let poses = poses.into_iter().flatten();
         Ok(Self {
-            floor_m: floor_m(&bare, &poses),
+            floor_m: OnceCell::new(),
             gait: GaitFacts::from_poses(skeleton.clone(), poses, speed_mps, duration_s),
             plan,
             body,
@@ -352,8 +357,14 @@ impl<'a> Walker<'a> {
 
     /// Returns the floor below a pelvis, at the height of the stored cycle's lowest point.
     pub(super) fn floor(&self, pelvis: Vec3) -> Floor {
+        let (bare, skeleton) = &self.bare;
+        let height = |pose| bare.lowest(&ModelPose::new(skeleton, &pose), 0.0, 0.0);
+        let lowest = || match self.plan.doses().list() {
+            [] => 0.0,
+            _ => self.motion.evenly().map(height).fold(f32::MAX, f32::min),
+        };
         Floor {
-            point: Vec3::new(pelvis.x, self.floor_m, pelvis.z),
+            point: Vec3::new(pelvis.x, *self.floor_m.get_or_init(lowest), pelvis.z),
             normal: self.floor_normal().as_vec3(),
         }
     }
@@ -373,12 +384,12 @@ impl<'a> Walker<'a> {
         self.variation.apply(&mut pose, phase, &self.skeleton);
         self.act(&mut pose);
         if pose.rotations != before || !std::ptr::eq(*bare, self.body) {
-            let clearance = lowest(bare, &model, 0.0, 0.0);
+            let clearance = bare.lowest(&model, 0.0, 0.0);
             model.update(&self.skeleton, &pose);
             let normal = self.floor_normal();
             #[expect(clippy::cast_possible_truncation, reason = "a tangent")]
             let rise = (-normal.z / normal.y) as f32;
-            pose.root.y += clearance - lowest(self.body, &model, rise, pose.root.z);
+            pose.root.y += clearance - self.body.lowest(&model, rise, pose.root.z);
             model.update(&self.skeleton, &pose);
         }
         PosedWalker {
@@ -395,9 +406,11 @@ impl<'a> Walker<'a> {
             Moment::Phase(phase) => {
                 let limp = self.plan.strength(ConfounderKind::AsymmetricGait);
                 #[expect(clippy::cast_possible_truncation, reason = "a phase")]
-                let phase = limp.filter(|_| self.motion.is_loop()).map_or(phase, |strength| {
-                    motion::limp_phase(f64::from(phase), strength) as f32
-                });
+                let phase = limp
+                    .filter(|_| self.motion.is_loop())
+                    .map_or(phase, |strength| {
+                        motion::limp_phase(f64::from(phase), strength) as f32
+                    });
                 (self.motion.pose(phase), phase)
             }
             Moment::Seconds(seconds) => {
@@ -483,17 +496,4 @@ fn parts<'a>(pack: &Pack<'a>, job: Job<'_>) -> Result<JobParts<'a>> {
         }
         .into()
     })
-}
-
-/// Returns the height of the lowest point of a body in all poses, metres; 0 without poses.
-fn floor_m((body, skeleton): &(&UnpackedBody, Skeleton), poses: &[Pose]) -> f32 {
-    let height = |pose| lowest(body, &ModelPose::new(skeleton, pose), 0.0, 0.0);
-    poses.iter().map(height).reduce(f32::min).unwrap_or(0.0)
-}
-
-/// Returns the least height of a body's points over a floor that rises by `rise` metres for each
-/// metre ahead of `z`, metres.
-fn lowest(body: &UnpackedBody, pose: &ModelPose, rise: f32, z: f32) -> f32 {
-    let heights = body.points_in(pose).map(|p| p.y - rise * (p.z - z));
-    heights.fold(f32::MAX, f32::min)
 }

@@ -5,6 +5,7 @@ use crate::errors::exception;
 use crate::pack::PyPack;
 use edgegait::dataset::design::{self, Design};
 use edgegait::dataset::{Array, DrawnItem, IndexRow, PackBytes};
+use edgegait::draw::sweep::Drawer;
 use edgegait::files::grey_png;
 use ndarray::{Array1, ArrayD};
 use numpy::{IntoPyArray as _, PyReadonlyArray2};
@@ -27,6 +28,8 @@ pub(crate) struct PyItems {
     /// People who were made. The lock is taken only under the interpreter's lock, and only for a
     /// look-up, so that it is free in a forked process.
     people: Mutex<MadePeople>,
+    /// What drew items before; the lock is taken as that of `people`.
+    drawers: Mutex<Vec<Drawer>>,
 }
 
 /// People who were made, and their order.
@@ -59,6 +62,7 @@ impl PyItems {
         Self {
             items,
             people: Mutex::default(),
+            drawers: Mutex::default(),
         }
     }
 
@@ -233,13 +237,21 @@ impl PyItems {
     ) -> PyResult<(Bound<'py, PyDict>, Vec<u32>)> {
         self.check(&numbers)?;
         let packs = self.packs(py, &numbers, threads)?;
+        let kept = || self.drawers.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut drawers = std::mem::take(&mut *kept());
         let drawn = if numbers.len() == 1 {
-            py.detach(|| self.items.draw(&numbers, epoch, &packs, &|| Ok(())))
+            py.detach(|| {
+                self.items
+                    .draw(&numbers, epoch, &packs, &mut drawers, &|| Ok(()))
+            })
         } else {
             attended(py, threads, |stop| {
-                self.items.draw(&numbers, epoch, &packs, &|| stop.check())
+                let tell = || stop.check();
+                self.items
+                    .draw(&numbers, epoch, &packs, &mut drawers, &tell)
             })?
         };
+        kept().append(&mut drawers);
         let drawn = drawn.map_err(|error| exception(&error))?;
         let dict = PyDict::new(py);
         for (at, array) in self.items.arrays().into_iter().enumerate() {

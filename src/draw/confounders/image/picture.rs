@@ -80,7 +80,8 @@ impl BitPicture {
     /// If there are no such rows.
     pub(super) fn copy_row(&mut self, from: usize, to: usize) {
         let from = from * self.words;
-        self.bits.copy_within(from..from + self.words, to * self.words);
+        self.bits
+            .copy_within(from..from + self.words, to * self.words);
     }
 
     /// Returns all words, row by row.

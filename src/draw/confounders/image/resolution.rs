@@ -30,6 +30,9 @@ pub(crate) fn to_cells(picture: &mut BitPicture, fine: &Fine, height: f64, rng: 
     let first = columns.partition_point(|&at| at <= bounds.left);
     let last = columns.partition_point(|&at| at < bounds.right);
     let columns = &columns[first.saturating_sub(1)..=last.min(columns.len() - 1)];
+    // The word of each border, and the bits before the border in it.
+    let places = columns.iter().map(|at| (at / 64, !(u64::MAX << (at % 64))));
+    let places: Vec<(usize, u64)> = places.collect();
     let mut before = Vec::new();
     for rows in rows.windows(2) {
         let rows = rows[0]..rows[1];
@@ -39,7 +42,7 @@ pub(crate) fn to_cells(picture: &mut BitPicture, fine: &Fine, height: f64, rng: 
         before.clear();
         before.resize(columns.len(), 0);
         for row in rows.clone() {
-            add_counts(picture.row(row), columns, &mut before);
+            add_counts(picture.row(row), &places, &mut before);
         }
         let first = rows.start;
         picture.row_mut(first).fill(0);
@@ -56,15 +59,14 @@ pub(crate) fn to_cells(picture: &mut BitPicture, fine: &Fine, height: f64, rng: 
 }
 
 /// Adds to each sum how many columns of a row before this border are on; borders increase.
-fn add_counts(row: &[u64], borders: &[usize], sums: &mut [u32]) {
+fn add_counts(row: &[u64], borders: &[(usize, u64)], sums: &mut [u32]) {
     let (mut word, mut before) = (0, 0);
-    for (&border, sum) in borders.iter().zip(sums) {
-        while word < border / 64 {
+    for (&(border, bits), sum) in borders.iter().zip(sums) {
+        while word < border {
             before += row[word].count_ones();
             word += 1;
         }
-        let rest = row.get(word).map_or(0, |bits| bits & !(u64::MAX << (border % 64)));
-        *sum += before + rest.count_ones();
+        *sum += before + row.get(word).map_or(0, |row| (row & bits).count_ones());
     }
 }
 
