@@ -1,7 +1,8 @@
 //! Sets the version of the command: the package's version and, in a release build from a checkout,
 //! the commit, so that results can be traced to it.
 //!
-//! A debug build omits the commit, so that it is not rebuilt after each commit.
+//! A debug build omits the commit, so that it is not rebuilt after each commit. A release build for
+//! Linux has no symbols.
 //!
 //! The guide's pages are files that a web view of the repository shows, and modules of the library:
 //! their links to each other are turned into links of rustdoc here.
@@ -21,6 +22,11 @@ fn main() {
         println!("cargo::error=src/guide: {error}");
     }
     let is_release = std::env::var("PROFILE").is_ok_and(|profile| profile == "release");
+    let is_linux = std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "linux");
+    if is_release && is_linux {
+        // Not in the profile, where Cargo forgets it for packages with options of their own.
+        println!("cargo::rustc-link-arg-bins=-Wl,--strip-all");
+    }
     let commit = if is_release { commit(&sources) } else { None };
     if let Some(commit) = commit {
         let version = env!("CARGO_PKG_VERSION");

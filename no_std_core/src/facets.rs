@@ -40,21 +40,48 @@ const GRID: f64 = 1_048_576.0;
 /// The corners of a triangle, counterclockwise for a viewer outside.
 type Triangle = [u8; 3];
 
-/// A triangle of a surface, and its plane.
+/// A triangle of a growing surface.
+trait Face: Copy {
+    fn new(cells: &[GridCell], corners: Triangle) -> Self;
+
+    fn corners(&self) -> Triangle;
+
+    /// Returns six times the volume of the tetrahedron on the triangle; positive if `apex` sees it.
+    fn volume(&self, cells: &[GridCell], apex: GridCell) -> i64;
+}
+
+/// A face of 3 bytes, whose plane is computed each time.
+impl Face for Triangle {
+    fn new(_: &[GridCell], corners: Triangle) -> Self {
+        corners
+    }
+
+    fn corners(&self) -> Triangle {
+        *self
+    }
+
+    fn volume(&self, cells: &[GridCell], apex: GridCell) -> i64 {
+        along(
+            normal(cells, *self),
+            difference(apex, cell_of(cells, self[0])),
+        )
+    }
+}
+
+/// A face of 40 bytes with its plane, for four times the speed.
 #[derive(Clone, Copy)]
-struct Face {
+struct Plane {
     corners: Triangle,
-    /// Twice its area long, towards the outside.
+    /// Twice the triangle's area long, towards the outside.
     normal: [i64; 3],
     /// The product of the normal and a corner, modulo 2^64.
     level: i64,
 }
 
-impl Face {
+impl Face for Plane {
     fn new(cells: &[GridCell], corners: Triangle) -> Self {
-        let [a, b, c] = corners.map(|corner| cell_of(cells, corner));
-        let normal = cross(difference(b, a), difference(c, a));
-        let level = along(normal, a);
+        let normal = normal(cells, corners);
+        let level = along(normal, cell_of(cells, corners[0]));
         Self {
             corners,
             normal,
@@ -62,19 +89,21 @@ impl Face {
         }
     }
 
-    /// Returns six times the volume of the tetrahedron on the triangle; positive if `apex` sees it.
-    /// The volume is below 2^63, so that it is exact although its parts are modulo 2^64.
-    fn volume(&self, apex: GridCell) -> i64 {
-        along(self.normal, apex).wrapping_sub(self.level)
+    fn corners(&self) -> Triangle {
+        self.corners
     }
 
-    fn sides(&self) -> [[u8; 2]; 3] {
-        let [a, b, c] = self.corners;
-        [[a, b], [b, c], [c, a]]
+    /// The volume is below 2^63, so that it is exact although its parts are modulo 2^64.
+    fn volume(&self, _: &[GridCell], apex: GridCell) -> i64 {
+        along(self.normal, apex).wrapping_sub(self.level)
     }
 }
 
-type Faces = heapless::Vec<Face, MAX_HULL_FACETS>;
+fn sides([a, b, c]: Triangle) -> [[u8; 2]; 3] {
+    [[a, b], [b, c], [c, a]]
+}
+
+type Faces<F> = heapless::Vec<F, MAX_HULL_FACETS>;
 
 impl Facets {
     /// Computes the surface of the convex hull of at most the first 32 `points`, which are rounded
@@ -87,7 +116,7 @@ impl Facets {
     pub fn from_points(points: &[Vec3]) -> Self {
         let cells = cells(points);
         let mut facets = Self::default();
-        let faces = match surface(&cells) {
+        let faces = match surface::<Plane>(&cells) {
             HullSurface::Closed(faces) => faces,
             HullSurface::Flat(triangle) => {
                 facets.edges = border(&cells, triangle);
@@ -97,8 +126,8 @@ impl Facets {
         // The number of the edge between two points, the smaller one first.
         let mut numbers = [[u8::MAX; MAX_HULL_POINTS]; MAX_HULL_POINTS];
         for face in faces {
-            let edges = face.sides().map(|side| facets.edge(side, &mut numbers));
-            let corners = face.corners;
+            let corners = face.corners();
+            let edges = sides(corners).map(|side| facets.edge(side, &mut numbers));
             // As many as there are faces, which the capacity allows.
             let _ = facets.facets.push(Facet { corners, edges });
         }
@@ -124,15 +153,15 @@ impl Facets {
 }
 
 /// Calls `take` with the triangles of the surface of [`Facets::from_points`], or with the sides of a flat
-/// one as triangles whose last two corners are equal; not at all for a line or a point. Takes half
-/// of the memory.
+/// one as triangles whose last two corners are equal; not at all for a line or a point. Takes a
+/// tenth of the memory.
 pub(crate) fn each_triangle<E>(
     points: &[Vec3],
     mut take: impl FnMut([u8; 3]) -> Result<(), E>,
 ) -> Result<(), E> {
     let cells = cells(points);
-    match surface(&cells) {
-        HullSurface::Closed(faces) => faces.iter().try_for_each(|face| take(face.corners)),
+    match surface::<Triangle>(&cells) {
+        HullSurface::Closed(faces) => faces.into_iter().try_for_each(take),
         HullSurface::Flat(triangle) => border(&cells, triangle)
             .into_iter()
             .try_for_each(|[a, b]| take([a, b, b])),
@@ -140,29 +169,29 @@ pub(crate) fn each_triangle<E>(
 }
 
 /// The surface of the convex hull of points.
-enum HullSurface {
+enum HullSurface<F> {
     /// Its triangles; none if all points are on one line.
-    Closed(Faces),
+    Closed(Faces<F>),
     /// A flat hull, in the plane of this triangle.
     Flat(Triangle),
 }
 
-fn surface(cells: &[GridCell]) -> HullSurface {
+fn surface<F: Face>(cells: &[GridCell]) -> HullSurface<F> {
     let mut surface = Faces::new();
     let Some(triangle) = first_triangle(cells) else {
         return HullSurface::Closed(surface);
     };
-    let first = Face::new(cells, triangle);
+    let first = F::new(cells, triangle);
     let outside = (0..).zip(cells);
     let apex = outside
-        .map(|(apex, cell)| (apex, first.volume(*cell)))
+        .map(|(apex, cell)| (apex, first.volume(cells, *cell)))
         .find(|&(_, volume)| volume != 0);
     let Some((apex, side)) = apex else {
         return HullSurface::Flat(triangle);
     };
     let [a, b, c] = if side > 0 { turned(triangle) } else { triangle };
     let four = [[a, b, c], [b, a, apex], [c, b, apex], [a, c, apex]];
-    surface.extend(four.map(|corners| Face::new(cells, corners)));
+    surface.extend(four.map(|corners| F::new(cells, corners)));
     for (point, cell) in (0..).zip(cells) {
         grow(cells, &mut surface, (point, *cell));
     }
@@ -208,35 +237,29 @@ fn first_triangle(cells: &[GridCell]) -> Option<Triangle> {
 
 /// Adds a point to the surface: the triangles that it sees are removed, and it is joined to the
 /// border of the rest. A triangle in whose plane the point lies stays.
-fn grow(cells: &[GridCell], surface: &mut Faces, (point, cell): (u8, GridCell)) {
-    // A bit for each triangle.
-    let is_seen = surface.iter().map(|face| face.volume(cell) > 0);
-    let seen = is_seen
-        .rev()
-        .fold(0u64, |seen, is_seen| seen << 1 | u64::from(is_seen));
-    if seen == 0 {
+fn grow<F: Face>(cells: &[GridCell], surface: &mut Faces<F>, (point, cell): (u8, GridCell)) {
+    let mut seen = Faces::<Triangle>::new();
+    surface.retain(|face| {
+        let is_seen = face.volume(cells, cell) > 0;
+        if is_seen {
+            let _ = seen.push(face.corners());
+        }
+        !is_seen
+    });
+    if seen.is_empty() {
         return;
     }
     // Bit `b` of word `a` is the side from `a` to `b`.
     let mut sides_seen = [0u32; MAX_HULL_POINTS];
-    let mut removed = heapless::Vec::<[[u8; 2]; 3], MAX_HULL_FACETS>::new();
-    let mut rest = seen;
-    surface.retain(|face| {
-        let is_seen = rest & 1 == 1;
-        rest >>= 1;
-        if is_seen {
-            for [from, to] in face.sides() {
-                sides_seen[usize::from(from) % MAX_HULL_POINTS] |= 1 << to;
-            }
-            let _ = removed.push(face.sides());
-        }
-        !is_seen
-    });
-    for &[from, to] in removed.iter().flatten() {
+    let sides = || seen.iter().copied().flat_map(sides);
+    for [from, to] in sides() {
+        sides_seen[usize::from(from) % MAX_HULL_POINTS] |= 1 << to;
+    }
+    for [from, to] in sides() {
         let is_inner = sides_seen[usize::from(to) % MAX_HULL_POINTS] >> from & 1 == 1;
         if !is_inner {
             // A closed surface of at most 32 points has at most 60 triangles (Euler).
-            let _ = surface.push(Face::new(cells, [from, to, point]));
+            let _ = surface.push(F::new(cells, [from, to, point]));
         }
     }
 }
@@ -278,6 +301,12 @@ fn border(cells: &[GridCell], [a, b, c]: Triangle) -> heapless::Vec<[u8; 2], MAX
     // The ring closes on its first point.
     let sides = ring.iter().zip(ring.iter().skip(1));
     sides.map(|(&p, &q)| [p.min(q), p.max(q)]).collect()
+}
+
+/// Returns the normal of a triangle, twice its area long.
+fn normal(cells: &[GridCell], corners: Triangle) -> [i64; 3] {
+    let [a, b, c] = corners.map(|corner| cell_of(cells, corner));
+    cross(difference(b, a), difference(c, a))
 }
 
 /// Returns the product of a normal and a cell, modulo 2^64.

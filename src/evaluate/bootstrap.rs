@@ -45,10 +45,10 @@ where
         }
         values.push(statistic(&sum)?);
     }
-    values.sort_unstable_by(f64::total_cmp);
+    let mut ranked = |rank| *values.select_nth_unstable_by(rank, f64::total_cmp).1;
     Some(Interval {
-        low: values[RESAMPLES / 40 - 1],
-        high: values[RESAMPLES - RESAMPLES / 40],
+        low: ranked(RESAMPLES / 40 - 1),
+        high: ranked(RESAMPLES - RESAMPLES / 40),
     })
 }
 

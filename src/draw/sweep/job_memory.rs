@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// The number of bodies that a thread keeps, 6 MB: enough for the 26 built-in people, bare and
-/// dressed. Unpacking a body takes 80 us, nearly all of it for facets.
+/// dressed. Unpacking a body takes about 40 us, most of it for facets.
 const KEPT: usize = 64;
 
 /// What a thread keeps from one job for the next.
