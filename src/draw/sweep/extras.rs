@@ -1,6 +1,7 @@
 //! Additions to a walker's frame: shadow and exposures.
 
-use super::walker::{Moment, PosedWalker, Walker};
+use super::posed_walker::PosedWalker;
+use super::walker::{Moment, Walker};
 use crate::draw::confounders::image::{self, Sun};
 use crate::draw::confounders::{ConfounderKind, DosePlan};
 use edgegait_core::body::{Figure, UnpackedBody};

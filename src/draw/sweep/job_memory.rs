@@ -1,6 +1,6 @@
 //! What a thread keeps from one job for the next: bodies, and memory for frames.
 
-use super::walker::PosedWalker;
+use super::posed_walker::PosedWalker;
 use crate::error::Result;
 use crate::people::clothes::Outfit;
 use edgegait_core::body::UnpackedBody;
@@ -15,14 +15,14 @@ const KEPT: usize = 64;
 #[derive(Default)]
 pub(super) struct JobMemory {
     /// The bodies that were used last, of which the last is the latest.
-    bodies: VecDeque<KeptBody>,
+    bodies: VecDeque<UnpackedOutfit>,
     /// The memory of posed frames, 1.2 MB for 60, and of their points by axis.
     pub(super) frames: Vec<PosedWalker<'static>>,
     pub(super) points: [Vec<f32>; 3],
 }
 
-/// A body, and what it was made of.
-struct KeptBody {
+/// An outfit, and its body.
+struct UnpackedOutfit {
     outfit: Outfit,
     /// Whether it is a pack's own body, in which hulls of one joint can be draped.
     is_stored: bool,
@@ -41,11 +41,11 @@ impl JobMemory {
         is_stored: bool,
         unpack: impl FnOnce(&mut UnpackedBody) -> Result<()>,
     ) -> Result<Arc<UnpackedBody>> {
-        let is_it = |kept: &KeptBody| kept.is_stored == is_stored && kept.outfit == *outfit;
+        let is_it = |kept: &UnpackedOutfit| kept.is_stored == is_stored && kept.outfit == *outfit;
         let known = self.bodies.iter().rposition(is_it);
         let kept = match known.and_then(|at| self.bodies.remove(at)) {
             Some(kept) => kept,
-            None => KeptBody {
+            None => UnpackedOutfit {
                 body: self.unpacked(unpack)?,
                 outfit: outfit.clone(),
                 is_stored,

@@ -12,6 +12,7 @@ mod job_memory;
 mod outputs;
 mod painted_view;
 mod posed_frames;
+mod posed_walker;
 mod recording;
 mod scene_view;
 mod settings;

@@ -3,8 +3,9 @@
 use super::column_images::SweepColumns;
 use super::extras::Extras;
 use super::job_memory::JobMemory;
+use super::posed_walker::PosedWalker;
 use super::settings::{Aim, FramingMode, Lens, Settings};
-use super::walker::{Dressed, PosedWalker, Walker};
+use super::walker::{Dressed, Walker};
 use super::{Job, Moments, View, recording, walk_name};
 use crate::draw::confounders::DosePlan;
 use crate::error::{Cause, Error, Result, SweepError};
@@ -100,7 +101,7 @@ impl<'a> PosedFrames<'a> {
         let mut frames = self.frames;
         frames.clear();
         // The standard library collects in place: no frames, but their memory.
-        memory.frames = frames.into_iter().filter_map(|_| None).collect();
+        memory.frames = frames.into_iter().map_while(|_| None).collect();
         memory.points = self.points;
     }
 

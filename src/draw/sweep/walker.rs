@@ -1,6 +1,7 @@
 //! The figure of one job, dressed and posed at any moment.
 
 use super::job_memory::JobMemory;
+use super::posed_walker::PosedWalker;
 use super::{Job, Moments, walk_name};
 use crate::draw::confounders::appearance::{self, BodyPart, Outfit, Wearer};
 use crate::draw::confounders::image::{Crossing, Floor};
@@ -169,13 +170,13 @@ fn dress(outfit: &mut Outfit, plan: &DosePlan, wearer: &Wearer) {
 }
 
 /// The motion of a walk.
-struct Motion<'a> {
+struct WalkMotion<'a> {
     clip: Clip<'a>,
     /// A loop's coefficients; none of an uncut motion.
     cycle: Option<(Loop<'a>, Expanded<'a>)>,
 }
 
-impl<'a> Motion<'a> {
+impl<'a> WalkMotion<'a> {
     /// Expands a loop into `coefficients`.
     fn new(clip: Clip<'a>, coefficients: &'a mut Vec<f32>) -> Self {
         let cycle = clip.as_loop().and_then(|cycle| {
@@ -217,13 +218,6 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// A figure at one moment.
-pub(super) struct PosedWalker<'a> {
-    pub figure: Figure<'a>,
-    pub model: ModelPose,
-    pub pelvis: Vec3,
-}
-
 /// The walker of one job, from which a figure can be posed at any moment.
 pub(super) struct Walker<'a> {
     plan: &'a DosePlan,
@@ -234,7 +228,7 @@ pub(super) struct Walker<'a> {
     /// The pack's body and skeleton.
     bare: (&'a UnpackedBody, Skeleton),
     crossing: &'a UnpackedBody,
-    motion: Motion<'a>,
+    motion: WalkMotion<'a>,
     variation: Variation,
     /// Facts of the walk for effects on motion and time.
     gait: GaitFacts,
@@ -270,7 +264,7 @@ impl<'a> Walker<'a> {
         } = dressed;
         let (plan, body): (&DosePlan, &UnpackedBody) = (plan, body);
         let bare = (bare.as_deref().unwrap_or(body), avatar.skeleton());
-        let motion = Motion::new(clip, coefficients);
+        let motion = WalkMotion::new(clip, coefficients);
         let duration_s = motion.duration_s();
         let speed_mps = 1e-3 * f64::from(walk.speed_mm_per_s);
         // Without confounders, the mean pose is not needed.
