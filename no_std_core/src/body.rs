@@ -143,18 +143,12 @@ impl UnpackedBody {
     #[must_use]
     pub fn new(avatar: &Avatar<'_>) -> Self {
         let mut body = Self::default();
-        body.unpack(avatar);
+        body.push_avatar(avatar);
         body
     }
 
-    /// Removes all hulls.
-    pub fn clear(&mut self) {
-        *self = Self::default();
-    }
-
-    /// Replaces all hulls by those of an avatar, in place ([`UnpackedBody::new`]).
-    pub fn unpack(&mut self, avatar: &Avatar<'_>) {
-        self.clear();
+    /// Adds the hulls of an avatar, which fit into an empty body ([`UnpackedBody::new`]).
+    pub fn push_avatar(&mut self, avatar: &Avatar<'_>) {
         let mut hulls = avatar.hulls().peekable();
         while let Some(hull) = hulls.next() {
             let fits = match hull.drape() {
@@ -227,8 +221,8 @@ impl UnpackedBody {
     }
 
     /// Returns the least height in a pose over a floor that rises by `rise` metres for each metre
-    /// ahead of `z`, metres; the largest f32 without points. Takes a tenth of the time of a
-    /// [`Figure`] with draped hulls, whose facets are not needed.
+    /// ahead of `z`, metres; the largest f32 without points. Finds no facets of draped
+    /// hulls, unlike a [`Figure`].
     #[must_use]
     pub fn lowest(&self, pose: &ModelPose, rise: f32, z: f32) -> f32 {
         let mut points = self.points.clone();

@@ -85,6 +85,7 @@ impl<'a> EncodingTarget<'a> {
         let frames = self.len() as f64;
         let mut buffer = vec![0.0; cycle.expanded_len()];
         let expanded = cycle.expand(&mut buffer);
+        let expanded = expanded.expect("a buffer of the length that it needs");
         joint_errors(
             self.len(),
             &self.skeleton,
@@ -96,10 +97,7 @@ impl<'a> EncodingTarget<'a> {
                     reason = "the decoder takes f32"
                 )]
                 let phase = (frame as f64 / frames) as f32;
-                match &expanded {
-                    Some(expanded) => expanded.pose(phase),
-                    None => cycle.pose(phase),
-                }
+                expanded.pose(phase)
             },
         )
     }

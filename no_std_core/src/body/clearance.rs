@@ -88,8 +88,9 @@ pub(super) fn set_clearances(surface: &Facets, points: &[Vec3], clearances: &mut
             let before = over(-f) * other_long + over(-g) * long;
             *needed = (area * fold / side + before) / (over(f) + over(g));
         }
-        let numbered = (0..).zip(needed).take(points.len());
-        let others = numbered.filter(|&(number, _)| number != a && number != b);
+        let others = (0..)
+            .zip(needed)
+            .filter(|&(number, _)| number != a && number != b);
         let needed = others.fold(
             0.0,
             |most, (_, needed)| if needed > most { needed } else { most },

@@ -65,7 +65,7 @@ impl JobMemory {
         let mut shared = oldest.flatten().map_or_else(Arc::default, |kept| kept.body);
         // Nobody else has it: jobs are drawn one after another.
         let body = Arc::make_mut(&mut shared);
-        body.clear();
+        *body = UnpackedBody::default();
         unpack(body)?;
         Ok(shared)
     }

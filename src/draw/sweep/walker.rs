@@ -85,7 +85,7 @@ impl Dressed {
         let plan = DosePlan::new(job.condition, seed_of(job, seed, &walk, &subject));
         let outfit = Outfit::from_avatar(&avatar);
         let body = memory.body(&outfit, true, |body| {
-            body.unpack(&avatar);
+            body.push_avatar(&avatar);
             Ok(())
         })?;
         let mut dressed = Self {
@@ -179,10 +179,13 @@ struct WalkMotion<'a> {
 impl<'a> WalkMotion<'a> {
     /// Expands a loop into `coefficients`.
     fn new(clip: Clip<'a>, coefficients: &'a mut Vec<f32>) -> Self {
-        let cycle = clip.as_loop().and_then(|cycle| {
+        let cycle = clip.as_loop().map(|cycle| {
             coefficients.resize(cycle.expanded_len(), 0.0);
-            let expanded = cycle.expand(coefficients)?;
-            Some((cycle, expanded))
+            let expanded = cycle.expand(coefficients);
+            (
+                cycle,
+                expanded.expect("a buffer of the length that it needs"),
+            )
         });
         Self { clip, cycle }
     }

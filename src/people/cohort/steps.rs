@@ -5,17 +5,17 @@ use super::gait_style::GaitStyle;
 use super::norms::Angle;
 use super::pose::{angle_of, pose, turn_x, turn_y};
 use super::sole::{RolledAnkle, Sole};
-use super::steps_and_pelvis::Regulated;
+use super::steps_and_pelvis::{Beat, Heights, Regulated};
 use super::style::{Side, Style};
 use super::swing::{LEAST_KNEE, Polar, Swing, floored, least};
 use crate::people::forward_kinematics;
 use crate::people::leg::LegLengths;
 use edgegait_core::pack::Gait;
 use edgegait_core::skeleton::{JOINTS, Joint};
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DQuat, DVec3};
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// Share of the body's mass above the hips, and its height as a share of the way from the hips to
 /// the shoulders (Winter 2009, table 4.1: head, arms and trunk).
@@ -61,53 +61,6 @@ pub(super) struct PersonSteps<'a> {
     /// Height of the pelvis.
     heights: Heights,
     swings: [Swing; 2],
-}
-
-/// Height of the pelvis over the cycle: a mean, and in walking a wave for each step.
-#[derive(Clone, Copy, Debug)]
-struct Heights {
-    /// Mean, metres; in running the height at contact.
-    mean_m: f64,
-    /// Cosine and sine of twice the phase, metres.
-    wave_m: [f64; 2],
-}
-
-impl Heights {
-    /// Returns the place of the pelvis.
-    fn root(&self, beat: &Beat) -> DVec3 {
-        let [cos_m, sin_m] = self.wave_m;
-        let (sin, cos) = beat.wave;
-        let rise = match beat.gait {
-            Gait::Walk => cos_m * cos + sin_m * sin,
-            Gait::Run => beat.flight_m,
-        };
-        DVec3::new(beat.sideways_m, self.mean_m + rise, 0.0)
-    }
-}
-
-/// The motion of the pelvis at a phase, before its height is known.
-struct Beat {
-    gait: Gait,
-    /// Sine and cosine of twice the phase.
-    wave: (f64, f64),
-    sideways_m: f64,
-    /// A runner's height over that at contact, metres; 0 in walking.
-    flight_m: f64,
-}
-
-impl Beat {
-    fn at(phase: f64, regulated: &Regulated) -> Self {
-        let flight_m = match regulated.gait {
-            Gait::Walk => 0.0,
-            Gait::Run => regulated.flight_m(phase),
-        };
-        Self {
-            gait: regulated.gait,
-            wave: libm::sincos(2.0 * TAU * phase),
-            sideways_m: regulated.sideways_m(phase),
-            flight_m,
-        }
-    }
 }
 
 /// A foot on the floor, at one of the samples by which the height of the pelvis is found.
@@ -189,10 +142,7 @@ impl<'a> PersonSteps<'a> {
             level: [0.0; 2],
             headings: [0.0; 2],
             known: RefCell::default(),
-            heights: Heights {
-                mean_m: 0.0,
-                wave_m: [0.0; 2],
-            },
+            heights: Heights::LEVEL,
             swings: [Swing::NONE; 2],
         };
         for side in sides {
@@ -210,7 +160,7 @@ impl<'a> PersonSteps<'a> {
     /// Returns the place of the pelvis at a phase.
     #[must_use]
     pub(super) fn root(&self, phase: f64) -> DVec3 {
-        self.heights.root(&Beat::at(phase, &self.regulated))
+        self.heights.root(&self.regulated.beat(phase))
     }
 
     /// Returns the pose at a phase: the person's angles above the hips, and legs that reach the
@@ -462,7 +412,7 @@ impl<'a> PersonSteps<'a> {
             Stance {
                 side,
                 phase,
-                beat: Beat::at(all, &self.regulated),
+                beat: self.regulated.beat(all),
                 hip: self.intended(side, phase).hip,
                 rolled: self.soles[side as usize].rolled(self.standing_pitch(side, phase)),
                 knee: knee.to_radians().max(LEAST_KNEE),
@@ -489,25 +439,7 @@ impl<'a> PersonSteps<'a> {
             wanted.push((&stance.beat, above(stance.knee), stance.load));
             most.push((&stance.beat, above(LEAST_KNEE)));
         }
-        self.heights = match self.regulated.gait {
-            Gait::Walk => {
-                let mut heights = wave(&wanted);
-                // The knees set the wave's phase, and the person its size.
-                let [cos_m, sin_m] = heights.wave_m;
-                let by = 0.5 * self.regulated.bob_m / libm::hypot(cos_m, sin_m).max(1e-6);
-                heights.wave_m = heights.wave_m.map(|size| by * size);
-                heights
-            }
-            Gait::Run => {
-                let still = wanted
-                    .iter()
-                    .map(|&(beat, height, load)| (height - beat.flight_m, load));
-                Heights {
-                    mean_m: weighted(still),
-                    wave_m: [0.0; 2],
-                }
-            }
-        };
+        self.heights = Heights::nearest(&self.regulated, &wanted);
         let over = most
             .iter()
             .map(|&(beat, highest)| self.heights.root(beat).y - highest)
@@ -566,31 +498,6 @@ impl<'a> PersonSteps<'a> {
         swing.lift_m = least((lowered, 0.2), |lift_m| is_low(&Swing { lift_m, ..swing }));
         swing
     }
-}
-
-/// Returns the wave with one period per step that is nearest to these heights (beat, height and
-/// weight of each), by least squares in three unknowns.
-fn wave(heights: &[(&Beat, f64, f64)]) -> Heights {
-    let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
-    for &(beat, height, weight) in heights {
-        let (sin, cos) = beat.wave;
-        let row = DVec3::new(1.0, cos, sin);
-        let outer = DMat3::from_cols(row * row.x, row * row.y, row * row.z);
-        matrix += weight * outer;
-        right += weight * height * row;
-    }
-    let found = matrix.inverse() * right;
-    Heights {
-        mean_m: found.x,
-        wave_m: [found.y, found.z],
-    }
-}
-
-fn weighted(values: impl Iterator<Item = (f64, f64)>) -> f64 {
-    let (sum, weights) = values.fold((0.0, 0.0), |(sum, weights), (value, weight)| {
-        (sum + weight * value, weights + weight)
-    });
-    sum / weights
 }
 
 /// Returns the walker's phase at a phase of one side.

@@ -8,6 +8,7 @@ use super::anthropometry::PopulationNorms;
 use super::gait_style::GaitStyle;
 use super::norms::GRAVITY;
 use edgegait_core::pack::{Gait, Sex};
+use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 
 /// Increase of the step width per unit of body mass index above the mean, metres. Obese adults
@@ -102,9 +103,23 @@ impl Regulated {
         self.speed_mps * self.period_s
     }
 
-    /// Returns the sideways place of the pelvis at a phase, metres: over the standing foot.
+    /// Returns the motion of the pelvis at a phase.
     #[must_use]
-    pub(super) fn sideways_m(&self, phase: f64) -> f64 {
+    pub(super) fn beat(&self, phase: f64) -> Beat {
+        let flight_m = match self.gait {
+            Gait::Walk => 0.0,
+            Gait::Run => self.flight_m(phase),
+        };
+        Beat {
+            gait: self.gait,
+            wave: libm::sincos(2.0 * TAU * phase),
+            sideways_m: self.sideways_m(phase),
+            flight_m,
+        }
+    }
+
+    /// Returns the sideways place of the pelvis at a phase, metres: over the standing foot.
+    fn sideways_m(&self, phase: f64) -> f64 {
         0.5 * self.sway_m * libm::cos(TAU * (phase - 0.5 * self.stance))
     }
 
@@ -113,8 +128,7 @@ impl Regulated {
     /// A standing leg pushes with a half-sine of force, whose mean over a step is the body's
     /// weight (the usual first model: Alexander 1989, Physiol. Rev. 69:1199-1227). The height is
     /// its second integral. Between two stances the body flies.
-    #[must_use]
-    pub(super) fn flight_m(&self, phase: f64) -> f64 {
+    fn flight_m(&self, phase: f64) -> f64 {
         let step_s = 0.5 * self.period_s;
         let at_s = (2.0 * phase - libm::floor(2.0 * phase)) * step_s;
         let stands_s = self.stance * self.period_s;
@@ -126,6 +140,94 @@ impl Regulated {
             0.5 * GRAVITY * (at_s - stands_s) * (step_s - at_s)
         }
     }
+}
+
+/// Height of the pelvis over the cycle: a mean, and in walking a wave for each step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Heights {
+    /// Mean, metres; in running the height at contact.
+    pub mean_m: f64,
+    /// Cosine and sine of twice the phase, metres.
+    wave_m: [f64; 2],
+}
+
+impl Heights {
+    /// The pelvis at the height of the floor.
+    pub(super) const LEVEL: Self = Self {
+        mean_m: 0.0,
+        wave_m: [0.0; 2],
+    };
+
+    /// Returns the heights that are nearest to these (beat, height and weight of each): in walking
+    /// as high a wave as the person's, in the phase of the nearest one.
+    #[must_use]
+    pub(super) fn nearest(regulated: &Regulated, heights: &[(&Beat, f64, f64)]) -> Self {
+        match regulated.gait {
+            Gait::Walk => {
+                let mut found = wave(heights);
+                let [cos_m, sin_m] = found.wave_m;
+                let by = 0.5 * regulated.bob_m / libm::hypot(cos_m, sin_m).max(1e-6);
+                found.wave_m = found.wave_m.map(|size| by * size);
+                found
+            }
+            Gait::Run => {
+                let still = heights
+                    .iter()
+                    .map(|&(beat, height, weight)| (height - beat.flight_m, weight));
+                Self {
+                    mean_m: weighted(still),
+                    ..Self::LEVEL
+                }
+            }
+        }
+    }
+
+    /// Returns the place of the pelvis.
+    #[must_use]
+    pub(super) fn root(&self, beat: &Beat) -> DVec3 {
+        let [cos_m, sin_m] = self.wave_m;
+        let (sin, cos) = beat.wave;
+        let rise = match beat.gait {
+            Gait::Walk => cos_m * cos + sin_m * sin,
+            Gait::Run => beat.flight_m,
+        };
+        DVec3::new(beat.sideways_m, self.mean_m + rise, 0.0)
+    }
+}
+
+/// The motion of the pelvis at a phase, before its height is known.
+pub(super) struct Beat {
+    gait: Gait,
+    /// Sine and cosine of twice the phase.
+    wave: (f64, f64),
+    sideways_m: f64,
+    /// A runner's height over that at contact, metres; 0 in walking.
+    flight_m: f64,
+}
+
+/// Returns the wave with one period per step that is nearest to these heights (beat, height and
+/// weight of each), by least squares in three unknowns.
+fn wave(heights: &[(&Beat, f64, f64)]) -> Heights {
+    let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
+    for &(beat, height, weight) in heights {
+        let (sin, cos) = beat.wave;
+        let row = DVec3::new(1.0, cos, sin);
+        let outer = DMat3::from_cols(row * row.x, row * row.y, row * row.z);
+        matrix += weight * outer;
+        right += weight * height * row;
+    }
+    let found = matrix.inverse() * right;
+    Heights {
+        mean_m: found.x,
+        wave_m: [found.y, found.z],
+    }
+}
+
+fn weighted(values: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (sum, weights) = values.fold((0.0, 0.0), |(sum, weights), (value, weight)| {
+        (sum + weight * value, weights + weight)
+    });
+    sum / weights
 }
 
 /// Returns the cadence, steps per minute.
