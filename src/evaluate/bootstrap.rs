@@ -6,9 +6,11 @@
 //! computable from sums over people: of counts, of precisions, of pairs by distance.
 
 use std::ops::AddAssign;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
 use super::rank1::Tally;
 use super::verification::{Pairs, Verification, finite};
@@ -27,29 +29,69 @@ const THRESHOLDS: usize = 512;
 pub(crate) fn interval_95<T>(
     subjects: &[T],
     seed: u64,
-    statistic: impl Fn(&T) -> Option<f64>,
+    statistic: impl Fn(&T) -> Option<f64> + Sync,
 ) -> Option<Interval>
 where
-    T: Clone + for<'a> AddAssign<&'a T>,
+    T: Clone + Sync + for<'a> AddAssign<&'a T>,
 {
     if subjects.len() < 2 {
         return None;
     }
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut draw = || &subjects[random.random_range(0..subjects.len())];
     let mut values = Vec::with_capacity(RESAMPLES);
-    for _ in 0..RESAMPLES {
-        let mut sum = draw().clone();
-        for _ in 1..subjects.len() {
-            sum += draw();
+    let of_resample = |drawn: &[u32]| {
+        let mut sum = subjects[drawn[0] as usize].clone();
+        for &at in &drawn[1..] {
+            sum += &subjects[at as usize];
         }
-        values.push(statistic(&sum)?);
-    }
+        statistic(&sum)
+    };
+    each_draws(subjects.len(), seed, |draws| {
+        let drawn = draws.par_chunks_exact(subjects.len());
+        values.extend(drawn.map(of_resample).collect::<Option<Vec<f64>>>()?);
+        Some(())
+    })?;
     let mut ranked = |rank| *values.select_nth_unstable_by(rank, f64::total_cmp).1;
     Some(Interval {
         low: ranked(RESAMPLES / 40 - 1),
         high: ranked(RESAMPLES - RESAMPLES / 40),
     })
+}
+
+/// The maximum number of subjects whose draws are kept: 8 MB (our choice).
+const MOST_KEPT: usize = 1_000;
+
+/// Calls `see` with the numbers of the subjects in [`RESAMPLES`] resamples, one resample behind
+/// another, in one or several parts, until it returns none.
+///
+/// The last draws are kept: results have an interval for each viewpoint, of the same people.
+fn each_draws(subjects: usize, seed: u64, mut see: impl FnMut(&[u32]) -> Option<()>) -> Option<()> {
+    static LAST: Mutex<Option<KeptDraws>> = Mutex::new(None);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut draws = |resamples: usize| -> Arc<[u32]> {
+        (0..resamples * subjects)
+            .map(|_| random.random_range(0..subjects) as u32)
+            .collect()
+    };
+    if subjects > MOST_KEPT {
+        const PART: usize = RESAMPLES / 100;
+        return (0..RESAMPLES / PART).try_for_each(|_| see(&draws(PART)));
+    }
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    let kept = { last.take() }.filter(|kept| (kept.subjects, kept.seed) == (subjects, seed));
+    let numbers = kept.map_or_else(|| draws(RESAMPLES), |kept| kept.numbers);
+    *last = Some(KeptDraws {
+        subjects,
+        seed,
+        numbers: Arc::clone(&numbers),
+    });
+    drop(last);
+    see(&numbers)
+}
+
+struct KeptDraws {
+    subjects: usize,
+    seed: u64,
+    numbers: Arc<[u32]>,
 }
 
 /// Returns [`interval_95`] of Rank-1. Subjects without probes do not count.
@@ -78,12 +120,14 @@ pub(crate) fn rank1_95(subjects: &[Tally], seed: u64) -> Option<Interval> {
 pub(crate) fn verification_95(
     subjects: &[Pairs],
     seed: u64,
-    statistic: impl Fn(&Verification) -> Option<f64>,
+    statistic: impl Fn(&Verification) -> Option<f64> + Sync,
 ) -> Option<Interval> {
     let thresholds = shared_thresholds(subjects);
     let counts: Vec<PairCounts> = subjects
         .iter()
         .filter(|pairs| !pairs.genuine.is_empty() || !pairs.impostor.is_empty())
+        .collect::<Vec<_>>()
+        .into_par_iter()
         .map(|pairs| PairCounts {
             genuine: count(&pairs.genuine, &thresholds),
             impostor: count(&pairs.impostor, &thresholds),
@@ -122,7 +166,7 @@ fn shared_thresholds(subjects: &[Pairs]) -> Vec<f64> {
             .iter()
             .flat_map(|subject| finite(of(subject)).0)
             .collect();
-        all.sort_unstable_by(f64::total_cmp);
+        all.par_sort_unstable_by(f64::total_cmp);
         all
     };
     let last = |all: &[f64]| all.len().saturating_sub(1) as f64;

@@ -20,11 +20,11 @@ struct PairedHits {
 }
 
 impl AddAssign<&Self> for PairedHits {
+    #[inline]
     fn add_assign(&mut self, more: &Self) {
         self.probes += more.probes;
-        for (sum, hits) in self.hits.iter_mut().zip(more.hits) {
-            *sum += hits;
-        }
+        self.hits[0] += more.hits[0];
+        self.hits[1] += more.hits[1];
     }
 }
 
@@ -180,7 +180,7 @@ fn difference_of(sum: &PairedHits) -> Option<f64> {
 fn drawn(
     [one, other]: [&[PersonResult]; 2],
     seed: u64,
-    statistic: impl Fn(&PairedHits) -> Option<f64>,
+    statistic: impl Fn(&PairedHits) -> Option<f64> + Sync,
 ) -> Option<PairedEstimate> {
     let is_same =
         |(a, b): (&PersonResult, &PersonResult)| (&a.person, a.probes) == (&b.person, b.probes);
@@ -200,7 +200,7 @@ fn drawn(
 fn drawn_of(
     pairs: Vec<PairedHits>,
     seed: u64,
-    statistic: impl Fn(&PairedHits) -> Option<f64>,
+    statistic: impl Fn(&PairedHits) -> Option<f64> + Sync,
 ) -> Option<PairedEstimate> {
     let (first, more) = pairs.split_first()?;
     let mut all = first.clone();

@@ -5,6 +5,7 @@
 //! and FRR = 1 - TAR (ISO/IEC 19795-1). The curve has a point at t = -inf and at every distinct
 //! distance; it is constant between them.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// False accept rates at which [`Verification::tars`] reports.
@@ -88,7 +89,7 @@ impl Verification {
             .map(|distance| (distance, true))
             .chain(impostor.map(|distance| (distance, false)))
             .collect();
-        pairs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        pairs.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let same = pairs.chunk_by(|a, b| a.0 == b.0).map(|same| {
             let genuine = same.iter().filter(|(_, is_genuine)| *is_genuine).count() as u64;
             (same[0].0, genuine, same.len() as u64 - genuine)
