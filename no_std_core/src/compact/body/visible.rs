@@ -3,7 +3,7 @@
 //!
 //! Whether a facet is visible is the sign of a product in the frame of its joint, rounded as on a
 //! host. With parallel rays the order of its corners in the image mostly decides it, in integers
-//! and half of the instructions: [`DraftScale`] states when. Where a sign is too near 0, the
+//! and a quarter of the instructions: [`DraftScale`] states when. Where a sign is too near 0, the
 //! product itself decides. Pixels are computed for the outline's corners only.
 
 #[cfg(test)]
