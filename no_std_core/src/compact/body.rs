@@ -288,21 +288,15 @@ impl<'a> CompactFigure<'a> {
         let range = |start, end| -> Range<usize> { usize::from(start)..usize::from(end) };
         let points = range(points_start, hull.points_end);
         let facets = range(facets_start, hull.facets_end);
-        let steps = Vec3::splat(self.scale.step);
         Some(PosedHull {
-            place: JointPlace::at(hull.carrier.joint(), self.pose),
-            is_draped: hull.carrier.drape() > 0,
-            step: if hull.is_image {
-                mirrored(steps)
-            } else {
-                steps
-            },
+            hull,
+            pose: self.pose,
+            scale: self.scale,
             points: self.points.get(points).unwrap_or_default(),
             facets: self
                 .facets
                 .and_then(|all| all.get(facets))
                 .unwrap_or_default(),
-            bounds: hull.bounds,
         })
     }
 }
@@ -319,16 +313,32 @@ impl PosedHulls for CompactFigure<'_> {
     }
 }
 
-/// A hull with its place in a pose.
+/// A hull with its place in a pose. Not copied out of the body, as hulls are many.
 #[derive(Debug)]
 pub struct PosedHull<'a> {
-    place: JointPlace,
-    is_draped: bool,
-    /// The length of a step along each axis, metres.
-    step: Vec3,
+    hull: &'a CompactHull,
+    pose: &'a ModelPose,
+    scale: BodyScale,
     points: &'a [[i16; 3]],
     facets: &'a [FacetCorners],
-    bounds: [[i8; 2]; 3],
+}
+
+impl PosedHull<'_> {
+    #[inline]
+    fn place(&self) -> JointPlace {
+        JointPlace::at(self.hull.carrier.joint(), self.pose)
+    }
+
+    /// Returns the length of a step along each axis, metres.
+    #[inline]
+    fn step(&self) -> Vec3 {
+        let steps = Vec3::splat(self.scale.step);
+        if self.hull.is_image {
+            mirrored(steps)
+        } else {
+            steps
+        }
+    }
 }
 
 /// An iterator over the places of the points of some parts, metres.
@@ -350,7 +360,7 @@ impl Iterator for PointPlaces<'_> {
                 return Some(self.place.carry(local(point, self.step)));
             }
             let hull = self.posed.hull(self.parts.next()?)?;
-            (self.place, self.step) = (hull.place, hull.step);
+            (self.place, self.step) = (hull.place(), hull.step());
             self.points = hull.points.iter();
         }
     }
@@ -360,6 +370,14 @@ impl Iterator for PointPlaces<'_> {
 #[inline]
 fn local(point: [i16; 3], step: Vec3) -> Vec3 {
     Vec3::from(point.map(f32::from)) * step
+}
+
+/// Returns the product of a whole axis and a point, modulo 2^32.
+#[inline]
+fn product([u, v, w]: [i32; 3], point: [i16; 3]) -> i32 {
+    let [x, y, z] = point.map(i32::from);
+    let sum = u.wrapping_mul(x).wrapping_add(v.wrapping_mul(y));
+    sum.wrapping_add(w.wrapping_mul(z))
 }
 
 /// The corners of a facet, or of a flat hull's side, as numbers of points in the hull, in ascending

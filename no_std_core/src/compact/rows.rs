@@ -26,61 +26,62 @@ pub struct CompactRows {
     spans: [RowSpan; MAX_ROWS],
 }
 
-/// The part of a row that a hull covers: its left and right end, pixels, as the bits of two
-/// [`f32`]. In a `NARROW` window, of one word, it is instead the bits from the first column on, and
-/// those after the last one: a quarter of the instructions.
+/// The part of a row that a hull covers: its first column, and the one after its last. In a
+/// `NARROW` window, of one word, it is instead the bits from the first column on, and those after
+/// the last one: fewer instructions.
 #[derive(Clone, Copy, Debug)]
 struct RowSpan([u32; 2]);
 
 impl RowSpan {
     const fn empty(narrow: bool) -> Self {
-        if narrow {
-            Self([0, u32::MAX])
-        } else {
-            Self([f32::INFINITY.to_bits(), f32::NEG_INFINITY.to_bits()])
-        }
+        Self(if narrow { [0, u32::MAX] } else { [u32::MAX, 0] })
     }
 
     /// Widens the span to reach `x`.
     #[inline]
     fn widen<const NARROW: bool>(&mut self, x: f32) {
-        let Self([left, right]) = self;
+        let (Self([left, right]), column) = (self, first_column(x));
         if NARROW {
-            let bits = bits_from(first_column(x));
+            let bits = bits_from(column);
             *left |= bits;
             *right &= bits;
+        } else {
+            *left = column.min(*left);
+            *right = column.max(*right);
+        }
+    }
+
+    /// Returns the bits that it covers in a `NARROW` window.
+    #[inline]
+    const fn bits(self) -> u32 {
+        let Self([left, right]) = self;
+        left & !right
+    }
+
+    /// Turns on the bits that it covers in a row of a window that is not `NARROW`, up to this
+    /// column.
+    #[inline]
+    fn fill(self, row: &mut [u32; MAX_WORDS], columns: usize) {
+        let [left, right] = self.0.map(|column| column as usize);
+        let right = right.min(columns);
+        if left >= right {
             return;
         }
-        if x < f32::from_bits(*left) {
-            *left = x.to_bits();
+        let last = right - 1;
+        let (from, to) = (
+            u32::MAX << (left % WORD),
+            u32::MAX >> (WORD - 1 - last % WORD),
+        );
+        let (first, last) = (left / WORD % MAX_WORDS, last / WORD % MAX_WORDS);
+        if first == last {
+            row[first] |= from & to;
+            return;
         }
-        if x > f32::from_bits(*right) {
-            *right = x.to_bits();
+        row[first] |= from;
+        row[last] |= to;
+        if let Some(between) = row.get_mut(first + 1..last) {
+            between.fill(u32::MAX);
         }
-    }
-
-    /// Returns the first column whose middle it covers, and the column after the last; in a `NARROW`
-    /// window, the stored bits of both.
-    #[inline]
-    fn columns<const NARROW: bool>(self) -> [u32; 2] {
-        let Self(sides) = self;
-        if NARROW {
-            return sides;
-        }
-        sides.map(|x| first_column(f32::from_bits(x)))
-    }
-
-    /// Returns the bits of these columns in a word.
-    #[inline]
-    fn bits<const NARROW: bool>(columns: [u32; 2], word: usize) -> u32 {
-        let [left, right] = if NARROW {
-            columns
-        } else {
-            #[expect(clippy::cast_possible_truncation, reason = "at most 128")]
-            let before = (WORD * word) as u32;
-            columns.map(|column| bits_from(column.saturating_sub(before)))
-        };
-        left & !right
     }
 }
 
@@ -252,18 +253,21 @@ impl CompactRows {
     }
 
     /// Fills the spans of these rows, and empties them.
+    ///
+    /// Not inlined: on its own it keeps its values in registers.
+    #[inline(never)]
     fn fill<const NARROW: bool>(&mut self, rows: Range<usize>) {
-        let words = if NARROW { 1 } else { self.words };
-        let start = rows.start;
-        let Some(spans) = self.spans.get_mut(rows) else {
+        let (Some(spans), Some(bits)) = (self.spans.get_mut(rows.clone()), self.bits.get_mut(rows))
+        else {
             return;
         };
-        for (number, span) in (start..).zip(spans) {
+        let columns = self.words * WORD;
+        for (span, row) in spans.iter_mut().zip(bits) {
             let span = core::mem::replace(span, RowSpan::empty(NARROW));
-            let columns = span.columns::<NARROW>();
-            let row = &mut self.bits[number % MAX_ROWS];
-            for (word, bits) in row.iter_mut().enumerate().take(words) {
-                *bits |= RowSpan::bits::<NARROW>(columns, word);
+            if NARROW {
+                row[0] |= span.bits();
+            } else {
+                span.fill(row, columns);
             }
         }
     }
@@ -328,12 +332,10 @@ mod tests {
                     narrow.widen::<true>(x);
                     wide.widen::<false>(x);
                 }
-                let found = RowSpan::bits::<true>(narrow.columns::<true>(), 0);
-                assert_eq!(
-                    found,
-                    RowSpan::bits::<false>(wide.columns::<false>(), 0),
-                    "{a} {b}"
-                );
+                let mut row = [0; MAX_WORDS];
+                wide.fill(&mut row, WORD);
+                let found = narrow.bits();
+                assert_eq!([found, 0, 0, 0], row, "{a} {b}");
                 let is_on = |column: u32| {
                     let middle = f64::from(column) + 0.5;
                     f64::from(a.min(b)) < middle && middle <= f64::from(a.max(b))
@@ -346,13 +348,34 @@ mod tests {
                 );
             }
         }
-        assert_eq!(
-            RowSpan::bits::<true>(RowSpan::empty(true).columns::<true>(), 0),
-            0
-        );
-        assert_eq!(
-            RowSpan::bits::<false>(RowSpan::empty(false).columns::<false>(), 0),
-            0
-        );
+        assert_eq!(RowSpan::empty(true).bits(), 0);
+    }
+
+    #[test]
+    fn a_wide_span_covers_the_columns_whose_middles_are_inside() {
+        let xs = [
+            -1e9, 0.0, 0.5, 31.4, 31.5, 31.6, 63.5, 64.0, 70.2, 127.4, 127.5, 1e9,
+        ];
+        for columns in [2 * WORD, 4 * WORD] {
+            for a in xs {
+                for b in xs {
+                    let mut span = RowSpan::empty(false);
+                    span.widen::<false>(a);
+                    span.widen::<false>(b);
+                    let mut row = [0; MAX_WORDS];
+                    row[0] = 1;
+                    span.fill(&mut row, columns);
+                    for column in 1..WINDOW_COLUMNS {
+                        let middle = column as f32 + 0.5;
+                        let is_on = a.min(b) < middle && middle <= a.max(b) && column < columns;
+                        let found = row[column / WORD] >> (column % WORD) & 1 == 1;
+                        assert_eq!(found, is_on, "{a} {b} {column}");
+                    }
+                }
+            }
+        }
+        let mut row = [0; MAX_WORDS];
+        RowSpan::empty(false).fill(&mut row, WINDOW_COLUMNS);
+        assert_eq!(row, [0; MAX_WORDS]);
     }
 }

@@ -3,22 +3,21 @@
 //!
 //! Whether a facet is visible is the sign of a product in the frame of its joint, rounded as on a
 //! host. With parallel rays the order of its corners in the image mostly decides it, in integers
-//! and half of the instructions: [`PointScale`] states when. Where a sign is too near 0, the
+//! and a quarter of the instructions: [`DraftScale`] states when. Where a sign is too near 0, the
 //! product itself decides. Pixels are computed for the outline's corners only.
 
 #[cfg(test)]
 mod tests;
 
-use super::{CompactFigure, FacetCorners, PosedHull, local};
+use super::{CompactFigure, FacetCorners, PosedHull, local, product};
 use crate::body::plane::{normal, sorted};
-use crate::budget::MAX_HULL_POINTS;
+use crate::budget::{MAX_HULL_FACETS, MAX_HULL_POINTS};
 use crate::camera::Camera;
 use crate::facets::each_triangle;
 use crate::hull::HullPoints;
 use crate::raster::placement::Placement;
 use core::convert::Infallible;
 use core::ops::Range;
-use core::slice;
 use glam::{Vec2, Vec3};
 
 /// A body in a pose before a camera.
@@ -34,28 +33,25 @@ pub struct CompactSight<'a> {
 /// One hull of a body in the image.
 pub struct SeenHull<'a> {
     sight: CompactSight<'a>,
-    scale: PointScale,
-    points: SeenPoints,
+    sketch: Sketch,
     /// The corners of the outline, by number.
     corners: [OutlineCorner; MAX_HULL_POINTS],
 }
 
-/// The points of a hull in the image, by number.
-type SeenPoints = [SeenPoint; MAX_HULL_POINTS];
-
-/// A point of a hull in the image. 16 bytes, with the coordinates last: one instruction then finds
-/// a point by its number, and one more loads both coordinates.
-#[derive(Clone, Copy)]
-#[repr(C)]
-struct SeenPoint {
-    /// The bit of its number.
-    bit: u32,
-    /// Lines of the outline: bit `b` is the line to point `b`, which has a greater number.
-    lines: u32,
-    /// Its place in the image, scaled by [`PointScale`], to the right and up.
-    x: i32,
-    y: i32,
+/// A hull as far as it is drawn, by the numbers of points.
+struct Sketch {
+    places: PointPlaces,
+    lines: OutlineLines,
 }
+
+/// Where the points of a hull appear, by number: 2^16 times the number of units to the right, plus
+/// the units up, modulo 2^32. One word for both, as most instructions of a silhouette load and
+/// subtract them.
+type PointPlaces = [i32; MAX_HULL_POINTS];
+
+/// The lines of the outline: bit `b` of word `a` is the line from point `a` to point `b`, which has
+/// the greater number.
+type OutlineLines = [u32; MAX_HULL_POINTS];
 
 /// A point of a hull's outline in the image.
 #[derive(Clone, Copy)]
@@ -85,23 +81,16 @@ impl<'a> CompactSight<'a> {
 impl<'a> SeenHull<'a> {
     /// Makes a buffer for the hulls of a body, one at a time.
     pub fn new(sight: &CompactSight<'a>) -> Self {
-        let mut points = [SeenPoint {
-            bit: 1,
-            lines: 0,
-            x: 0,
-            y: 0,
-        }; MAX_HULL_POINTS];
-        for (number, point) in points.iter_mut().enumerate() {
-            point.bit <<= number;
-        }
         let corner = OutlineCorner {
             pixel: Vec2::ZERO,
             row: 0,
         };
         Self {
             sight: *sight,
-            scale: PointScale::for_reach(sight.posed.scale.reach),
-            points,
+            sketch: Sketch {
+                places: [0; _],
+                lines: [0; _],
+            },
             corners: [corner; MAX_HULL_POINTS],
         }
     }
@@ -119,7 +108,7 @@ impl<'a> SeenHull<'a> {
         let Some(first) = self.sight.posed.hull(parts.start) else {
             return;
         };
-        if first.is_draped && self.sight.posed.facets.is_some() {
+        if first.hull.carrier.drape() > 0 && self.sight.posed.facets.is_some() {
             let len = self.wrap(parts, placement, row);
             self.give(len, |_, _| (), take);
         } else {
@@ -138,14 +127,14 @@ impl<'a> SeenHull<'a> {
         place: impl FnOnce(&mut Self, u32),
         mut take: impl FnMut(OutlineCorner, OutlineCorner),
     ) {
-        let Some(points) = self.points.get(..len) else {
+        let Some(lines) = self.sketch.lines.get(..len) else {
             return;
         };
         let (mut begins, mut ends, mut own) = (0, 0, 1);
-        for point in points {
-            if point.lines != 0 {
+        for &lines in lines {
+            if lines != 0 {
                 begins |= own;
-                ends |= point.lines;
+                ends |= lines;
             }
             own <<= 1;
         }
@@ -155,7 +144,7 @@ impl<'a> SeenHull<'a> {
             let a = begins.trailing_zeros() as usize;
             begins &= begins - 1;
             // All lines are off for the next hull.
-            let mut lines = core::mem::take(&mut self.points[a].lines);
+            let mut lines = core::mem::take(&mut self.sketch.lines[a]);
             while lines != 0 {
                 let b = lines.trailing_zeros() as usize;
                 lines &= lines - 1;
@@ -188,7 +177,7 @@ impl<'a> SeenHull<'a> {
         } else {
             FacetEye::Toward(seen_from)
         };
-        let seen = &mut self.points;
+        let lines = &mut self.sketch.lines;
         let wrapped: Result<(), Infallible> = each_triangle(&points, |corners| {
             let (numbers, is_clockwise) = sorted(corners);
             let [a, b, c] = numbers.map(usize::from);
@@ -196,9 +185,9 @@ impl<'a> SeenHull<'a> {
             let at = [a, b, c].map(|number| points.get(number).copied().unwrap_or_default());
             if b == c {
                 // The side of a flat hull.
-                seen[a].lines ^= 1 << b;
+                lines[a] ^= 1 << b;
             } else if eye.is_before(at, turn) {
-                toggle(seen, [a, b, c]);
+                toggle(lines, [a, b, c]);
             }
             Ok(())
         });
@@ -224,7 +213,7 @@ impl<'a> SeenHull<'a> {
         row: impl Fn(f32) -> u32,
     ) {
         let (camera, placement) = (*self.sight.camera, *placement);
-        let (place, step) = (hull.place, hull.step);
+        let (place, step) = (hull.place(), hull.step());
         while numbers != 0 {
             let number = numbers.trailing_zeros() as usize;
             numbers &= numbers - 1;
@@ -247,48 +236,57 @@ impl<'a> SeenHull<'a> {
             // The sides of a flat hull are its outline from everywhere.
             for corners in hull.facets {
                 let [a, b, _] = corners.numbers();
-                self.points[a].lines ^= 1 << b;
+                self.sketch.lines[a] ^= 1 << b;
             }
         } else if sight.is_near {
-            let eye = FacetEye::At(hull.place.point(sight.seen_from));
-            toggle_seen(&mut self.points, hull, &eye);
+            let eye = FacetEye::At(hull.place().point(sight.seen_from));
+            toggle_seen(&mut self.sketch.lines, hull, hull.facets, &eye);
         } else {
-            let toward = hull.place.direction(sight.seen_from);
+            let toward = hull.place().direction(sight.seen_from);
             let eye = FacetEye::Toward(toward);
-            if self.draft(hull, toward) {
-                toggle_drafted(&mut self.points, hull, self.scale.tolerance, &eye);
+            if let Some(scale) = self.draft(hull, toward) {
+                let mut untold = UntoldFacets::new();
+                toggle_told(&mut self.sketch, hull.facets, scale.tolerance, &mut untold);
+                toggle_untold(&mut self.sketch, hull, &untold, &scale, &eye);
             } else {
-                toggle_seen(&mut self.points, hull, &eye);
+                toggle_seen(&mut self.sketch.lines, hull, hull.facets, &eye);
             }
         }
     }
 
-    /// Finds where the points of a hull appear, in whole numbers, and returns `true`; `false` if
+    /// Finds where the points of a hull appear, in whole numbers, and returns their scale; `None` if
     /// its frame is not a pure rotation.
     #[inline]
-    fn draft(&mut self, hull: &PosedHull<'_>, toward: Vec3) -> bool {
+    fn draft(&mut self, hull: &PosedHull<'_>, toward: Vec3) -> Option<DraftScale> {
         let viewpoint = self.sight.camera.viewpoint();
-        let right = hull.place.direction(viewpoint.right());
-        let up = hull.place.direction(viewpoint.up());
+        let right = hull.place().direction(viewpoint.right());
+        let up = hull.place().direction(viewpoint.up());
         let skew = (right.cross(up) - toward).length_squared();
         // A NaN fails all comparisons.
-        let is_turned = skew <= PointScale::SKEW * PointScale::SKEW
-            && right.length_squared() <= PointScale::LENGTH_SQUARED
-            && up.length_squared() <= PointScale::LENGTH_SQUARED;
+        let is_turned = skew <= DraftScale::SKEW * DraftScale::SKEW
+            && right.length_squared() <= DraftScale::LENGTH_SQUARED
+            && up.length_squared() <= DraftScale::LENGTH_SQUARED;
         if !is_turned {
-            return false;
+            return None;
         }
-        let scale = self.scale.units;
-        let mirror = if hull.step.x < 0.0 { -scale } else { scale };
+        let scale = DraftScale::for_hull(hull);
+        let mirror = if hull.hull.is_image {
+            -scale.units
+        } else {
+            scale.units
+        };
         let whole = |axis: Vec3| {
-            let axis = axis * Vec3::new(mirror, scale, scale);
-            #[expect(clippy::cast_possible_truncation, reason = "within 2^29")]
+            let axis = axis * Vec3::new(mirror, scale.units, scale.units);
+            #[expect(clippy::cast_possible_truncation, reason = "below 2^31")]
             let whole = axis.to_array().map(|number| number as i32);
             whole
         };
-        let (right, up) = (whole(right), whole(up));
-        draft(&mut self.points, hull.points, [right, up]);
-        true
+        draft(
+            &mut self.sketch.places,
+            hull.points,
+            [whole(right), whole(up)],
+        );
+        Some(scale)
     }
 }
 
@@ -296,75 +294,105 @@ impl<'a> SeenHull<'a> {
 ///
 /// Not inlined: on its own it keeps its values in registers.
 #[inline(never)]
-fn draft(points: &mut SeenPoints, steps: &[[i16; 3]], [right, up]: [[i32; 3]; 2]) {
-    for (point, &[x, y, z]) in points.iter_mut().zip(steps) {
-        let [x, y, z] = [i32::from(x), i32::from(y), i32::from(z)];
-        point.x = right[0] * x + right[1] * y + right[2] * z;
-        point.y = up[0] * x + up[1] * y + up[2] * z;
+fn draft(places: &mut PointPlaces, steps: &[[i16; 3]], [right, up]: [[i32; 3]; 2]) {
+    for (place, &point) in places.iter_mut().zip(steps) {
+        // Unrolled, the loop would not keep its values in registers.
+        core::hint::black_box(());
+        *place = (product(right, point) & !0xffff).wrapping_add(product(up, point) >> 16);
     }
 }
+
+/// The facets of a hull that its draft does not decide.
+type UntoldFacets = heapless::Vec<FacetCorners, MAX_HULL_FACETS>;
 
 /// Toggles the edges of each visible facet: an edge between two of them is off again.
-fn toggle_seen(points: &mut SeenPoints, hull: &PosedHull<'_>, eye: &FacetEye) {
-    for &corners in hull.facets {
+#[inline(never)]
+fn toggle_seen(
+    lines: &mut OutlineLines,
+    hull: &PosedHull<'_>,
+    facets: &[FacetCorners],
+    eye: &FacetEye,
+) {
+    for &corners in facets {
         if eye.sees(hull, corners) {
-            toggle(points, corners.numbers());
+            toggle(lines, corners.numbers());
         }
     }
 }
 
-/// Toggles the edges of each visible facet, by the draft wherever it is beyond its tolerance.
-fn toggle_drafted(points: &mut SeenPoints, hull: &PosedHull<'_>, tolerance: i32, eye: &FacetEye) {
-    let mut facets = hull.facets.iter();
-    while let Some(untold) = toggle_told(points, &mut facets, tolerance) {
-        if eye.sees(hull, untold) {
-            toggle(points, untold.numbers());
-        }
-    }
-}
-
-/// Toggles the edges of visible facets up to the first one that the draft does not decide, and
-/// returns that facet.
+/// Toggles the edges of each facet that is visible beyond the draft's tolerance, and adds those
+/// within it to `untold`.
 ///
 /// Not inlined, and calls nothing: on its own it keeps all values in registers.
 #[inline(never)]
 fn toggle_told(
-    points: &mut SeenPoints,
-    facets: &mut slice::Iter<'_, FacetCorners>,
+    Sketch { places, lines }: &mut Sketch,
+    facets: &[FacetCorners],
     tolerance: i32,
-) -> Option<FacetCorners> {
-    let mut rest = facets.clone();
-    let untold = loop {
-        let Some(&corners) = rest.next() else {
-            break None;
-        };
-        // This negates the number and is off by one, for which the tolerance has room.
-        let side = turn(points, corners) ^ corners.turned();
-        if side > tolerance {
-            toggle(points, corners.numbers());
-        } else if side + tolerance >= 0 {
-            break Some(corners);
+    untold: &mut UntoldFacets,
+) {
+    for &corners in facets {
+        let turn = turn(corners.sides(places)) ^ corners.turned();
+        if turn > tolerance {
+            toggle(lines, corners.numbers());
+        } else if turn + tolerance >= 0 {
+            // As many as the hull has facets, which the capacity allows.
+            let _ = untold.push(corners);
         }
-    };
-    *facets = rest;
-    untold
+    }
 }
 
-/// Returns the high word of twice a facet's area in the image, positive if its corners turn
-/// counterclockwise in the order of their numbers.
+/// Toggles the edges of each visible facet, by the draft where it is beyond the error of the facet.
+#[inline(never)]
+fn toggle_untold(
+    Sketch { places, lines }: &mut Sketch,
+    hull: &PosedHull<'_>,
+    untold: &UntoldFacets,
+    scale: &DraftScale,
+    eye: &FacetEye,
+) {
+    for &corners in untold {
+        let sides = corners.sides(places);
+        let turn = turn(sides) ^ corners.turned();
+        let is_seen = if turn.abs() > scale.error(sides) {
+            turn > 0
+        } else {
+            eye.sees(hull, corners)
+        };
+        if is_seen {
+            toggle(lines, corners.numbers());
+        }
+    }
+}
+
+impl FacetCorners {
+    /// Returns the sides from the first corner to the second and to the third.
+    #[inline]
+    fn sides(self, places: &PointPlaces) -> [i32; 2] {
+        let [a, b, c] = self.numbers().map(|number| places[number]);
+        [b.wrapping_sub(a), c.wrapping_sub(a)]
+    }
+}
+
+/// Returns twice the area of a triangle with these sides, positive if it lies counterclockwise
+/// between them.
 #[inline]
-fn turn(points: &SeenPoints, corners: FacetCorners) -> i32 {
-    let [a, b, c] = corners.numbers().map(|number| &points[number]);
-    let high = |a: i32, b: i32| ((i64::from(a) * i64::from(b)) >> 32) as i32;
-    high(b.x - a.x, c.y - a.y) - high(b.y - a.y, c.x - a.x)
+fn turn([b, c]: [i32; 2]) -> i32 {
+    // A side as a whole times the number of units up of the other one. What is too much, the
+    // product of both numbers up, is the same in both products.
+    let product = |side: i32, other: i32| {
+        #[expect(clippy::cast_possible_truncation, reason = "the low half; below 2^31")]
+        let product = ((i64::from(side) * i64::from(other as i16)) >> 16) as i32;
+        product
+    };
+    product(b, c).wrapping_sub(product(c, b))
 }
 
 /// Toggles a facet's edges.
 #[inline]
-fn toggle(points: &mut SeenPoints, [a, b, c]: [usize; 3]) {
-    let [b_bit, c_bit] = [b, c].map(|number| points[number].bit);
-    points[a].lines ^= b_bit | c_bit;
-    points[b].lines ^= c_bit;
+fn toggle(lines: &mut OutlineLines, [a, b, c]: [usize; 3]) {
+    lines[a] ^= 1 << b | 1 << c;
+    lines[b] ^= 1 << c;
 }
 
 /// The eye's position or direction, in the frame of the facets' joint.
@@ -376,14 +404,14 @@ enum FacetEye {
 impl FacetEye {
     /// Returns whether it is on a facet's outer side; infinitely far away only the direction
     /// counts.
-    #[inline(never)]
+    #[inline]
     fn sees(&self, hull: &PosedHull<'_>, corners: FacetCorners) -> bool {
         let corners_at = corners.numbers().map(|number| hull.points.get(number));
         let [Some(a), Some(b), Some(c)] = corners_at else {
             return false;
         };
         self.is_before(
-            [a, b, c].map(|&steps| local(steps, hull.step)),
+            [a, b, c].map(|&steps| local(steps, hull.step())),
             corners.turn(),
         )
     }
@@ -402,36 +430,66 @@ impl FacetEye {
     }
 }
 
-/// The scale of points in the image of parallel rays, as whole numbers within 2^29: their
-/// differences stay below 2^30, and products of these below 2^61.
+/// The scale of a hull's points in the image of parallel rays, as whole numbers of which only
+/// differences count.
 ///
 /// The turn of a triangle of such points, and the number whose sign [`FacetEye::sees`] computes,
 /// are two roundings of one number (Binet and Cauchy: the cross product in the image is the product
 /// of the facet's normal and the image's). Beyond the sum of their errors, both have its sign.
-struct PointScale {
-    /// Units in a step.
+struct DraftScale {
+    /// 65,536ths of a unit in a step.
     units: f32,
-    /// The greatest error of a turn, in units of its high word.
+    /// The greatest error of the turn of any triangle, square units.
     tolerance: i32,
+    /// The greatest error of a side to the right or up, 256ths of a unit.
+    error: i32,
+    /// The part of the error of a turn that does not depend on the triangle, square units.
+    least: i32,
 }
 
-impl PointScale {
+impl DraftScale {
     /// The greatest distance of right times up from the direction of the eye, and the greatest
     /// squared length of both, for the errors below.
     const SKEW: f32 = 2e-6;
     const LENGTH_SQUARED: f32 = 1.01;
+    /// The greatest distance of a hull's points, units. As axes are at most 1.005 long, sides stay
+    /// below 29,160, and turns below 2^31.
+    const SIZE: f32 = 29_000.0;
+    /// The greatest sum of the numbers to the right and up of two sides: 29,160 * sqrt(8).
+    const LONGEST: i32 = 82_500;
 
-    /// Returns the scale for points whose coordinates reach this many steps.
-    fn for_reach(reach: u16) -> Self {
-        let reach = reach.max(1);
+    /// Returns the scale for a hull.
+    #[expect(clippy::cast_possible_truncation, reason = "below 2^28")]
+    fn for_hull(hull: &PosedHull<'_>) -> Self {
+        let bounds = hull.hull.bounds.map(|sides| sides.map(i32::from));
+        // No length is more than 0.586 times the greatest coordinate and 0.415 times the sum.
+        let thousandths =
+            |[x, y, z]: [i32; 3], greatest, sum| greatest * x.max(y).max(z) + sum * (x + y + z);
+        let size = thousandths(bounds.map(|[least, most]| most - least), 586, 415);
+        // Numbers up have to be below 2^15 themselves, or a side as a whole would be off by 1 to
+        // the right: the points' distance from the joint counts 0.9 times.
+        let reach = thousandths(bounds.map(|[least, most]| most.max(-least)), 528, 374);
+        #[expect(clippy::cast_precision_loss, reason = "below 2^20")]
+        let size = f32::from(hull.scale.unit) * 0.001 * size.max(reach).max(1_000) as f32;
+        let share = 1.0 / size;
+        // Sides are off by 1, and by 1.8 * size / 2^16 + 2^-8 because of the axes.
+        let error = 258 + (size / 128.0) as i32;
+        // The product in floats is off by 2^-22 times 4 * size * reach + 8 * size^2, and the skew
+        // makes SKEW * size^2, where the size is SIZE.
+        let least = 4_000 + (1_000.0 * f32::from(hull.scale.reach) * share) as i32;
         Self {
-            // A point is at most 1.74 times as far away as its coordinates are, and axes are at
-            // most 1.005 long.
-            units: (1 << 29) as f32 / (1.75 * f32::from(reach)),
-            // Axes are off by less than 1.1, points by 3.3 times the reach and differences by twice
-            // that: turns by 4 * 6.6 * reach * 2^30. The product in floats and the skew add 34 *
-            // 2^-22 and 12 * SKEW of the reach's square, which is 2^58 / 3.
-            tolerance: 8 * i32::from(reach) + 1_000,
+            units: Self::SIZE * 65_536.0 * share,
+            tolerance: ((Self::LONGEST * error) >> 8) + least,
+            error,
+            least,
         }
+    }
+
+    /// Returns the greatest error of the turn of a triangle with these sides, square units.
+    #[inline]
+    fn error(&self, sides: [i32; 2]) -> i32 {
+        #[expect(clippy::cast_possible_truncation, reason = "the low half")]
+        let lengths = sides.map(|side| (side >> 16).abs() + i32::from(side as i16).abs());
+        (((lengths[0] + lengths[1]) * self.error) >> 8) + self.least
     }
 }

@@ -72,8 +72,8 @@ const STAGE_LIMITS: [u64; 3] = if cfg!(target_abi = "eabihf") {
         if IS_DRESSED { 93_000 } else { 46_000 },
         match (cfg!(feature = "skia"), IS_DRESSED) {
             (true, _) => 290_000,
-            (false, true) => 450_000,
-            (false, false) => 110_000,
+            (false, true) => 440_000,
+            (false, false) => 97_000,
         },
     ]
 } else {
