@@ -24,6 +24,7 @@ mod likeness;
 mod means;
 mod populations;
 mod posture;
+mod rows;
 mod skinned;
 mod twins;
 mod walker;
