@@ -28,3 +28,4 @@ mod manifest;
 mod markers;
 mod mesh;
 mod skeletons;
+mod step_width;

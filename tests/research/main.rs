@@ -14,6 +14,8 @@ mod npy;
 mod parts;
 #[path = "../helpers/people.rs"]
 mod people;
+#[path = "../helpers/steps.rs"]
+mod steps;
 
 mod beside;
 mod calipers;
