@@ -6,6 +6,7 @@ use super::cohort::anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
 use super::cohort::body;
 use super::cutting::events::{CutTake, cut};
 use super::cutting::flat_feet::{lifts, stand_flat};
+use super::cutting::floor::level_floor;
 use super::cutting::stance::{FeetMotion, FootSlide};
 use super::leg::LEG_SHARE;
 use super::markers::people;
@@ -99,7 +100,7 @@ pub struct ReadOptions {
     /// The low-pass filter of motions.
     pub smoothing: Smoothing,
     /// Whether to mend what captures measure badly: feet that stand tilted, elbows that bend
-    /// backwards, hands, collar bones and heads.
+    /// backwards, hands, collar bones and heads, and tilted floors of uncut motions.
     pub mend: bool,
 }
 
@@ -192,6 +193,9 @@ impl Recording {
             )?;
         let mut standing_m = None;
         if options.mend && !format.is_authored() {
+            if options.keep == Keep::Uncut {
+                level_floor(&mut take);
+            }
             standing_m = stand_flat(&mut take);
             steady(&mut take);
             if matches!(source, FileContents::Motion(_)) && options.keep != Keep::Uncut {

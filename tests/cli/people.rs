@@ -21,8 +21,8 @@ fn an_audit_is_the_same_of_people_who_are_made_and_of_the_pack_that_holds_them()
     let cohort = "cohort --people 2 --speeds-kmh 5,9 --out two.egp --audit --json -";
     let made = results(&done(at, &words(cohort)));
     let lines = made["audit"].as_array().expect("an audit");
-    // Nineteen measures of a woman and a man, walking and running.
-    assert_eq!(lines.len(), 19 * 2 * 2);
+    // Thirty measures of a woman and a man, walking and running.
+    assert_eq!(lines.len(), 30 * 2 * 2);
     let kinds: BTreeSet<(&str, &str)> = lines
         .iter()
         .map(|line| ["gait", "sex"].map(|name| line[name].as_str().expect("a word")))

@@ -10,6 +10,8 @@ mod figure;
 mod npy;
 #[path = "../helpers/npz.rs"]
 mod npz;
+#[path = "../helpers/steps.rs"]
+mod steps;
 
 mod anthropometry;
 mod bodies;
@@ -17,6 +19,7 @@ mod checksums;
 mod clips;
 mod faults;
 mod feet;
+mod floors;
 mod formats;
 mod gltf;
 mod hard;
@@ -25,3 +28,4 @@ mod manifest;
 mod markers;
 mod mesh;
 mod skeletons;
+mod step_width;

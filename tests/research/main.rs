@@ -14,6 +14,8 @@ mod npy;
 mod parts;
 #[path = "../helpers/people.rs"]
 mod people;
+#[path = "../helpers/steps.rs"]
+mod steps;
 
 mod beside;
 mod calipers;
@@ -24,6 +26,7 @@ mod likeness;
 mod means;
 mod populations;
 mod posture;
+mod rows;
 mod skinned;
 mod twins;
 mod walker;

@@ -6,6 +6,7 @@ use edgegait_core::avatar::Avatar;
 use edgegait_core::clip::Loop;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
+use std::f64::consts::TAU;
 
 /// Number of moments at which a cycle is measured.
 const FRAMES: usize = 96;
@@ -14,7 +15,8 @@ const FRAMES: usize = 96;
 ///
 /// Every measure has one definition for synthetic and recorded people, on joint centres and on the
 /// points of the feet's hulls. A foot stands while a point of its sole is nearly still on the
-/// floor.
+/// floor. Shares of a leg's cycle count from the moment when its ankle is farthest ahead of the
+/// pelvis, which recordings show more sharply than a contact: 2 to 3 % of the cycle before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Measure {
     /// Lateral distance of the two ankle centres, each averaged while its foot stands, cm; negative
@@ -39,16 +41,40 @@ pub enum Measure {
     Bob,
     /// Range of the sideways position of the hips' middle, cm.
     Sway,
+    /// Range of the angle between the pelvis and the floor, seen from the front, degrees.
+    PelvicObliquity,
+    /// Range of the pelvis's rotation about the vertical, degrees.
+    PelvicRotation,
     /// Arc of the upper arm seen from the side, degrees.
     ArmSwing,
+    /// By how much the upper arm swings later than the thigh of the other side, % of the cycle, by
+    /// the first harmonics of their angles.
+    ArmLag,
     /// Mean lean of the thorax, degrees forward.
     TrunkLean,
     /// Range of the hip's flexion, degrees.
     HipRange,
+    /// Flexion of the knee when the ankle is farthest ahead, degrees.
+    KneeAt0,
+    /// Flexion of the knee after 30 % of the leg's cycle, degrees.
+    KneeAt30,
+    /// Flexion of the knee after 40 % of the leg's cycle, degrees.
+    KneeAt40,
+    /// Flexion of the knee after 80 % of the leg's cycle, degrees.
+    KneeAt80,
+    /// Flexion of the knee after 90 % of the leg's cycle, degrees.
+    KneeAt90,
     /// The greatest flexion of the knee, degrees.
     KneePeak,
+    /// Time of the knee's greatest flexion in the second half of the leg's cycle, % of the cycle.
+    KneePeakTime,
+    /// Share of legs that straighten by more than 3 degrees between the end of their extension in
+    /// stance and the peak of their swing, %.
+    EarlyDips,
     /// Range of the knee's flexion, degrees.
     KneeRange,
+    /// Dorsiflexion of the ankle after 90 % of the leg's cycle, degrees from the rest pose.
+    AnkleAt90,
     /// Range of the ankle's flexion, degrees.
     AnkleRange,
     /// Difference of left and right steps over their sum, %.
@@ -61,7 +87,7 @@ pub enum Measure {
 
 impl Measure {
     /// All measures, in the order of the table.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 30] = [
         Self::StepWidth,
         Self::Cadence,
         Self::StrideLength,
@@ -72,11 +98,22 @@ impl Measure {
         Self::Clearance,
         Self::Bob,
         Self::Sway,
+        Self::PelvicObliquity,
+        Self::PelvicRotation,
         Self::ArmSwing,
+        Self::ArmLag,
         Self::TrunkLean,
         Self::HipRange,
+        Self::KneeAt0,
+        Self::KneeAt30,
+        Self::KneeAt40,
+        Self::KneeAt80,
+        Self::KneeAt90,
         Self::KneePeak,
+        Self::KneePeakTime,
         Self::KneeRange,
+        Self::EarlyDips,
+        Self::AnkleAt90,
         Self::AnkleRange,
         Self::Asymmetry,
         Self::Slide,
@@ -97,11 +134,22 @@ impl Measure {
             Self::Clearance => "foot clearance, cm",
             Self::Bob => "pelvis bob, cm",
             Self::Sway => "pelvis sway, cm",
+            Self::PelvicObliquity => "pelvic obliquity, degrees",
+            Self::PelvicRotation => "pelvic rotation, degrees",
             Self::ArmSwing => "arm swing, degrees",
+            Self::ArmLag => "arm after other leg, %",
             Self::TrunkLean => "trunk lean, degrees",
             Self::HipRange => "hip range, degrees",
+            Self::KneeAt0 => "knee at 0 %, degrees",
+            Self::KneeAt30 => "knee at 30 %, degrees",
+            Self::KneeAt40 => "knee at 40 %, degrees",
+            Self::KneeAt80 => "knee at 80 %, degrees",
+            Self::KneeAt90 => "knee at 90 %, degrees",
             Self::KneePeak => "knee peak, degrees",
+            Self::KneePeakTime => "knee peak at, %",
             Self::KneeRange => "knee range, degrees",
+            Self::EarlyDips => "legs that dip before swing, %",
+            Self::AnkleAt90 => "ankle at 90 %, degrees",
             Self::AnkleRange => "ankle range, degrees",
             Self::Asymmetry => "step asymmetry, %",
             Self::Slide => "foot slide, mm",
@@ -174,6 +222,18 @@ impl Decoded {
             high - low
         };
         let both = |of: &dyn Fn(usize) -> f64| 0.5 * (of(LEFT) + of(RIGHT));
+        let curve =
+            |of: &dyn Fn(&MeasuredMoment) -> f64| CycleCurve(moments.iter().map(of).collect());
+        let [knees, feet] = [
+            |moment: &MeasuredMoment| moment.knee_deg,
+            |moment: &MeasuredMoment| moment.foot_deg,
+        ]
+        .map(|angles| {
+            sides.map(|side| {
+                let ahead = curve(&|moment| moment.ankles[side].z - moment.pelvis.z).peak(0.0);
+                curve(&|moment| angles(moment)[side]).from(ahead)
+            })
+        });
         let stance = both(&|side| standing(side).count() as f64 / FRAMES as f64);
         let together = stands.iter().filter(|stands| stands[LEFT] && stands[RIGHT]);
         let stature_m = self.stature();
@@ -203,9 +263,26 @@ impl Decoded {
                 Measure::Clearance => 100.0 * both(&|side| clearance(&moments, &stands, side)),
                 Measure::Bob => 100.0 * range(&|moment| moment.pelvis.y),
                 Measure::Sway => 100.0 * range(&|moment| moment.pelvis.x),
+                Measure::PelvicObliquity => range(&|moment| moment.obliquity_deg),
+                Measure::PelvicRotation => range(&|moment| moment.rotation_deg),
+                Measure::ArmLag => both(&|side| {
+                    let arm = curve(&|moment| moment.arm_deg[side]);
+                    arm.lag_behind(&curve(&|moment| moment.hip_deg[1 - side]))
+                }),
                 Measure::ArmSwing => both(&|side| range(&|moment| moment.arm_deg[side])),
                 Measure::TrunkLean => mean(moments.iter().map(|moment| moment.lean_deg)),
                 Measure::HipRange => both(&|side| range(&|moment| moment.hip_deg[side])),
+                Measure::KneeAt0 => both(&|side| knees[side].at(0.0)),
+                Measure::KneeAt30 => both(&|side| knees[side].at(0.3)),
+                Measure::KneeAt40 => both(&|side| knees[side].at(0.4)),
+                Measure::KneeAt80 => both(&|side| knees[side].at(0.8)),
+                Measure::KneeAt90 => both(&|side| knees[side].at(0.9)),
+                Measure::KneePeakTime => both(&|side| 100.0 * knees[side].peak(0.5)),
+                Measure::EarlyDips => both(&|side| match knees[side].dip() {
+                    dip if dip > DIP_DEG => 100.0,
+                    _ => 0.0,
+                }),
+                Measure::AnkleAt90 => both(&|side| feet[side].at(0.9)),
                 Measure::KneePeak => {
                     both(&|side| extent(moments.iter().map(|moment| moment.knee_deg[side])).1)
                 }
@@ -266,6 +343,7 @@ impl Decoded {
             libm::atan2(down.z, -down.y).to_degrees()
         };
         let trunk = turns[Joint::Thorax.index()] * DVec3::Y;
+        let left = turns[Joint::Pelvis.index()] * DVec3::X;
         MeasuredMoment {
             pelvis: root,
             ankles: legs.map(|[_, _, foot]| positions[foot.index()]),
@@ -284,6 +362,8 @@ impl Decoded {
                 let down = positions[fore.index()] - positions[upper.index()];
                 libm::atan2(down.z, -down.y).to_degrees()
             }),
+            obliquity_deg: libm::asin(left.y).to_degrees(),
+            rotation_deg: libm::atan2(-left.z, left.x).to_degrees(),
             lean_deg: libm::atan2(trunk.z, trunk.y).to_degrees(),
             hip_deg: legs.map(|[thigh, ..]| flexion(thigh)),
             knee_deg: legs.map(|[_, shank, _]| -flexion(shank)),
@@ -306,10 +386,89 @@ struct MeasuredMoment {
     toe_out_deg: [f64; 2],
     /// Direction from shoulder to elbow seen from the side, 0 straight down.
     arm_deg: [f64; 2],
+    /// Height of the pelvis's left over its right, 0 level.
+    obliquity_deg: f64,
+    /// Heading of the pelvis, 0 in the direction of travel.
+    rotation_deg: f64,
     lean_deg: f64,
     hip_deg: [f64; 2],
     knee_deg: [f64; 2],
     foot_deg: [f64; 2],
+}
+
+/// Straightening of a knee before its swing that counts as a dip, degrees. Our choice: twice what a
+/// curve differs by from stride to stride.
+const DIP_DEG: f64 = 3.0;
+
+/// Share of a leg's cycle from which the end of the knee's extension in stance is looked for: after
+/// the peak of loading, and before the extension ends in norms (39 to 43 %, Schwartz 2008).
+const EXTENDS: f64 = 0.35;
+
+/// Values over a cycle, at each of its moments.
+struct CycleCurve(Vec<f64>);
+
+impl CycleCurve {
+    /// Returns the value at a share of the cycle, between two moments by interpolation.
+    fn at(&self, share: f64) -> f64 {
+        let at = share.rem_euclid(1.0) * FRAMES as f64;
+        let (low, t) = (at as usize % FRAMES, at.fract());
+        self.0[low] * (1.0 - t) + self.0[(low + 1) % FRAMES] * t
+    }
+
+    /// Returns the curve that begins at a share of this one's cycle.
+    fn from(&self, share: f64) -> Self {
+        Self(
+            (0..FRAMES)
+                .map(|frame| self.at(share + frame as f64 / FRAMES as f64))
+                .collect(),
+        )
+    }
+
+    /// Returns the share of the cycle at which the curve is greatest, from the share `first` on, by
+    /// a parabola.
+    fn peak(&self, first: f64) -> f64 {
+        let first = (first * FRAMES as f64) as usize;
+        let top = (first..FRAMES).max_by(|&a, &b| self.0[a].total_cmp(&self.0[b]));
+        let top = top.unwrap_or_default();
+        let [before, most, after] = [FRAMES - 1, 0, 1].map(|by| self.0[(top + by) % FRAMES]);
+        let bend = before - 2.0 * most + after;
+        let beside = if bend < 0.0 {
+            0.5 * (before - after) / bend
+        } else {
+            0.0
+        };
+        (top as f64 + beside) / FRAMES as f64
+    }
+
+    /// Returns by how much the curve falls between its first low after [`EXTENDS`] and its peak in
+    /// the second half of the cycle.
+    fn dip(&self) -> f64 {
+        let last = ((self.peak(0.5) * FRAMES as f64) as usize).min(FRAMES - 1);
+        let rises = |frame: &usize| self.0[frame + 1] > self.0[*frame];
+        let first = ((EXTENDS * FRAMES as f64) as usize..last)
+            .find(rises)
+            .unwrap_or(last);
+        let (mut most, mut dip) = (f64::MIN, 0.0f64);
+        for value in &self.0[first..=last] {
+            most = most.max(*value);
+            dip = dip.max(most - value);
+        }
+        dip
+    }
+
+    /// Returns by how much later the first harmonic of this curve peaks than that of another, % of
+    /// the cycle, from -50 to 50.
+    fn lag_behind(&self, other: &Self) -> f64 {
+        let phase = |curve: &Self| {
+            let sum = |wave: fn(f64) -> f64| -> f64 {
+                let waves = (0..FRAMES).map(|frame| wave(TAU * frame as f64 / FRAMES as f64));
+                waves.zip(&curve.0).map(|(wave, value)| wave * value).sum()
+            };
+            libm::atan2(sum(libm::sin), sum(libm::cos)) / TAU
+        };
+        let later = phase(self) - phase(other);
+        100.0 * (later - later.round())
+    }
 }
 
 /// Returns the least height of a sole between a third and nine tenths of its swing, metres, above
@@ -336,7 +495,7 @@ fn clearance(moments: &[MeasuredMoment], stands: &[[bool; 2]], side: usize) -> f
 }
 
 /// Returns the least and the greatest of some values.
-fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+pub(super) fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::MAX, f64::MIN), |(low, high), value| {
         (low.min(value), high.max(value))
     })

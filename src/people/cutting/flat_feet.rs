@@ -94,7 +94,7 @@ fn level(mut heights: Vec<f64>) -> Option<f64> {
 }
 
 /// Returns the frames in the middle of stances that begin and end within the motion.
-fn flat_frames(stands: &[bool]) -> Vec<usize> {
+pub(super) fn flat_frames(stands: &[bool]) -> Vec<usize> {
     let mut frames = Vec::new();
     let mut start = 0;
     for stance in stands.chunk_by(|a, b| a == b) {

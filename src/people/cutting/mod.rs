@@ -5,5 +5,6 @@ pub(crate) mod closing;
 pub(crate) mod contacts;
 pub mod events;
 pub(crate) mod flat_feet;
+pub(crate) mod floor;
 mod recurrence;
 pub(crate) mod stance;
