@@ -11,7 +11,7 @@ use edgegait::people::retarget::leg_length_m;
 use edgegait::people::{Cycle, Track, forward_kinematics};
 use edgegait::{MAX_ERROR_MM, Pack, encode_subjects};
 use edgegait_core::skeleton::JOINTS;
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, Quat, Vec3};
 use std::collections::BTreeMap;
 
 /// The step width of a take's cycles, cm: in the file, by its own joints, scaled to the legs of the
@@ -116,14 +116,10 @@ fn step_widths(recordings: &[Recording]) -> Vec<Widths> {
                 .and_then(|clip| clip.as_loop())
                 .expect("a cycle");
             let poses = (0..200u8).map(|phase| clip.pose(f32::from(phase) / 200.0));
-            let poses = poses.map(|pose| {
-                (
-                    pose.root.as_dvec3(),
-                    pose.rotations.map(|turn| turn.as_dquat()),
-                )
-            });
+            let poses =
+                poses.map(|pose| (pose.root.as_dvec3(), pose.rotations.map(Quat::as_dquat)));
             of_cycle(
-                &skeleton.offsets.map(|at| at.as_dvec3()),
+                &skeleton.offsets.map(Vec3::as_dvec3),
                 f64::from(clip.drift_m()),
                 poses,
             )

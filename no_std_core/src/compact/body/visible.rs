@@ -40,14 +40,14 @@ pub struct SeenHull<'a> {
 
 /// A hull as far as it is drawn, by the numbers of points.
 struct Sketch {
-    places: PointPlaces,
+    places: DraftPlaces,
     lines: OutlineLines,
 }
 
 /// Where the points of a hull appear, by number: 2^16 times the number of units to the right, plus
 /// the units up, modulo 2^32. One word for both, as most instructions of a silhouette load and
 /// subtract them.
-type PointPlaces = [i32; MAX_HULL_POINTS];
+type DraftPlaces = [i32; MAX_HULL_POINTS];
 
 /// The lines of the outline: bit `b` of word `a` is the line from point `a` to point `b`, which has
 /// the greater number.
@@ -294,7 +294,7 @@ impl<'a> SeenHull<'a> {
 ///
 /// Not inlined: on its own it keeps its values in registers.
 #[inline(never)]
-fn draft(places: &mut PointPlaces, steps: &[[i16; 3]], [right, up]: [[i32; 3]; 2]) {
+fn draft(places: &mut DraftPlaces, steps: &[[i16; 3]], [right, up]: [[i32; 3]; 2]) {
     for (place, &point) in places.iter_mut().zip(steps) {
         // Unrolled, the loop would not keep its values in registers.
         core::hint::black_box(());
@@ -368,7 +368,7 @@ fn toggle_untold(
 impl FacetCorners {
     /// Returns the sides from the first corner to the second and to the third.
     #[inline]
-    fn sides(self, places: &PointPlaces) -> [i32; 2] {
+    fn sides(self, places: &DraftPlaces) -> [i32; 2] {
         let [a, b, c] = self.numbers().map(|number| places[number]);
         [b.wrapping_sub(a), c.wrapping_sub(a)]
     }
