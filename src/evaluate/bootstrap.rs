@@ -124,10 +124,8 @@ pub(crate) fn verification_95(
 ) -> Option<Interval> {
     let thresholds = shared_thresholds(subjects);
     let counts: Vec<PairCounts> = subjects
-        .iter()
+        .par_iter()
         .filter(|pairs| !pairs.genuine.is_empty() || !pairs.impostor.is_empty())
-        .collect::<Vec<_>>()
-        .into_par_iter()
         .map(|pairs| PairCounts {
             genuine: count(&pairs.genuine, &thresholds),
             impostor: count(&pairs.impostor, &thresholds),

@@ -168,6 +168,14 @@ pub struct BodyHull {
     pub points: Vec<DVec3>,
 }
 
+/// Returns the least and the greatest of some values.
+#[cfg(feature = "import")]
+pub(crate) fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::MAX, f64::MIN), |(low, high), value| {
+        (low.min(value), high.max(value))
+    })
+}
+
 /// Returns global positions and rotations of the canonical skeleton in one pose, f64.
 #[must_use]
 pub fn forward_kinematics(

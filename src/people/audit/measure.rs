@@ -1,7 +1,7 @@
 //! Measures of a decoded gait cycle in space and time.
 
 use crate::people::cutting::stance::FeetMotion;
-use crate::people::{Body, BodyHull, Cycle, forward_kinematics};
+use crate::people::{Body, BodyHull, Cycle, extent, forward_kinematics};
 use edgegait_core::avatar::Avatar;
 use edgegait_core::clip::Loop;
 use edgegait_core::skeleton::{JOINTS, Joint};
@@ -224,16 +224,13 @@ impl Decoded {
         let both = |of: &dyn Fn(usize) -> f64| 0.5 * (of(LEFT) + of(RIGHT));
         let curve =
             |of: &dyn Fn(&MeasuredMoment) -> f64| CycleCurve(moments.iter().map(of).collect());
+        let ahead =
+            sides.map(|side| curve(&|moment| moment.ankles[side].z - moment.pelvis.z).peak(0.0));
         let [knees, feet] = [
             |moment: &MeasuredMoment| moment.knee_deg,
             |moment: &MeasuredMoment| moment.foot_deg,
         ]
-        .map(|angles| {
-            sides.map(|side| {
-                let ahead = curve(&|moment| moment.ankles[side].z - moment.pelvis.z).peak(0.0);
-                curve(&|moment| angles(moment)[side]).from(ahead)
-            })
-        });
+        .map(|angles| sides.map(|side| curve(&|moment| angles(moment)[side]).from(ahead[side])));
         let stance = both(&|side| standing(side).count() as f64 / FRAMES as f64);
         let together = stands.iter().filter(|stands| stands[LEFT] && stands[RIGHT]);
         let stature_m = self.stature();
@@ -492,13 +489,6 @@ fn clearance(moments: &[MeasuredMoment], stands: &[[bool; 2]], side: usize) -> f
         .map(|back| height(lands + FRAMES - back))
         .fold(f64::MAX, f64::min);
     least - floor.unwrap_or(f64::NAN)
-}
-
-/// Returns the least and the greatest of some values.
-pub(super) fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::MAX, f64::MIN), |(low, high), value| {
-        (low.min(value), high.max(value))
-    })
 }
 
 /// Returns the mean of some values.

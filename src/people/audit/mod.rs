@@ -9,6 +9,7 @@ mod tests;
 pub use measure::{Measure, Measures};
 pub use norms::{PublishedNorm, norm};
 
+use crate::people::extent;
 use edgegait_core::pack::{Gait, Pack, Sex};
 use measure::Decoded;
 use rayon::prelude::*;
@@ -147,7 +148,7 @@ impl Audit {
                         people: values.len(),
                         mean,
                         sd,
-                        range: measure::extent(values.iter().copied()),
+                        range: extent(values.iter().copied()),
                         norm: norm(measure, gait, sex, f64::from(kmh) / 3.6),
                     }
                 })

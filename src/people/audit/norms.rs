@@ -1,10 +1,10 @@
 //! Published norms of each measure: the range of a population's mean, and the spread of people.
 
-use super::measure::{Measure, extent};
+use super::measure::Measure;
 use crate::people::cohort::{AngleCurve, WALKING};
+use crate::people::extent;
 use edgegait_core::pack::{Gait, Sex};
 use serde::Serialize;
-use std::f64::consts::TAU;
 
 /// The published norm of one measure of one sex at one speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -260,17 +260,9 @@ fn published(curves: [AngleCurve; WALKING.len()], speed_mps: f64) -> ([f64; 100]
         let [slower, faster] = [next - 1, next].map(|bin| of(&curves[bin]));
         slower + t * (faster - slower)
     };
-    let at = |share: f64| {
-        between(&|curve| {
-            let waves = (1..).zip(curve.harmonics).map(|(k, (cosine, sine))| {
-                let (sin, cos) = libm::sincos(TAU * f64::from(k) * share);
-                cosine * cos + sine * sin
-            });
-            curve.mean + waves.sum::<f64>()
-        })
-    };
+    let at = |share: f64| between(&|curve| curve.at(share));
     (
-        std::array::from_fn(|at_share| at(at_share as f64 / 100.0 - AHEAD)),
+        std::array::from_fn(|percent| at(percent as f64 / 100.0 - AHEAD)),
         between(&|curve| curve.sd),
     )
 }

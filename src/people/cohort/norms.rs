@@ -21,8 +21,8 @@ pub(crate) struct AngleCurve {
 impl AngleCurve {
     /// Returns the angle at `phase` (in cycles), degrees.
     #[must_use]
-    #[cfg(test)]
-    fn at(&self, phase: f64) -> f64 {
+    #[cfg(any(test, feature = "import"))]
+    pub(in crate::people) fn at(&self, phase: f64) -> f64 {
         self.mean + self.swing(&Waves::at(phase))
     }
 

@@ -6,6 +6,7 @@
 
 use super::flat_feet::flat_frames;
 use crate::people::cutting::stance::FeetMotion;
+use crate::people::extent;
 use crate::people::retarget::{ANKLE_HEIGHT, RetargetedMotion};
 use edgegait_core::skeleton::Joint;
 use glam::{DQuat, DVec3};
@@ -122,13 +123,6 @@ impl StandingPlane {
             *pelvis = (self.turn * *pelvis).normalize();
         }
     }
-}
-
-/// Returns the least and the greatest of some values.
-fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::MAX, f64::MIN), |(low, high), value| {
-        (low.min(value), high.max(value))
-    })
 }
 
 #[cfg(test)]
