@@ -7,6 +7,7 @@ use super::norms::{
     SHOULDER_ABDUCTION, SHOULDER_FLEXION, THORAX_OBLIQUITY, THORAX_ROTATION, THORAX_TILT, WALKING,
     WalkingNorm, Waves,
 };
+use super::steps_and_pelvis::Regulated;
 use edgegait_core::pack::Gait;
 
 /// Speed from which people run, km/h: the source paper's switch between 7 and 8.
@@ -25,8 +26,15 @@ pub(super) fn gait_at(speed_kmh: f64) -> Gait {
 /// Index in [`WALKING`] of the speed that people choose.
 const SPONTANEOUS: usize = 2;
 
+/// The angles' curves at one speed, with legs that stand for a time of their own.
+pub(super) struct AngleNorm {
+    curves: Curves,
+    /// Shares of the cycle that a foot is on the floor, of the curves and of the person.
+    stances: [f64; 2],
+}
+
 /// The angles' curves at one speed.
-pub(super) enum AngleNorm {
+enum Curves {
     /// Between two of the published walking speeds.
     Walk {
         slower: &'static WalkingNorm,
@@ -50,6 +58,48 @@ pub(super) enum AngleNorm {
 impl AngleNorm {
     /// Returns the norm for a person of these dimensions at this speed.
     pub(super) fn at(dimensions: &Dimensions, speed_kmh: f64) -> Self {
+        Self {
+            curves: Curves::at(dimensions, speed_kmh),
+            stances: [0.5; 2],
+        }
+    }
+
+    /// Returns the norm with legs that stand as long as the person's, instead of as long as usual
+    /// at this speed.
+    pub(super) fn with_stance(self, regulated: &Regulated) -> Self {
+        Self {
+            stances: [regulated.usual_stance, regulated.stance],
+            ..self
+        }
+    }
+
+    /// Returns an angle of the norm: mean, and swing at `phase`, degrees. A leg's stance and swing
+    /// are as long as the person's.
+    pub(super) fn angle(&self, angle: Angle, phase: f64) -> (f64, f64) {
+        let phase = match angle {
+            Angle::HipFlexion | Angle::KneeFlexion | Angle::AnkleDorsiflexion => {
+                let [usual, own] = self.stances;
+                let share = phase - libm::floor(phase);
+                if share < own {
+                    share * usual / own
+                } else {
+                    1.0 - (1.0 - share) * (1.0 - usual) / (1.0 - own)
+                }
+            }
+            _ => phase,
+        };
+        let (mean, swing, _) = self.curves.numbers(angle, Some(phase));
+        (mean, swing)
+    }
+
+    /// Returns the spread of an angle of the norm, degrees.
+    pub(super) fn spread_deg(&self, angle: Angle) -> f64 {
+        self.curves.numbers(angle, None).2
+    }
+}
+
+impl Curves {
+    fn at(dimensions: &Dimensions, speed_kmh: f64) -> Self {
         if gait_at(speed_kmh) == Gait::Run {
             // 8 to 12 km/h: swing knee 78 to 98 degrees, hip peak 40 to 49, ankle at
             // toe-off -18 to -25 (recalled), against 3 m/s, which is 10.8 km/h.
@@ -60,8 +110,7 @@ impl AngleNorm {
                 ankle: (18.0 + 7.0 * share) / 22.9,
             };
         }
-        // Leg length 0.53 H (Winter 2009, figure 4.1, after Drillis & Contini 1966).
-        let leg_m = 0.53 * dimensions.stature;
+        let leg_m = dimensions.trochanterion_height;
         let speed = speed_kmh / 3.6 / libm::sqrt(GRAVITY * leg_m);
         let last = WALKING.len() - 2;
         let below = WALKING
@@ -77,17 +126,6 @@ impl AngleNorm {
             // Arm swing grows with speed: 0.6 at 3 km/h, 1.4 at 7 (recalled).
             arms: 1.0 + 0.2 * (speed_kmh - 5.0),
         }
-    }
-
-    /// Returns an angle of the norm: mean, and swing at `phase`, degrees.
-    pub(super) fn angle(&self, angle: Angle, phase: f64) -> (f64, f64) {
-        let (mean, swing, _) = self.numbers(angle, Some(phase));
-        (mean, swing)
-    }
-
-    /// Returns the spread of an angle of the norm, degrees.
-    pub(super) fn spread_deg(&self, angle: Angle) -> f64 {
-        self.numbers(angle, None).2
     }
 
     /// Returns mean, swing at a phase if one is given, and spread, degrees.
@@ -120,7 +158,7 @@ impl AngleNorm {
                 // four others. This is the mean of the adults' curve and the children's.
                 let tipped =
                     |adult: &AngleCurve, of: fn(&'static WalkingNorm) -> &'static AngleCurve| {
-                        let (child, adult) = (between(of), grown(adult, of));
+                        let (child, adult) = (between(of), plain(adult));
                         (0.0, 0.5 * (child.1 + adult.1), adult.2)
                     };
                 match angle {

@@ -22,7 +22,7 @@ const HARMONICS: usize = 6;
 #[must_use]
 pub(super) fn cycle(walker: &GaitStyle<'_>, speed_kmh: f64) -> Cycle {
     let regulated = Regulated::at_speed(walker, speed_kmh);
-    let norm = AngleNorm::at(walker.dimensions, speed_kmh);
+    let norm = AngleNorm::at(walker.dimensions, speed_kmh).with_stance(&regulated);
     let steps = PersonSteps::new(walker, &norm, regulated);
     let phases = || (0..FRAMES).map(|frame| frame as f64 / FRAMES as f64);
     let mut rotations: Vec<_> = phases().map(|phase| steps.pose(phase)).collect();
