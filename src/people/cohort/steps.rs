@@ -17,9 +17,14 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
-/// Share of the body's mass above the hips, and its height as a share of the way from the hips to
-/// the shoulders (Winter 2009, table 4.1: head, arms and trunk).
-const UPPER_BODY: (f64, f64) = (0.678, 0.626);
+/// Shares of the body's mass, and their heights as a share of the way along the segment (Winter
+/// 2009, table 4.1): head, arms and trunk from the hips to the shoulders, both thighs from the
+/// hips, and both shanks with their feet from the knees.
+const MASSES: [(f64, f64); 3] = [(0.678, 0.626), (0.200, 0.433), (0.122, 0.606)];
+/// The mean centre of pressure of a stance from the heel, as a share of the foot's length. It moves
+/// from the heel to the toes, and is at about half in mid-stance (recalled: De Cock et al. 2008,
+/// Gait & Posture 27:669-675).
+const PRESSURE: f64 = 0.52;
 /// The largest amount by which toes are raised further in the swing, radians. Our choice: 6
 /// degrees.
 const MOST_TOES_UP: f64 = 0.11;
@@ -385,26 +390,36 @@ impl<'a> PersonSteps<'a> {
         DVec3::new(sin, 0.0, cos)
     }
 
-    /// Returns how far ahead of the pelvis the feet stand, metres, for the body's mass to lie over
-    /// them as in the norm.
+    /// Returns how far ahead of the pelvis the feet stand, metres, for the centre of pressure to lie
+    /// under the centre of mass on average, as at a constant speed.
     fn balanced(&self) -> f64 {
-        let none = Style::NONE;
-        let ahead = mean(self.flat().map(|phase| {
-            let Intended { ankle, .. } = self.intended_by(&none, Side::Left, phase);
-            ankle.z + self.regulated.stride_m() * (phase - self.middle())
-        }));
-        ahead + UPPER_BODY.0 * (self.upper_body(self.walker.style) - self.upper_body(&none))
+        let hulls = self.walker.body.hulls.iter();
+        let foot = hulls.filter(|hull| hull.joint == Joint::LeftFoot);
+        let (heel, toes) = foot
+            .flat_map(|hull| &hull.points)
+            .fold((f64::MAX, f64::MIN), |(heel, toes), point| {
+                (heel.min(point.z), toes.max(point.z))
+            });
+        let pressure = heel + PRESSURE * (toes - heel);
+        let travelled = self.regulated.stride_m() * (0.5 * self.regulated.stance - self.middle());
+        self.centre_of_mass() + travelled - pressure
     }
 
-    /// Returns how far ahead of the hips the upper body's mass lies on average, metres.
-    fn upper_body(&self, style: &Style) -> f64 {
+    /// Returns how far ahead of the pelvis the body's mass lies by the angles on average, metres.
+    fn centre_of_mass(&self) -> f64 {
         let offsets = &self.walker.body.offsets;
         mean((0..SAMPLES).map(|i| {
-            let pose = pose(style, self.norm, i as f64 / SAMPLES as f64);
+            let pose = pose(self.walker.style, self.norm, i as f64 / SAMPLES as f64);
             let (positions, _) = forward_kinematics(offsets, DVec3::ZERO, &pose);
-            let shoulders =
-                [Joint::LeftUpperArm, Joint::RightUpperArm].map(|joint| positions[joint.index()].z);
-            UPPER_BODY.1 * 0.5 * (shoulders[0] + shoulders[1])
+            let of_side = |joint: Joint| {
+                0.5 * (positions[joint.index()].z + positions[joint.mirrored().index()].z)
+            };
+            let [upper_body, thighs, shanks] = MASSES;
+            let [hips, knees, ankles] = leg_of(Side::Left).map(of_side);
+            let along = |from: f64, to: f64, (mass, share)| mass * (from + share * (to - from));
+            along(hips, of_side(Joint::LeftUpperArm), upper_body)
+                + along(hips, knees, thighs)
+                + along(knees, ankles, shanks)
         }))
     }
 
@@ -412,7 +427,7 @@ impl<'a> PersonSteps<'a> {
     /// standing knees bend by the angles and none is stretched too far.
     ///
     /// The feet stand where the body is in balance, or up to 8 cm before or behind: the error of
-    /// standing legs is weighed against a quarter of that distance.
+    /// standing legs is weighed against a fifth of that distance.
     fn stand(&mut self) {
         let balanced = self.balanced();
         self.ahead_m = balanced;
@@ -420,7 +435,7 @@ impl<'a> PersonSteps<'a> {
         let (mut best, mut least) = (0.0, f64::MAX);
         for step in -16..=16 {
             let moved = 0.005 * f64::from(step);
-            let missed = self.raise(&stances, moved) + (0.25 * moved) * (0.25 * moved);
+            let missed = self.raise(&stances, moved) + (0.2 * moved) * (0.2 * moved);
             if missed < least {
                 (best, least) = (moved, missed);
             }
