@@ -13,9 +13,8 @@ use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DVec3;
 
 /// How far the diagonal points of a trunk's ring lie out, as a share of the half
-/// axes: 0.707 is an ellipse. Our choice: trunks are a little square, and so are thighs where they
-/// touch each other; as ellipses of their circumference they would be nearly as deep as buttocks.
-pub(super) const TRUNK_DIAGONAL: f64 = 0.77;
+/// axes: 0.707 is an ellipse. Our choice: trunks are a little square.
+const TRUNK_DIAGONAL: f64 = 0.77;
 /// The farthest point of the buttocks above the greater trochanter, metres: the mean
 /// difference of ANSUR II's buttock and trochanterion heights.
 const BUTTOCK: f64 = -0.012;

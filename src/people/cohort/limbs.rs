@@ -1,11 +1,15 @@
 //! The hulls of a body's arms and legs.
 
 use super::anthropometry::Dimensions;
-use super::body::{SHOULDER_DROP, SHOULDER_INSET, TRUNK_DIAGONAL};
+use super::body::{SHOULDER_DROP, SHOULDER_INSET};
 use super::rings::{ELLIPSE, around, half_depth, radius, ring, ring_across, round};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DVec3;
 
+/// How far the diagonal points of a thigh's ring lie out under the crotch, as a share of the half
+/// axes: 0.707 is an ellipse. Our choice: thighs are a little square where they touch each other, so
+/// that they are no deeper than the buttocks.
+const THIGH_DIAGONAL: f64 = 0.715;
 /// Gap between the thighs under the crotch, metres. Our choice: just enough to keep them apart when
 /// the body is quantised for its pack.
 const CROTCH_GAP: f64 = 0.004;
@@ -23,7 +27,7 @@ const AXILLA: f64 = 0.042;
 /// Centres of a leg's cross-sections ahead of the line from the hip to the knee, and from the knee
 /// to the ankle, as shares of their lengths: legs' centres of volume are 4.1 % (men) and 7.7 %
 /// (women) of a thigh's and 4.8 % of a shank's length behind these lines (Dumas & Wojtusch 2018).
-const THIGH_Z: f64 = -0.065;
+const THIGH_Z: f64 = -0.070;
 const KNEE_Z: f64 = -0.010;
 const CALF_Z: f64 = -0.058;
 const ANKLE_Z: f64 = -0.025;
@@ -59,7 +63,7 @@ pub(super) fn limbs(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<(Joint, Ve
     let breadth = (0.25 * d.hip_breadth - 0.5 * CROTCH_GAP).min(radius(d.thigh_circumference));
     let thigh = (
         breadth,
-        half_depth(d.thigh_circumference, breadth, TRUNK_DIAGONAL),
+        half_depth(d.thigh_circumference, breadth, THIGH_DIAGONAL),
     );
     let crotch = d.crotch_height - d.trochanterion_height;
     let groin = 0.5 * d.hip_breadth - thigh.0 - offsets[Joint::LeftThigh.index()].x;
@@ -77,12 +81,12 @@ pub(super) fn limbs(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<(Joint, Ve
         ring(
             at(0.5 * (outer + inner), top, THIGH_Z * thigh_length),
             (0.5 * (outer - inner), 0.90 * thigh.1),
-            TRUNK_DIAGONAL,
+            THIGH_DIAGONAL,
         ),
         ring(
             at(groin, crotch - 0.04, THIGH_Z * thigh_length),
             thigh,
-            TRUNK_DIAGONAL,
+            THIGH_DIAGONAL,
         ),
         round(
             at(0.0, SUPRAPATELLA - thigh_length, KNEE_Z * thigh_length),
