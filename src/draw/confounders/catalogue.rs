@@ -106,7 +106,7 @@ confounders! {
     Skirt "skirt" Appearance Body false None, "a straight skirt that covers nine tenths of the legs, taut between them; strides shorter by a fifth";
     Coat "coat" Appearance Body false None, "a closed coat, 4 cm thick, from the neck to above the knees";
     OpenCoat "open-coat" Appearance Body false None, "an open coat, 3 cm thick, with tails beside and behind the thighs, 8 cm away";
-    DownJacket "down-jacket" Appearance Body false None, "a jacket, 3.5 cm thick, from the neck to half of the thighs";
+    DownJacket "down-jacket" Appearance Body false None, "a jacket, 3.8 cm thick, from the neck to half of the thighs";
     Hair "hair" Appearance Body false None, "full hair, 3 cm thick, down to the shoulder blades";
     Hood "hood" Appearance Body false None, "a hood 3 cm away from head and neck; the face is free";
     Hat "hat" Appearance Body false None, "a brim of 7 cm and a crown 5 cm above the head";
@@ -142,7 +142,7 @@ confounders! {
     Erosion "erosion" Environment Image false unit(3.0, "cm"), "an outline drawn 3 cm too tight";
     Dilation "dilation" Environment Image false unit(3.0, "cm"), "an outline drawn 3 cm too wide";
     Waver "waver" Environment Image false unit(3.0, "cm"), "an outline that drifts by 3 cm (root mean square) as smoothly as in video";
-    FilteredNoise "filtered-noise" Environment Image false unit(30.0, "%"), "30 % of the samples in the figure's bounding box flipped, then the median of 3x3";
+    FilteredNoise "filtered-noise" Environment Image false unit(30.0, "%"), "what a median of 3x3 leaves of 30 % of the samples in the figure's bounding box flipped";
     SaltAndPepper "salt-and-pepper" Environment Image false unit(10.0, "%"), "10 % of the samples in the figure's bounding box flipped";
 }
 

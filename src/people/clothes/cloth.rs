@@ -21,7 +21,7 @@ const TOECAP_M: f64 = 0.025;
 const UPPER_M: f64 = 0.006;
 
 /// Puts on a skirt, taut between the legs. At strength 1 it reaches from the waist to a hem at
-/// nine tenths of the way from the hips to the ankles, where it stands 2 cm away from the legs
+/// nine tenths of the way from the hips to the ankles, where it stands 3 cm away from the legs
 /// (our choice: it is straight, so that its girth limits the stride, and its hem is no wider than
 /// the steps of free legs); at strength 0.5 it ends above the knees. Adds one draped hull of 32
 /// points.
@@ -36,7 +36,7 @@ pub(crate) fn skirt(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     );
     let cut = ClothCut {
         hem: hip + SKIRT_HEM * (ankle - hip),
-        ease: [0.005, 0.015, 0.015, 0.020],
+        ease: [0.005, 0.015, 0.030, 0.030],
         strength,
     };
     outfit.hulls.push(cut.hang(outfit, &standing));

@@ -30,7 +30,7 @@ const COAT: CoatCut = CoatCut {
     hem: 0.95,
 };
 const DOWN_JACKET: CoatCut = CoatCut {
-    trunk_m: 0.035,
+    trunk_m: 0.038,
     sleeves_m: 0.025,
     collar_m: 0.050,
     hem: 0.50,
@@ -60,7 +60,7 @@ pub(crate) fn coat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     closed(outfit, wearer, strength, &COAT);
 }
 
-/// Puts on a down jacket. At strength 1 it is 3.5 cm thick on the trunk, 2.5 cm on the arms and 5 cm
+/// Puts on a down jacket. At strength 1 it is 3.8 cm thick on the trunk, 2.5 cm on the arms and 5 cm
 /// around the neck, and ends at half of the thighs (see the module). Thickness and length
 /// grow with the strength. Adds one draped hull of 32 points.
 pub(crate) fn down_jacket(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {

@@ -123,22 +123,25 @@ fn on_body(figure: &Figure<'_>, share: f64) -> Option<Vec3> {
 
 /// Flips random samples in the figure's bounding box, a tenth of them at strength 1.
 pub(crate) fn salt_and_pepper(picture: &mut BitPicture, strength: f64, rng: &mut ChaCha8Rng) {
-    flip(picture, TURNED * strength, rng);
+    let noise = noise(picture, TURNED * strength, rng);
+    picture.flip(&noise);
 }
 
-/// Flips random samples in the figure's bounding box, 30 % of them at strength 1, and replaces each by
-/// the median of the 3x3 around it, as segmenters clean their masks.
+/// Flips what a median of 3x3, with which segmenters clean their masks, leaves of random samples in
+/// the figure's bounding box, 30 % of them at strength 1. Inside and outside of the figure this is
+/// the median of a noisy picture; outlines stay.
 pub(crate) fn filtered_noise(picture: &mut BitPicture, strength: f64, rng: &mut ChaCha8Rng) {
-    if strength != 0.0 {
-        flip(picture, TURNED_BEFORE_MEDIAN * strength, rng);
-        median(picture);
-    }
+    let mut noise = noise(picture, TURNED_BEFORE_MEDIAN * strength, rng);
+    median(&mut noise);
+    picture.flip(&noise);
 }
 
-/// Flips a share of the samples in the figure's bounding box, at random.
-fn flip(picture: &mut BitPicture, share: f64, rng: &mut ChaCha8Rng) {
+/// Returns a picture in which a share of the samples in the figure's bounding box is on, at random.
+fn noise(picture: &BitPicture, share: f64, rng: &mut ChaCha8Rng) -> BitPicture {
+    let words = picture.columns() / 64;
+    let mut noise = BitPicture::empty(picture.rows(), words);
     let Some(bounds) = picture.bounds() else {
-        return;
+        return noise;
     };
     /// The number of binary digits of the share.
     const DIGITS: u32 = 16;
@@ -149,7 +152,7 @@ fn flip(picture: &mut BitPicture, share: f64, rng: &mut ChaCha8Rng) {
         reason = "0 to 2^16"
     )]
     let share = share as u32;
-    let mut mask = BitPicture::empty(1, picture.columns() / 64);
+    let mut mask = BitPicture::empty(1, words);
     mask.fill(
         0,
         bounds.left.cast_signed(),
@@ -157,7 +160,7 @@ fn flip(picture: &mut BitPicture, share: f64, rng: &mut ChaCha8Rng) {
         true,
     );
     for row in bounds.top..bounds.bottom {
-        let words = picture.row_mut(row).iter_mut().zip(mask.row(0));
+        let words = noise.row_mut(row).iter_mut().zip(mask.row(0));
         for (word, mask) in words.filter(|(_, mask)| **mask != 0) {
             // Compares a random number of 16 binary digits for each sample with the share, from the
             // last digit on, 64 samples at a time.
@@ -170,9 +173,10 @@ fn flip(picture: &mut BitPicture, share: f64, rng: &mut ChaCha8Rng) {
                     !random & below
                 };
             }
-            *word ^= below & mask;
+            *word = below & mask;
         }
     }
+    noise
 }
 
 /// The place and the shape of a hole or a blob.

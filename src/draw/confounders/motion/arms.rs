@@ -49,8 +49,8 @@ const POCKETED: ArmPose = ArmPose {
     elbow_deg: 48.0,
 };
 const AT_THE_EAR: ArmPose = ArmPose {
-    upper_arm_deg: [-35.0, 25.0, 55.0],
-    elbow_deg: 138.0,
+    upper_arm_deg: [-75.0, 20.0, 20.0],
+    elbow_deg: 143.0,
 };
 /// The right arm under an umbrella.
 pub(crate) const UNDER_UMBRELLA: ArmPose = ArmPose {

@@ -217,7 +217,7 @@ fn a_phone_is_at_the_ear_and_moves_the_right_arm_alone() {
                 [Joint::RightHand, Joint::RightForearm, Joint::Head].map(|joint| at[joint.index()]);
             let hand = wrist + 0.08 * (wrist - elbow).normalize();
             let away = hand - head;
-            assert!(away.length() < 0.16 && away.x < -0.04, "{away}");
+            assert!(away.length() < 0.18 && away.x < -0.04, "{away}");
             let still = |joint: &Joint| !(9..13).contains(&joint.index());
             for joint in Joint::ALL.iter().filter(|joint| still(joint)) {
                 assert_eq!(
@@ -258,8 +258,8 @@ fn a_hem_at_the_knees_is_narrower_than_the_stride_of_free_legs() {
             });
             spans.fold(0.0, f32::max)
         };
-        // A skirt of strength 0.55 ends at the knees, 2 * 2 * 0.55 cm wider than what is in it.
-        let skirt = apart(&walk.under(skirt_gait, 0.55)) + 4.0 * 0.55 * 0.01;
+        // A skirt of strength 0.55 ends at the knees, 2 * 3 * 0.55 cm wider than what is in it.
+        let skirt = apart(&walk.under(skirt_gait, 0.55)) + 6.0 * 0.55 * 0.01;
         assert!(skirt < apart(&walk.poses), "{skirt}");
     }
 }
