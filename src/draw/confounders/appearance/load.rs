@@ -2,7 +2,7 @@
 
 use crate::draw::confounders::motion::{AROUND_BOX, AT_THE_BAR, ArmPose, UNDER_UMBRELLA, raised};
 use crate::people::clothes::{BodyPart, Outfit, RestJoints, Wearer, WornHull};
-use edgegait_core::skeleton::Joint;
+use edgegait_core::skeleton::{Joint, Skeleton};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -227,7 +227,7 @@ pub(crate) fn stroller(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
 /// raised.
 struct Held {
     standing: RestJoints,
-    skeleton: edgegait_core::skeleton::Skeleton,
+    skeleton: Skeleton,
     joint: Joint,
     /// Where it comes from, and the share of the way on which it is.
     from: DVec3,

@@ -22,7 +22,7 @@ const LENGTHS_M: [f64; 2] = [0.25, 0.60];
 const MOST_TURNS: i32 = 3;
 
 /// A wave of movements.
-struct Wave {
+struct OutlineWave {
     /// The phase where the figure's middle is, and its growth a metre to the right and down, radians.
     phase: f64,
     slope: DVec2,
@@ -39,12 +39,12 @@ pub(crate) fn waver(
     strength: f64,
     rng: &mut ChaCha8Rng,
 ) {
-    let waves: [Wave; WAVES] = std::array::from_fn(|_| {
+    let waves: [OutlineWave; WAVES] = std::array::from_fn(|_| {
         let [heading, moves, phase, length] = [0; 4].map(|_| rng.random::<f64>());
         let turns = f64::from(rng.random_range(-MOST_TURNS..=MOST_TURNS));
         let [least, most] = LENGTHS_M;
         let unit = |share: f64| DVec2::from_angle(TAU * share);
-        Wave {
+        OutlineWave {
             phase: TAU * (phase + turns * strides),
             slope: unit(heading) * (TAU / (least + length * (most - least))),
             way: unit(moves),
