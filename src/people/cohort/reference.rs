@@ -65,7 +65,7 @@ const BRITAIN: [Survey; 2] = [
 
 /// Women and men of China. Statures are 1,484, 1,570 and 1,659 mm, and 1,583, 1,678 and 1,775, at
 /// the percentiles 5, 50 and 95, and masses 42, 52 and 66 kg, and 48, 59 and 75. The indices are
-/// log-normal, independent of stature, and give these percentiles within 1 kg.
+/// log-normal, independent of stature, and give these percentiles within 1.3 kg.
 const CHINA: [Survey; 2] = [
     survey(
         (1.570, 0.0532),
@@ -238,11 +238,11 @@ mod tests {
             (Sex::Male, [1.583, 1.678, 1.775], [48.0, 59.0, 75.0]),
         ] {
             let drawn = drawn(Reference::China, sex);
-            // Of 2,000 people a percentile is off by up to 1.5 kg.
+            // The log-normal is off by up to 1.3 kg, and 2,000 people by up to 1.6 more.
             for (at, of) in [100, 1_000, 1_900].into_iter().enumerate() {
                 assert!((drawn[0][of] - statures[at]).abs() < 0.008, "{sex:?} {at}");
                 assert!(
-                    (drawn[1][of] - masses[at]).abs() < 2.5,
+                    (drawn[1][of] - masses[at]).abs() < 3.0,
                     "{sex:?} {at} {}",
                     drawn[1][of]
                 );
