@@ -23,6 +23,10 @@ pub(super) fn gait_at(speed_kmh: f64) -> Gait {
     }
 }
 
+/// By how much arms hang nearer to the trunk than in the norm, degrees. Our choice: from the front,
+/// people of the norm are wider at the arms than recorded people.
+const NEARER_ARMS_DEG: f64 = 4.5;
+
 /// Index in [`WALKING`] of the speed that people choose.
 const SPONTANEOUS: usize = 2;
 
@@ -134,6 +138,7 @@ impl Curves {
         let swing = |curve: &AngleCurve| waves.as_ref().map_or(0.0, |waves| curve.swing(waves));
         let plain = |curve: &AngleCurve| (curve.mean, swing(curve), curve.sd);
         let scaled = |curve: &AngleCurve, by: f64| (curve.mean, by * swing(curve), curve.sd);
+        let hanging = |(mean, swing, sd): (f64, f64, f64)| (mean - NEARER_ARMS_DEG, swing, sd);
         match self {
             Self::Walk {
                 slower,
@@ -180,7 +185,7 @@ impl Curves {
                     Angle::ThoraxObliquity => plain(&THORAX_OBLIQUITY),
                     Angle::ThoraxRotation => plain(&THORAX_ROTATION),
                     Angle::ShoulderFlexion => scaled(&SHOULDER_FLEXION, *arms),
-                    Angle::ShoulderAbduction => scaled(&SHOULDER_ABDUCTION, *arms),
+                    Angle::ShoulderAbduction => hanging(scaled(&SHOULDER_ABDUCTION, *arms)),
                     Angle::ElbowFlexion => scaled(&ELBOW_FLEXION, *arms),
                 }
             }
@@ -202,7 +207,7 @@ impl Curves {
                 Angle::ThoraxObliquity => plain(&THORAX_OBLIQUITY),
                 Angle::ThoraxRotation => scaled(&THORAX_ROTATION, 4.0),
                 Angle::ShoulderFlexion => plain(&RUNNING.shoulder_flexion),
-                Angle::ShoulderAbduction => plain(&SHOULDER_ABDUCTION),
+                Angle::ShoulderAbduction => hanging(plain(&SHOULDER_ABDUCTION)),
                 Angle::ElbowFlexion => plain(&RUNNING.elbow_flexion),
             },
         }

@@ -233,8 +233,8 @@ mod tests {
                 assert!(width > 0.01, "{index} at {speed}: {width}");
                 for pose in cycle.rotations.iter().step_by(8) {
                     for arm in [Joint::LeftUpperArm, Joint::RightUpperArm] {
-                        let depth = flanks.depth_m(pose, arm);
-                        assert!(depth < SOFT_TISSUE + 0.004, "{index} at {speed}: {depth}");
+                        let depth = flanks.depth_m(pose, arm, SOFT_TISSUE);
+                        assert!(depth < 0.004, "{index} at {speed}: {depth}");
                     }
                 }
             }
