@@ -24,7 +24,7 @@ const OLD_STEPS: f64 = 0.05;
 
 /// The share of the pelvis's rise and fall that is the person's own; the rest is what standing legs
 /// need. Our choice: with more of it, stance legs bend or lock.
-const OWN_BOB: f64 = 0.5;
+const OWN_BOB: f64 = 0.6;
 /// By what share the waves of two periods a step are damped. Our choice: without, the pelvis stays
 /// high for half of a step.
 const DAMPED: f64 = 0.3;
