@@ -12,7 +12,7 @@ use crate::encode::within_error::EncodedPack;
 use crate::error::Result;
 use crate::files::{ResultHeader, write_bytes};
 use crate::people::cohort::{
-    self, CohortOptions, Dressing, PEOPLE, Profile, Reference, SPEEDS_KMH,
+    self, CohortOptions, Dressing, PEOPLE, Profile, ReferencePopulation, SPEEDS_KMH,
 };
 use rayon::prelude::*;
 use std::fmt;
@@ -40,7 +40,7 @@ pub(super) struct CohortArgs {
     speeds_kmh: Vec<f64>,
     /// Population whose statures, masses and shoulders people have
     #[arg(long, value_name = "NAME", value_enum, default_value_t)]
-    population: Reference,
+    population: ReferencePopulation,
     /// Sex of all people [default: women and men alternate]
     #[arg(long, value_name = "SEX")]
     sex: Option<SexArg>,

@@ -11,7 +11,7 @@ use crate::draw::sweep::{Job, Settings, View, Wanted};
 use crate::error::{Error, FilePlace, Result};
 use crate::files::named_or_file::toml_of;
 use crate::people::Subject;
-use crate::people::cohort::{self, CohortOptions, Dressing, Profile, Reference};
+use crate::people::cohort::{self, CohortOptions, Dressing, Profile, ReferencePopulation};
 use edgegait_core::pack::{Pack, Sex};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -81,7 +81,7 @@ pub struct Split {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Population {
     /// The reference population.
-    pub reference: Reference,
+    pub reference: ReferencePopulation,
     /// The sex of all people; `None` for both.
     pub sex: Option<Sex>,
     /// The minimum and maximum age, years, between which ages are sampled uniformly; `None` for a

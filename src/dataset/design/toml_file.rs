@@ -5,7 +5,7 @@ use super::numbers::{MOST, NumberRange, PositiveNumber, WrittenSpeeds, WrittenVi
 use super::{CYCLES_OF_A_TAKE, Design, DesignTake, Population, Speeds, Split};
 use crate::draw::confounders::{Condition, Conditions};
 use crate::error::Error;
-use crate::people::cohort::{Dressing, Reference};
+use crate::people::cohort::{Dressing, ReferencePopulation};
 use edgegait_core::pack::Sex;
 use serde::Deserialize;
 use serde::de::value::SeqAccessDeserializer;
@@ -346,7 +346,7 @@ fn takes_of(takes: Takes, conditions: &[Condition]) -> Result<Vec<DesignTake>, (
 
 impl WrittenPopulation {
     fn population(&self) -> crate::error::Result<Population> {
-        let named = self.reference.as_deref().map(Reference::named);
+        let named = self.reference.as_deref().map(ReferencePopulation::named);
         Ok(Population {
             reference: named.transpose()?.unwrap_or_default(),
             sex: self.sex.map(|sex| match sex {

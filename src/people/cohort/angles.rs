@@ -7,7 +7,6 @@ use super::norms::{
     SHOULDER_ABDUCTION, SHOULDER_FLEXION, THORAX_OBLIQUITY, THORAX_ROTATION, THORAX_TILT, WALKING,
     WalkingNorm, Waves,
 };
-use super::steps_and_pelvis::Regulated;
 use edgegait_core::pack::Gait;
 
 /// Speed from which people run, km/h: the source paper's switch between 7 and 8.
@@ -68,11 +67,11 @@ impl AngleNorm {
         }
     }
 
-    /// Returns the norm with legs that stand as long as the person's, instead of as long as usual
-    /// at this speed.
-    pub(super) fn with_stance(self, regulated: &Regulated) -> Self {
+    /// Returns the norm with legs that stand for the person's `own` share of the cycle, instead of
+    /// for the `usual` one at this speed.
+    pub(super) fn with_stance(self, usual: f64, own: f64) -> Self {
         Self {
-            stances: [regulated.usual_stance, regulated.stance],
+            stances: [usual, own],
             ..self
         }
     }

@@ -5,8 +5,8 @@
 //! trunk's cross-section is) are marked as ours, and chosen by eye against photographs.
 
 use super::anthropometry::Dimensions;
-use super::head_and_neck::{head_points, neck_points};
-use super::limbs::{deltoid, limbs};
+use super::head_and_neck::{NECK_WITHIN, head_points, neck_points};
+use super::limbs::{SHOULDER_DROP, SHOULDER_INSET, deltoid, limbs};
 use super::rings::ring;
 use crate::people::{Body, BodyHull};
 use edgegait_core::skeleton::{JOINTS, Joint};
@@ -24,10 +24,6 @@ const NAVEL: f64 = -0.010;
 /// How broad and deep the rib cage is at its lower end, as a share of the chest. Our choice: it
 /// leaves room for the armpits.
 const FLANK: f64 = 0.96;
-/// Shoulder centre below the acromion as a share of stature (about 3.5 cm), and its distance
-/// from the midline as a share of the acromion's. Our choice.
-pub(in crate::people) const SHOULDER_DROP: f64 = 0.020;
-pub(super) const SHOULDER_INSET: f64 = 0.90;
 /// The tragus ahead of the hips, as a share of stature: the centre of the head is 15 mm ahead in a
 /// standard and 57 mm ahead in a natural and comfortable posture (50 young adults, X-rays: BMC
 /// Musculoskelet. Disord. 2020, 10.1186/s12891-020-03715-2). Walkers are taken to be between both.
@@ -40,9 +36,6 @@ const SHOULDER_COTANGENT: f64 = 0.735;
 /// The marker of that shoulder below the acromion, as a share of stature: halfway to the centre.
 /// Our choice.
 const SHOULDER_MARKER: f64 = 0.5 * SHOULDER_DROP;
-/// The lowest cervical joint ahead of the skin over the seventh vertebra, as a share of stature: 5
-/// cm, as where markers are read. Our choice.
-pub(super) const NECK_WITHIN: f64 = 0.030;
 /// How far the back between the shoulders has reached from the nape to its rearmost point, halfway
 /// down, as a share: backs are round. Our choice.
 const KYPHOSIS: f64 = 0.65;

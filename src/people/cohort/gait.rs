@@ -22,7 +22,8 @@ const HARMONICS: usize = 6;
 #[must_use]
 pub(super) fn cycle(walker: &GaitStyle<'_>, speed_kmh: f64) -> Cycle {
     let regulated = Regulated::at_speed(walker, speed_kmh);
-    let norm = AngleNorm::at(walker.dimensions, speed_kmh).with_stance(&regulated);
+    let norm = AngleNorm::at(walker.dimensions, speed_kmh)
+        .with_stance(regulated.usual_stance, regulated.stance);
     let steps = PersonSteps::new(walker, &norm, regulated);
     let phases = || (0..FRAMES).map(|frame| frame as f64 / FRAMES as f64);
     let mut rotations: Vec<_> = phases().map(|phase| steps.pose(phase)).collect();

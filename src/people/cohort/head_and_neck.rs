@@ -1,10 +1,12 @@
 //! The hulls of a body's neck and head.
 
 use super::anthropometry::Dimensions;
-use super::body::NECK_WITHIN;
 use super::rings::{ELLIPSE, half_depth, radius, ring};
 use glam::DVec3;
 
+/// The lowest cervical joint ahead of the skin over the seventh vertebra, as a share of stature: 5
+/// cm, as where markers are read. Our choice.
+pub(super) const NECK_WITHIN: f64 = 0.030;
 /// Height of the head's greatest section above the ears, as a share of the crown's. Our choice.
 const TEMPLES: f64 = 0.30;
 /// The greatest breadth of a neck as a share of the head's. Our choice: beyond it necks are deeper.
@@ -48,13 +50,9 @@ pub(super) fn head_points(d: &Dimensions) -> Vec<DVec3> {
         at(crown, 0.0),
     ];
     let jaw = (0.93 * half_breadth, 0.96 * half_length);
-    // The back of the head curves in to the neck: without the rearmost point.
+    // The back of the head curves in to the neck: without the rearmost point, the seventh.
     let under = ring(at(-0.25 * crown, 0.005), jaw, 0.74);
-    points.extend(
-        under
-            .into_iter()
-            .filter(|point| point.z > -0.9 * half_length),
-    );
+    points.extend([&under[..6], &under[7..]].concat());
     points.extend(ring(
         at(TEMPLES * crown, 0.0),
         (half_breadth, half_length),

@@ -1,11 +1,14 @@
 //! The hulls of a body's arms and legs.
 
 use super::anthropometry::Dimensions;
-use super::body::{SHOULDER_DROP, SHOULDER_INSET};
 use super::rings::{ELLIPSE, around, half_depth, radius, ring, ring_across, round};
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::DVec3;
 
+/// Shoulder centre below the acromion as a share of stature (about 3.5 cm), and its distance
+/// from the midline as a share of the acromion's. Our choice.
+pub(in crate::people) const SHOULDER_DROP: f64 = 0.020;
+pub(super) const SHOULDER_INSET: f64 = 0.90;
 /// How far the diagonal points of a thigh's ring lie out under the crotch, as a share of the half
 /// axes: 0.707 is an ellipse. Our choice: thighs are a little square where they touch each other, so
 /// that they are no deeper than the buttocks.

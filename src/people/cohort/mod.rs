@@ -35,12 +35,14 @@ use edgegait_core::pack::Sex;
 use edgegait_core::skeleton::Joint;
 use gait_style::GaitStyle;
 #[cfg(feature = "import")]
+pub(super) use limbs::SHOULDER_DROP;
+#[cfg(feature = "import")]
 pub(super) use norms::{AngleCurve, ELBOW_FLEXION, SHOULDER_ABDUCTION, SHOULDER_FLEXION, WALKING};
 #[cfg(feature = "import")]
 pub(super) use pose::STANDING_TILT_DEG;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-pub use reference::Reference;
+pub use reference::ReferencePopulation;
 use std::ops::Range;
 use style::Style;
 pub use style::normal;
@@ -58,14 +60,14 @@ pub const SPEEDS_KMH: [f64; 10] = [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Profile {
     /// The population to which the person belongs.
-    pub reference: Reference,
+    pub reference: ReferencePopulation,
     /// Sex.
     pub sex: Option<Sex>,
-    /// Age, years, within [`Reference::ages`].
+    /// Age, years, within [`ReferencePopulation::ages`].
     pub age_years: Option<f64>,
-    /// Stature, metres, within [`Reference::statures`].
+    /// Stature, metres, within [`ReferencePopulation::statures`].
     pub stature_m: Option<f64>,
-    /// Mass, kg, with a body mass index within [`Reference::mass_indices`].
+    /// Mass, kg, with a body mass index within [`ReferencePopulation::mass_indices`].
     pub mass_kg: Option<f64>,
 }
 
@@ -177,7 +179,7 @@ impl Person {
     /// Returns the person whom the norms describe.
     #[must_use]
     pub fn average(sex: Sex) -> Self {
-        let reference = Reference::default();
+        let reference = ReferencePopulation::default();
         let norms = reference.norms(sex);
         let stature_m = norms.stature.0;
         let mass_kg = norms.bmi.0 * stature_m * stature_m;

@@ -15,7 +15,7 @@ use edgegait_core::pack::Sex;
 
 /// A reference population.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Reference {
+pub enum ReferencePopulation {
     /// Soldiers of the United States: ANSUR II, see [`PopulationNorms::for_sex`].
     #[default]
     UsArmy,
@@ -93,7 +93,7 @@ const CHINA: [Survey; 2] = [
 /// population: that of all people of ANSUR II.
 const MOST_SD: f64 = 3.5;
 
-impl Reference {
+impl ReferencePopulation {
     /// All populations.
     pub const ALL: [Self; 3] = [Self::UsArmy, Self::Britain, Self::China];
 
@@ -215,7 +215,7 @@ mod tests {
     use super::*;
 
     /// Returns statures and masses of 2,000 people, sorted.
-    fn drawn(reference: Reference, sex: Sex) -> [Vec<f64>; 2] {
+    fn drawn(reference: ReferencePopulation, sex: Sex) -> [Vec<f64>; 2] {
         let profile = Profile {
             sex: Some(sex),
             reference,
@@ -237,7 +237,7 @@ mod tests {
             (Sex::Female, [1.484, 1.570, 1.659], [42.0, 52.0, 66.0]),
             (Sex::Male, [1.583, 1.678, 1.775], [48.0, 59.0, 75.0]),
         ] {
-            let drawn = drawn(Reference::China, sex);
+            let drawn = drawn(ReferencePopulation::China, sex);
             // The log-normal is off by up to 1.3 kg, and 2,000 people by up to 1.6 more.
             for (at, of) in [100, 1_000, 1_900].into_iter().enumerate() {
                 assert!((drawn[0][of] - statures[at]).abs() < 0.008, "{sex:?} {at}");
@@ -264,7 +264,7 @@ mod tests {
                 assert!((found - mean).abs() < 0.1 * sd, "{sex:?} {found}");
                 assert!((spread / sd - 1.0).abs() < 0.08, "{sex:?} {spread}");
             };
-            let [statures, masses] = drawn(Reference::Britain, sex);
+            let [statures, masses] = drawn(ReferencePopulation::Britain, sex);
             near(&statures, stature);
             near(&masses, mass);
         }
@@ -277,10 +277,10 @@ mod tests {
             (Sex::Female, 1.570, [0.351, 0.397], 0.317, 0.199),
             (Sex::Male, 1.678, [0.375, 0.431], 0.306, 0.212),
         ] {
-            let mass = Reference::China.norms(sex).bmi.0 * mean_m * mean_m;
-            let d = Reference::China.dimensions((mean_m, mass), sex, &[0.0; DIMENSIONS]);
+            let mass = ReferencePopulation::China.norms(sex).bmi.0 * mean_m * mean_m;
+            let d = ReferencePopulation::China.dimensions((mean_m, mass), sex, &[0.0; DIMENSIONS]);
             let d = d.expect("a person");
-            for reference in Reference::ALL {
+            for reference in ReferencePopulation::ALL {
                 let stated = reference.survey(sex).map_or(&[][..], |survey| survey.means);
                 assert!(stated.iter().all(|(name, _)| NAMES.contains(name)));
             }
@@ -306,13 +306,13 @@ mod tests {
             stature_m: Some(1.95),
             ..Profile::default()
         };
-        assert!(of(Reference::China, tall).contains("1.39 to 1.88"));
+        assert!(of(ReferencePopulation::China, tall).contains("1.39 to 1.88"));
         let old = Profile {
             age_years: Some(70.0),
             ..Profile::default()
         };
-        assert!(of(Reference::China, old).contains("18.00 to 60.00"));
-        assert!(of(Reference::Britain, old).contains("19.00 to 65.00"));
+        assert!(of(ReferencePopulation::China, old).contains("18.00 to 60.00"));
+        assert!(of(ReferencePopulation::Britain, old).contains("19.00 to 65.00"));
         let heavy = Profile {
             sex: Some(Sex::Male),
             stature_m: Some(1.678),
@@ -320,10 +320,10 @@ mod tests {
             ..Profile::default()
         };
         // 59 kg times or divided by exp(3.5 x 0.117).
-        assert!(of(Reference::China, heavy).contains("39.1"));
+        assert!(of(ReferencePopulation::China, heavy).contains("39.1"));
         assert!(
             Profile {
-                reference: Reference::UsArmy,
+                reference: ReferencePopulation::UsArmy,
                 ..heavy
             }
             .check()
@@ -333,7 +333,7 @@ mod tests {
 
     #[test]
     fn extremes_of_all_populations_have_bodies() {
-        for reference in Reference::ALL {
+        for reference in ReferencePopulation::ALL {
             for sex in [Sex::Female, Sex::Male] {
                 let (short, tall) = reference.statures(Some(sex));
                 let (light, heavy) = reference.mass_indices(Some(sex));
