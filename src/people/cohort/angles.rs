@@ -151,12 +151,13 @@ impl Curves {
                     (mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
                 };
                 // Adults' pelves turn more than children's, and later. This is the adults' curve at
-                // their own speed, which grows with speed like the children's.
+                // their own speed, which grows with speed like the children's, no further than to theirs.
                 let grown =
                     |adult: &AngleCurve, of: fn(&'static WalkingNorm) -> &'static AngleCurve| {
                         let size =
                             of(slower).size() + share * (of(faster).size() - of(slower).size());
-                        scaled(adult, size / of(&WALKING[SPONTANEOUS]).size())
+                        let own = size / of(&WALKING[SPONTANEOUS]).size();
+                        scaled(adult, own.min((size / adult.size()).max(1.0)))
                     };
                 // Adults' pelves tip by 13 degrees in one laboratory, and by 6 to 9 and earlier in
                 // four others. This is the mean of the adults' curve and the children's.

@@ -46,10 +46,12 @@ const THORAX_BEHIND: f64 = 0.005;
 /// Centres of cross-sections ahead of the hips, metres: of the buttocks, the crest, the waist, and
 /// the chest. They bring the centres of volume near those of Dumas & Wojtusch (2018), whose pelvis,
 /// without the groin, has its centre 4 cm behind the hips.
-const BUTTOCKS_Z: f64 = -0.030;
-const CREST_Z: f64 = -0.012;
-const WAIST_Z: f64 = 0.008;
+const BUTTOCKS_Z: f64 = -0.033;
+const WAIST_Z: f64 = -0.005;
 const CHEST_Z: f64 = 0.008;
+/// How far the pelvis reaches below the crotch, metres. Our choice: no gap opens under a pelvis that
+/// tips.
+const GROIN: f64 = 0.013;
 
 /// Returns the offsets of a person's joints in the rest pose, metres.
 ///
@@ -151,17 +153,18 @@ fn trunk(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<BodyHull> {
     // the abdomen.
     let buttock = BUTTOCK.max(crotch + 0.02);
     let flare = NAVEL / (spine.y + NAVEL - buttock).max(0.05);
-    let crest = |hips: f64, waist: f64| {
+    let crest = |hips: f64, waist: f64| waist - flare * (waist - hips);
+    let half_crest = |hips: f64, waist: f64| {
         let most = waist.min(hips);
-        (waist - flare * (waist - hips)).clamp(0.85 * most, most)
+        crest(hips, waist).clamp(0.85 * most, most)
     };
     let pelvis = [
-        square(crotch, BUTTOCKS_Z, (0.92 * hips.0, 0.86 * hips.1)),
+        square(crotch - GROIN, BUTTOCKS_Z, (0.92 * hips.0, 0.86 * hips.1)),
         square(buttock, BUTTOCKS_Z, hips),
         square(
             spine.y,
-            spine.z + SPINE_BEHIND + CREST_Z,
-            (crest(hips.0, waist.0), crest(hips.1, waist.1)),
+            spine.z + SPINE_BEHIND + crest(BUTTOCKS_Z, WAIST_Z),
+            (half_crest(hips.0, waist.0), half_crest(hips.1, waist.1)),
         ),
     ];
     // The rib cage reaches up to the shoulders and out to where the deltoids begin, as far as
@@ -204,8 +207,8 @@ fn trunk(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<BodyHull> {
     let abdomen = [
         square(
             NAVEL - 0.035,
-            // Within the pelvis.
-            waist_z - 0.014,
+            // In line with what is above: a hull's section at the navel is no deeper than the waist.
+            waist_z - 0.035 / rise * (upper_z - waist_z),
             (within(waist.0, upper.0), within(waist.1, upper.1)),
         ),
         square(NAVEL, waist_z, waist),
@@ -213,14 +216,13 @@ fn trunk(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<BodyHull> {
     ];
     // Within the top of the rib cage.
     let below = (top - neck).min(0.0) - 0.02;
-    let root = DVec3::new(0.0, below, back_z - nape_z);
     [
         (Joint::Pelvis, pelvis.concat()),
         (Joint::Spine, abdomen.concat()),
         (Joint::Thorax, ribs.concat()),
         (
             Joint::Neck,
-            neck_points(d, &offsets[Joint::Head.index()], root),
+            neck_points(d, &offsets[Joint::Head.index()], below),
         ),
         (Joint::Head, head_points(d)),
     ]

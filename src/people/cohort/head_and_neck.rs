@@ -12,24 +12,18 @@ const TEMPLES: f64 = 0.30;
 /// The greatest breadth of a neck as a share of the head's. Our choice: beyond it necks are deeper.
 const NECK_BREADTH: f64 = 0.80;
 
-/// Returns the points of a neck about its joint, at the height of the seventh vertebra, below which
-/// the back is reached at `root`, relative to the nape. It widens down there to the breastbone, and
-/// leans forward above to the head's joint, `skull`.
-pub(super) fn neck_points(d: &Dimensions, skull: &DVec3, root: DVec3) -> Vec<DVec3> {
+/// Returns the points of a neck about its joint, at the height of the seventh vertebra: a straight
+/// column from `root` below it to the head's joint, `skull`.
+pub(super) fn neck_points(d: &Dimensions, skull: &DVec3, root: f64) -> Vec<DVec3> {
     let broad = radius(d.neck_circumference).min(0.5 * NECK_BREADTH * d.head_breadth);
     let deep = half_depth(d.neck_circumference, broad, ELLIPSE);
-    let nape = -NECK_WITHIN * d.stature;
-    let at = |y: f64, z: f64| DVec3::new(0.0, y, z);
-    // From the back to the breastbone a neck is deeper than above. Our choice.
-    let root_deep = 1.15 * deep;
+    let (centre, top) = (deep - NECK_WITHIN * d.stature, skull.y + 0.01);
+    let lean = (skull.z - centre) / top;
+    let at = |y: f64| DVec3::new(0.0, y, centre + lean * y);
     [
-        ring(
-            at(root.y, nape + root.z + root_deep),
-            (broad, root_deep),
-            ELLIPSE,
-        ),
-        ring(at(0.0, nape + deep), (broad, deep), ELLIPSE),
-        ring(at(skull.y + 0.01, skull.z), (0.92 * broad, deep), ELLIPSE),
+        ring(at(root), (broad, deep), ELLIPSE),
+        ring(at(0.0), (broad, deep), ELLIPSE),
+        ring(at(top), (0.92 * broad, deep), ELLIPSE),
     ]
     .concat()
 }

@@ -16,6 +16,8 @@ const THIGH_DIAGONAL: f64 = 0.715;
 /// Gap between the thighs under the crotch, metres. Our choice: just enough to keep them apart when
 /// the body is quantised for its pack.
 const CROTCH_GAP: f64 = 0.004;
+/// How far a thigh reaches past the midline at the crotch at least, metres. Our choice, as above.
+const CROTCH_LAP: f64 = 0.0005;
 /// The upper end of the patella above the epicondyles, metres: half of a patella of 4.4 cm,
 /// whose middle is at their height (ANSUR II).
 const SUPRAPATELLA: f64 = 0.022;
@@ -78,7 +80,7 @@ pub(super) fn limbs(d: &Dimensions, offsets: &[DVec3; JOINTS]) -> Vec<(Joint, Ve
     // The hull is straight from there to the knee where the ring between them is farther out.
     let past_knee = (hip - knee) / (crotch - SUPRAPATELLA + thigh_length).max(0.1);
     let beyond = (top - crotch) * (parted / 0.04).min(past_knee);
-    let beyond = beyond.clamp(0.0, 0.03);
+    let beyond = (beyond + CROTCH_LAP).clamp(0.0, 0.03);
     let (inner, outer) = (-hip - beyond, groin + 0.96 * thigh.0);
     let thigh_hull = [
         ring(
