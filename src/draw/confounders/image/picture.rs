@@ -138,6 +138,14 @@ impl BitPicture {
         self.combine(other, |own, other| own & !other);
     }
 
+    /// Flips the samples that are on in `other`.
+    ///
+    /// # Panics
+    /// If the pictures differ in size.
+    pub(super) fn flip(&mut self, other: &Self) {
+        self.combine(other, |own, other| own ^ other);
+    }
+
     /// Turns off the samples that are off in `other`.
     ///
     /// # Panics

@@ -82,10 +82,15 @@ pub(super) fn seen(camera: Camera, framing: Framing) -> RenderView {
     }
 }
 
+/// Returns the figure of [`side_view`].
+pub(super) fn side_figure(frame: usize) -> Figure<'static> {
+    let (body, poses) = &people()[frame % 2];
+    Figure::new(body, &poses[frame % 16])
+}
+
 /// Returns the fine picture of a person from the side, and its bounding box.
 pub(super) fn side_view(frame: usize) -> (Fine, BitPicture, SampleBounds) {
-    let (body, poses) = &people()[frame % 2];
-    let figure = Figure::new(body, &poses[frame % 16]);
+    let figure = side_figure(frame);
     let (view, size) = (
         seen(camera((90.0, 0.0), false), Framing::Height),
         Size::S50x30,
@@ -253,7 +258,7 @@ type Effect = (
     fn(&mut BitPicture, &Fine, f64, &mut ChaCha8Rng),
 );
 
-const EFFECTS: [Effect; 9] = [
+const EFFECTS: [Effect; 11] = [
     ("radial-distortion", |picture, fine, strength, _| {
         distort(picture, fine, strength);
     }),
@@ -261,13 +266,24 @@ const EFFECTS: [Effect; 9] = [
     ("light", |picture, fine, strength, rng| {
         Light::new(strength, rng).segment(picture, fine, rng);
     }),
-    ("holes", holes),
-    ("missing-parts", |picture, _, strength, rng| {
-        missing_part(picture, strength, rng);
+    ("holes", |picture, fine, strength, rng| {
+        holes(picture, fine, &side_figure(4), strength, rng);
+    }),
+    ("missing-parts", |picture, fine, strength, rng| {
+        let mut renderer = FineRenderer::new(Rasterizer::Rows, Size::S50x30).expect("binary");
+        let figure = side_figure(4);
+        let lost = missing_part(picture, fine, &mut renderer, &figure, strength, rng);
+        lost.expect("a part");
     }),
     ("merged-background", merged_background),
     ("erosion", erode),
     ("dilation", dilate),
+    ("waver", |picture, fine, strength, rng| {
+        waver(picture, fine, 0.3, strength, rng);
+    }),
+    ("filtered-noise", |picture, _, strength, rng| {
+        filtered_noise(picture, strength, rng);
+    }),
     ("salt-and-pepper", |picture, _, strength, rng| {
         salt_and_pepper(picture, strength, rng);
     }),
