@@ -132,11 +132,8 @@ impl CoatCut {
             let Some(joint) = hull.joint() else {
                 continue;
             };
-            let left = if joint.is_left() {
-                joint
-            } else {
-                joint.mirrored()
-            };
+            // The left one of a pair.
+            let left = joint.min(joint.mirrored());
             let (thick_m, along) = match left {
                 Joint::Pelvis | Joint::Spine => (self.trunk_m, 1.0),
                 Joint::Thorax | Joint::LeftClavicle => (self.trunk_m, ABOVE),

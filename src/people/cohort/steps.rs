@@ -8,8 +8,8 @@ use super::sole::Sole;
 use super::steps_and_pelvis::{Beat, Heights, Regulated};
 use super::style::{Side, Style};
 use super::swing::{LEAST_KNEE, Polar, Swing, floored, least};
-use crate::people::forward_kinematics;
 use crate::people::leg::LegLengths;
+use crate::people::{extent, forward_kinematics};
 use edgegait_core::pack::Gait;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
@@ -34,6 +34,8 @@ const MOST_HEEL: f64 = 0.35;
 const HEEL_FREE: f64 = 0.5;
 /// Rounds in which the height of the pelvis is found, since late heels rise by it.
 const ROUNDS: usize = 5;
+/// The weight of a body's balance beside the bends of its knees in standing. Our choice.
+const BALANCE: f64 = 0.15;
 /// Samples over a range of phases.
 const SAMPLES: usize = 48;
 
@@ -395,11 +397,7 @@ impl<'a> PersonSteps<'a> {
     fn balanced(&self) -> f64 {
         let hulls = self.walker.body.hulls.iter();
         let foot = hulls.filter(|hull| hull.joint == Joint::LeftFoot);
-        let (heel, toes) = foot
-            .flat_map(|hull| &hull.points)
-            .fold((f64::MAX, f64::MIN), |(heel, toes), point| {
-                (heel.min(point.z), toes.max(point.z))
-            });
+        let (heel, toes) = extent(foot.flat_map(|hull| &hull.points).map(|point| point.z));
         let pressure = heel + PRESSURE * (toes - heel);
         let travelled = self.regulated.stride_m() * (0.5 * self.regulated.stance - self.middle());
         self.centre_of_mass() + travelled - pressure
@@ -427,7 +425,7 @@ impl<'a> PersonSteps<'a> {
     /// standing knees bend by the angles and none is stretched too far.
     ///
     /// The feet stand where the body is in balance, or up to 8 cm before or behind: the error of
-    /// standing legs is weighed against a fifth of that distance.
+    /// standing legs is weighed against [`BALANCE`] of that distance.
     fn stand(&mut self) {
         let balanced = self.balanced();
         self.ahead_m = balanced;
@@ -435,7 +433,7 @@ impl<'a> PersonSteps<'a> {
         let (mut best, mut least) = (0.0, f64::MAX);
         for step in -16..=16 {
             let moved = 0.005 * f64::from(step);
-            let missed = self.raise(&stances, moved) + (0.2 * moved) * (0.2 * moved);
+            let missed = self.raise(&stances, moved) + (BALANCE * moved) * (BALANCE * moved);
             if missed < least {
                 (best, least) = (moved, missed);
             }
@@ -470,7 +468,7 @@ impl<'a> PersonSteps<'a> {
         let ranges = stances.iter().map(|stance| {
             let leg = self.legs[stance.side as usize];
             let root = self.heights.root(&stance.beat);
-            let hip = root + stance.hip - root.with_x(0.0);
+            let hip = root.with_y(0.0) + stance.hip;
             let above = |ankle: DVec3, knee: f64| {
                 let aside = hip - ankle - moved * DVec3::Z;
                 let aside = aside.with_y(0.0).length_squared();
