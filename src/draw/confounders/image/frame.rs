@@ -138,9 +138,19 @@ impl Fine {
             };
             grid.first = first;
         }
-        let found = self.sampled(picture, &grid);
+        let mut found = self.sampled(picture, &grid);
         if found == *drawn {
             return Some(now);
+        }
+        if self.view.framing == Framing::Height {
+            // A single sample can move the centroid to the next column.
+            let beside = [grid.first - 1, grid.first + 1].map(|first| SampleGrid { first, ..grid });
+            for beside in beside {
+                let shifted = self.sampled(picture, &beside);
+                if differences(&shifted, drawn) < differences(&found, drawn) {
+                    (found, grid) = (shifted, beside);
+                }
+            }
         }
         for (row, (found, drawn)) in (0..).zip(found.rows().iter().zip(drawn.rows())) {
             let mut differing = found ^ drawn;
@@ -273,6 +283,12 @@ fn clipped_share(shown: u64, all: u64) -> f32 {
     #[expect(clippy::cast_precision_loss, reason = "a share")]
     let share = 1.0 - (shown as f32 / all as f32).min(1.0);
     share
+}
+
+/// Returns how many pixels of two silhouettes of one size differ.
+fn differences(a: &Silhouette, b: &Silhouette) -> u32 {
+    let rows = a.rows().iter().zip(b.rows());
+    rows.map(|(a, b)| (a ^ b).count_ones()).sum()
 }
 
 /// Returns by how many samples a border has moved.
