@@ -90,6 +90,7 @@ impl LensDistortion {
 
 #[cfg(test)]
 mod tests {
+    use super::super::frame::FigureSamples;
     use super::super::tests::side_view;
     use super::*;
 
@@ -116,7 +117,7 @@ mod tests {
     #[test]
     fn straight_lines_are_bent_as_browns_polynomial_says() {
         for strength in [-1.0, 0.5, 1.0] {
-            let (fine, _, bounds) = side_view(2);
+            let (fine, _, FigureSamples { bounds, .. }) = side_view(2);
             let figure = fine.figure();
             let middle = figure.corner + 0.5 * figure.size;
             let mut line = fine.blank();

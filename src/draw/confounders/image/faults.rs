@@ -261,6 +261,7 @@ fn at_most(number: f64, most: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use super::super::frame::FigureSamples;
     use super::super::tests::{side_figure, side_view};
     use super::*;
     use edgegait_core::raster::Rasterizer;
@@ -372,7 +373,7 @@ mod tests {
 
     #[test]
     fn a_median_leaves_a_tenth_of_much_noise_and_hardly_any_of_little() {
-        let (_, before, bounds) = side_view(9);
+        let (_, before, FigureSamples { bounds, .. }) = side_view(9);
         let area = ((bounds.bottom - bounds.top) * (bounds.right - bounds.left)) as f64;
         for (strength, shares) in [(1.0, 0.08..0.14), (0.2, 0.0..0.01)] {
             let mut picture = before.clone();
@@ -385,7 +386,7 @@ mod tests {
     #[test]
     fn salt_and_pepper_turn_the_stated_share_of_the_rectangle_over() {
         for (strength, share) in [(1.0, 0.1), (0.25, 0.025)] {
-            let (_, before, bounds) = side_view(9);
+            let (_, before, FigureSamples { bounds, .. }) = side_view(9);
             let mut picture = before.clone();
             salt_and_pepper(&mut picture, strength, &mut seeded(8));
             let turned = (without(&before, &picture) + without(&picture, &before)) as f64;

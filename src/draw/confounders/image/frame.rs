@@ -25,6 +25,15 @@ pub(crate) struct Framed {
     pub placement: Placement,
 }
 
+/// Where a figure is in its picture, before effects.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FigureSamples {
+    /// Its bounding box.
+    pub(super) bounds: SampleBounds,
+    /// How far right of the picture's the core's centroid is, pixels: 0 if both are in one column.
+    nudge: f64,
+}
+
 /// Evenly spaced samples along an axis, in integer arithmetic.
 #[derive(Clone, Copy)]
 struct SampleAxis {
@@ -83,19 +92,20 @@ struct SampleGrid {
 }
 
 impl Fine {
-    /// Frames a picture after effects. `before` is the bounding box from [`Self::draw_figure`].
-    /// Returns `None` if nothing is left.
+    /// Frames a picture after effects. `before` is from [`Self::draw_figure`]. Returns `None` if
+    /// nothing is left.
     #[must_use]
-    pub(crate) fn frame(&self, picture: &BitPicture, before: SampleBounds) -> Option<Framed> {
+    pub(crate) fn frame(&self, picture: &BitPicture, before: FigureSamples) -> Option<Framed> {
         let now = picture.bounds()?;
-        let grid = self.grid(now, before);
+        let grid = self.grid(now, before.bounds);
         match self.view.framing {
             Framing::Height => {
-                let (first, area) = self.centred(picture, now, &grid)?;
-                let silhouette = self.sampled(picture, &SampleGrid { first, ..grid });
+                let (centroid, area) = self.centroid(picture, now, &grid)?;
+                let grid = self.centred(grid, centroid + before.nudge);
+                let silhouette = self.sampled(picture, &grid);
                 Some(Framed {
                     clipped_share: clipped_share(silhouette.area().into(), area),
-                    placement: self.placement(&SampleGrid { first, ..grid }),
+                    placement: self.placement(&grid),
                     silhouette,
                 })
             }
@@ -123,35 +133,35 @@ impl Fine {
     }
 
     /// Makes `picture`, which was rendered in tiles, agree with the core's silhouette, and returns
-    /// its bounding box. Coordinates are rounded differently, which moves edges by at most 1/64
-    /// pixel.
+    /// where the figure is. Coordinates are rounded differently, which moves edges by at most 1/64
+    /// pixel, and can move the centroid to the next column.
     pub(super) fn settle(
         &self,
         picture: &mut BitPicture,
         drawn: &Silhouette,
-    ) -> Option<SampleBounds> {
+    ) -> Option<FigureSamples> {
         let now = picture.bounds()?;
-        let mut grid = self.grid(now, now);
-        if self.view.framing == Framing::Height {
-            let Some((first, _)) = self.centred(picture, now, &grid) else {
-                return Some(now);
+        let is_height = self.view.framing == Framing::Height;
+        let (mut grid, mut nudge) = (self.grid(now, now), 0.0);
+        let centroid = is_height.then(|| self.centroid(picture, now, &grid));
+        if let Some(centroid) = centroid {
+            let Some((centroid, _)) = centroid else {
+                return Some(FigureSamples { bounds: now, nudge });
             };
-            grid.first = first;
-        }
-        let mut found = self.sampled(picture, &grid);
-        if found == *drawn {
-            return Some(now);
-        }
-        if self.view.framing == Framing::Height {
-            // A single sample can move the centroid to the next column.
-            let beside = [grid.first - 1, grid.first + 1].map(|first| SampleGrid { first, ..grid });
-            for beside in beside {
-                let shifted = self.sampled(picture, &beside);
-                if differences(&shifted, drawn) < differences(&found, drawn) {
-                    (found, grid) = (shifted, beside);
-                }
+            let column = libm::floor(centroid);
+            // The last value is above rounding, and far below a sample.
+            let beside = [column - 1e-6, column + 1.0 + 1e-6].map(|beside| beside - centroid);
+            let missed = |nudge: f64| {
+                let found = self.sampled(picture, &self.centred(grid, centroid + nudge));
+                differences(&found, drawn)
+            };
+            if missed(0.0) > 0 {
+                let least = |a: &f64, b: &f64| missed(*a).cmp(&missed(*b));
+                nudge = [0.0, beside[0], beside[1]].into_iter().min_by(least)?;
             }
+            grid = self.centred(grid, centroid + nudge);
         }
+        let found = self.sampled(picture, &grid);
         for (row, (found, drawn)) in (0..).zip(found.rows().iter().zip(drawn.rows())) {
             let mut differing = found ^ drawn;
             while differing != 0 {
@@ -165,7 +175,8 @@ impl Fine {
                 differing &= differing - 1;
             }
         }
-        picture.bounds()
+        let bounds = picture.bounds()?;
+        Some(FigureSamples { bounds, nudge })
     }
 
     /// Returns the map from image points to pixels.
@@ -218,14 +229,22 @@ impl Fine {
         }
     }
 
-    /// Returns the first column of a silhouette whose middle column holds the centroid of the
-    /// sampled points, and how many of these are on; `None` if none is.
-    fn centred(
+    /// Returns the grid whose middle column holds a centroid.
+    fn centred(&self, grid: SampleGrid, centroid: f64) -> SampleGrid {
+        #[expect(clippy::cast_possible_truncation, reason = "a few thousand columns")]
+        let column = libm::floor(centroid) as i64;
+        let first = column - signed(self.size.columns() / 2);
+        SampleGrid { first, ..grid }
+    }
+
+    /// Returns the column of the centroid of the sampled points, and how many of these are on;
+    /// `None` if none is.
+    fn centroid(
         &self,
         picture: &BitPicture,
         now: SampleBounds,
         grid: &SampleGrid,
-    ) -> Option<(i64, u64)> {
+    ) -> Option<(f64, u64)> {
         let most = self.size.rows();
         let rows = grid.rows.samples(most).flatten();
         let rows = rows.filter(|&row| row < picture.rows());
@@ -246,11 +265,8 @@ impl Fine {
         #[expect(clippy::cast_precision_loss, reason = "exact below 2^53")]
         let (whole, sum) = (area as f64, doubled as f64);
         let jitter = f64::from(self.view.jitter.x);
-        let centroid = libm::floor((sum + whole * (1.0 + 2.0 * jitter)) / (2.0 * whole));
-        #[expect(clippy::cast_possible_truncation, reason = "a few thousand columns")]
-        let centroid = centroid as i64;
-        let middle = signed(self.size.columns() / 2);
-        Some((centroid - middle, area.unsigned_abs()))
+        let centroid = (sum + whole * (1.0 + 2.0 * jitter)) / (2.0 * whole);
+        Some((centroid, area.unsigned_abs()))
     }
 
     /// Samples the silhouette's pixels from a picture.

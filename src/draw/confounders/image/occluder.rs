@@ -204,7 +204,7 @@ mod tests {
             .draw(&mut renderer, &Figure::at_rest(&body))
             .expect("a pillar");
         let width = 0.2 * fine.samples_per_metre().x;
-        for row in before.top..before.bottom {
+        for row in before.bounds.top..before.bounds.bottom {
             let columns = f64::from(strip.count(row, 0, 9_999));
             assert!((columns - width).abs() <= 1.0, "{columns} {width}");
         }

@@ -69,6 +69,7 @@ pub(crate) fn waver(
 
 #[cfg(test)]
 mod tests {
+    use super::super::frame::FigureSamples;
     use super::super::tests::side_view;
     use super::*;
     use rand::SeedableRng as _;
@@ -83,7 +84,7 @@ mod tests {
 
     #[test]
     fn outlines_waver_by_3_cm_drift_smoothly_and_return_after_a_stride() {
-        let (fine, before, bounds) = side_view(4);
+        let (fine, before, FigureSamples { bounds, .. }) = side_view(4);
         let mut moved = 0.0;
         for seed in 0..20 {
             let at = |strides: f64| {
