@@ -168,7 +168,7 @@ impl Regulated {
 /// Motion of the pelvis over the cycle: a mean height, and in walking waves of one and two periods
 /// a step, the first of them also along the way.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Heights {
+pub(super) struct PelvisWaves {
     /// Mean, metres; in running the height at contact.
     pub mean_m: f64,
     /// Cosine and sine of twice and of four times the phase, metres.
@@ -177,7 +177,7 @@ pub(super) struct Heights {
     surge: f64,
 }
 
-impl Heights {
+impl PelvisWaves {
     /// The pelvis at the height of the floor.
     pub(super) const LEVEL: Self = Self {
         mean_m: 0.0,

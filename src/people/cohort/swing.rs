@@ -83,8 +83,8 @@ impl Swing {
 
     /// Returns how far a foot has risen at a share of the swing, 0..1.
     pub(super) fn rise(share: f64) -> f64 {
-        // Greatest a little after the middle, where the toes are lowest.
-        libm::sin(PI * libm::pow(share, 1.2))
+        // Greatest before the middle: toes are lowest after a third of the swing.
+        libm::sin(PI * libm::pow(share, 0.8))
     }
 
     /// Returns how much shorter the leg is at a [`Swing::rise`], metres, and how much further the
