@@ -426,7 +426,8 @@ mod tests {
     fn feet_are_lifted_each_by_its_own_and_the_hips_by_the_mean() {
         let person = Person::average(Sex::Male);
         let body = &person.body.offsets;
-        let cycle = person.cycle(5.0);
+        // A runner, whose legs are never straight.
+        let cycle = person.cycle(10.0);
         let lifts = [0.02, -0.01];
         let moved = cycle.onto(body, body, lifts);
         let mut lowered: Vec<f64> = Vec::new();

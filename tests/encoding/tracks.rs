@@ -157,7 +157,10 @@ fn a_joint_that_never_moves_has_no_numbers() {
     };
     let straight = stream(still(DQuat::IDENTITY));
     let bent = stream(still(DQuat::from_rotation_x(0.5)));
-    let nods = |phase: f64| DQuat::from_rotation_x(0.5 + 0.3 * (TAU * phase).sin());
+    let nods = |phase: f64| {
+        let third = 0.2 * (3.0 * TAU * phase).sin();
+        DQuat::from_rotation_x(0.5 + 0.3 * (TAU * phase).sin() + third)
+    };
     let nodding = stream(with_joint(made(0, 5.0), Joint::Head, nods));
     println!("straight {straight:?}, bent {bent:?}, nodding {nodding:?}");
     assert_eq!((straight.1, bent.1), (0, 0));
