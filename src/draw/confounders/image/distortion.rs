@@ -90,7 +90,7 @@ impl LensDistortion {
 
 #[cfg(test)]
 mod tests {
-    use super::super::frame::FigureSamples;
+    use super::super::picture::FigureSamples;
     use super::super::tests::side_view;
     use super::*;
 

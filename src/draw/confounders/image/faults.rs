@@ -261,7 +261,7 @@ fn at_most(number: f64, most: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::super::frame::FigureSamples;
+    use super::super::picture::FigureSamples;
     use super::super::tests::{side_figure, side_view};
     use super::*;
     use edgegait_core::raster::Rasterizer;

@@ -4,9 +4,8 @@
 //! sample that the core takes.
 
 use super::exposure::exposed;
-use super::frame::FigureSamples;
 use super::phases::{FINE, WINDOW, interleaved, merge, tiles};
-use super::picture::BitPicture;
+use super::picture::{BitPicture, FigureSamples};
 use crate::draw::registers::registers;
 use crate::error::{Result, SettingError};
 use edgegait_core::body::{Figure, UnpackedBody};

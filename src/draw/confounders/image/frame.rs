@@ -7,7 +7,7 @@
 use super::counts::ColumnCounts;
 use super::fine::Fine;
 use super::phases::{FINE, thirds};
-use super::picture::{BitPicture, SampleBounds};
+use super::picture::{BitPicture, FigureSamples, SampleBounds};
 use edgegait_core::camera::Framing;
 use edgegait_core::raster::Placement;
 use edgegait_core::silhouette::Silhouette;
@@ -23,15 +23,6 @@ pub(crate) struct Framed {
     pub clipped_share: f32,
     /// The map from image points to the silhouette's pixels.
     pub placement: Placement,
-}
-
-/// Where a figure is in its picture, before effects.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FigureSamples {
-    /// Its bounding box.
-    pub(super) bounds: SampleBounds,
-    /// How far right of the picture's the core's centroid is, pixels: 0 if both are in one column.
-    nudge: f64,
 }
 
 /// Evenly spaced samples along an axis, in integer arithmetic.

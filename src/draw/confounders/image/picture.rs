@@ -25,6 +25,15 @@ pub(crate) struct SampleBounds {
     pub right: usize,
 }
 
+/// Where a figure is in its picture, before effects.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FigureSamples {
+    /// Its bounding box.
+    pub(super) bounds: SampleBounds,
+    /// How far right of the picture's the core's centroid is, pixels: 0 if both are in one column.
+    pub(super) nudge: f64,
+}
+
 impl BitPicture {
     /// Creates a picture with all samples off, with 64 columns a word.
     #[must_use]

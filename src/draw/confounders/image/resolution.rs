@@ -93,7 +93,7 @@ fn borders(phase: f64, size: f64, end: usize) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::frame::FigureSamples;
+    use super::super::picture::FigureSamples;
     use super::super::tests::side_view;
     use super::*;
     use rand::SeedableRng as _;

@@ -1,6 +1,6 @@
 //! Drawing and framing of fine pictures, compared with silhouettes that the core draws directly.
 
-use super::frame::FigureSamples;
+use super::picture::FigureSamples;
 use super::*;
 use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::people::cohort::{CohortOptions, subjects};

@@ -69,7 +69,7 @@ pub(crate) fn waver(
 
 #[cfg(test)]
 mod tests {
-    use super::super::frame::FigureSamples;
+    use super::super::picture::FigureSamples;
     use super::super::tests::side_view;
     use super::*;
     use rand::SeedableRng as _;
