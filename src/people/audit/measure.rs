@@ -348,11 +348,11 @@ impl Decoded {
             ankles: legs.map(|[_, _, foot]| positions[foot.index()]),
             soles: legs.map(|[_, _, foot]| {
                 let hulls = self.body.hulls.iter().filter(|hull| hull.joint == foot);
-                let points: Vec<DVec3> = hulls.flat_map(|hull| hull.points.clone()).collect();
-                let (_, tip) = extent(points.iter().map(|point| point.z));
+                let points = hulls.flat_map(|hull| &hull.points);
+                let (_, tip) = extent(points.clone().map(|point| point.z));
                 let (at, turn) = (positions[foot.index()], turns[foot.index()]);
                 [f64::NEG_INFINITY, tip - TOES_M].map(|from| {
-                    let points = points.iter().filter(|point| point.z >= from);
+                    let points = points.clone().filter(|point| point.z >= from);
                     let heights = points.map(|&point| (at + turn * point).y);
                     heights.fold(f64::MAX, f64::min)
                 })

@@ -132,27 +132,35 @@ impl Fine {
         drawn: &Silhouette,
     ) -> Option<FigureSamples> {
         let now = picture.bounds()?;
-        let is_height = self.view.framing == Framing::Height;
-        let (mut grid, mut nudge) = (self.grid(now, now), 0.0);
-        let centroid = is_height.then(|| self.centroid(picture, now, &grid));
-        if let Some(centroid) = centroid {
-            let Some((centroid, _)) = centroid else {
-                return Some(FigureSamples { bounds: now, nudge });
+        let mut settled = FigureSamples {
+            bounds: now,
+            nudge: 0.0,
+        };
+        let mut grid = self.grid(now, now);
+        let mut centroid = None;
+        if self.view.framing == Framing::Height {
+            let Some((column, _)) = self.centroid(picture, now, &grid) else {
+                return Some(settled);
             };
+            grid = self.centred(grid, column);
+            centroid = Some(column);
+        }
+        let mut found = self.sampled(picture, &grid);
+        if found == *drawn {
+            return Some(settled);
+        }
+        if let Some(centroid) = centroid {
             let column = libm::floor(centroid);
             // The last value is above rounding, and far below a sample.
-            let beside = [column - 1e-6, column + 1.0 + 1e-6].map(|beside| beside - centroid);
-            let missed = |nudge: f64| {
-                let found = self.sampled(picture, &self.centred(grid, centroid + nudge));
-                differences(&found, drawn)
-            };
-            if missed(0.0) > 0 {
-                let least = |a: &f64, b: &f64| missed(*a).cmp(&missed(*b));
-                nudge = [0.0, beside[0], beside[1]].into_iter().min_by(least)?;
+            for beside in [column - 1e-6, column + 1.0 + 1e-6] {
+                let shifted = self.centred(grid, beside);
+                let sampled = self.sampled(picture, &shifted);
+                if differences(&sampled, drawn) < differences(&found, drawn) {
+                    (grid, found) = (shifted, sampled);
+                    settled.nudge = beside - centroid;
+                }
             }
-            grid = self.centred(grid, centroid + nudge);
         }
-        let found = self.sampled(picture, &grid);
         for (row, (found, drawn)) in (0..).zip(found.rows().iter().zip(drawn.rows())) {
             let mut differing = found ^ drawn;
             while differing != 0 {
@@ -166,8 +174,8 @@ impl Fine {
                 differing &= differing - 1;
             }
         }
-        let bounds = picture.bounds()?;
-        Some(FigureSamples { bounds, nudge })
+        settled.bounds = picture.bounds()?;
+        Some(settled)
     }
 
     /// Returns the map from image points to pixels.

@@ -76,20 +76,18 @@ impl PersonSteps<'_> {
         let balanced = self.balanced();
         self.ahead_m = balanced;
         let stances = self.stances();
-        self.raise(&stances, 0.0);
-        let usual = self.pelvis;
-        let (mut best, mut least) = (0.0, f64::MAX);
+        let (usual, _) = self.raised_over(&stances, 0.0, PelvisWaves::LEVEL);
+        let mut least = f64::MAX;
         for step in -16..=16 {
             let moved = 0.005 * f64::from(step);
-            self.pelvis = usual;
-            let missed = self.raise(&stances, moved) + (BALANCE * moved) * (BALANCE * moved);
+            let (pelvis, missed) = self.raised_over(&stances, moved, usual);
+            let missed = missed + (BALANCE * moved) * (BALANCE * moved);
             if missed < least {
-                (best, least) = (moved, missed);
+                least = missed;
+                self.pelvis = pelvis;
+                self.ahead_m = balanced + moved;
             }
         }
-        self.pelvis = usual;
-        self.raise(&stances, best);
-        self.ahead_m += best;
     }
 
     /// Returns samples of both stances.
@@ -112,12 +110,17 @@ impl PersonSteps<'_> {
         all.map(sample).collect()
     }
 
-    /// Finds the height of the pelvis with the feet moved ahead by some metres; returns its mean
-    /// square error against the heights that standing knees need, m2.
-    fn raise(&mut self, stances: &[Stance], moved: f64) -> f64 {
+    /// Returns the pelvis's motion with the feet moved ahead by some metres, and its mean square error
+    /// against the heights that standing knees need, m2. Hips are as far ahead as `usual` has them.
+    fn raised_over(
+        &self,
+        stances: &[Stance],
+        moved: f64,
+        usual: PelvisWaves,
+    ) -> (PelvisWaves, f64) {
         let ranges = stances.iter().map(|stance| {
             let leg = self.legs[stance.side as usize];
-            let root = self.pelvis.root(&stance.beat);
+            let root = usual.root(&stance.beat);
             let hip = root.with_y(0.0) + stance.hip;
             let above = |ankle: DVec3, knee: f64| {
                 let aside = hip - ankle - moved * DVec3::Z;
@@ -138,10 +141,11 @@ impl PersonSteps<'_> {
             .zip(&ranges)
             .map(|(stance, [low, high, _])| (&stance.beat, 0.5 * (low + high), stance.load))
             .collect();
+        let mut pelvis = usual;
         for _ in 0..ROUNDS {
-            self.pelvis = PelvisWaves::nearest(&self.regulated, &wanted);
+            pelvis = PelvisWaves::nearest(&self.regulated, &wanted);
             for (wanted, [low, high, most]) in wanted.iter_mut().zip(&ranges) {
-                let height = self.pelvis.root(wanted.0).y;
+                let height = pelvis.root(wanted.0).y;
                 wanted.1 = height.max(*low).min(*high);
                 if height > *most {
                     wanted.2 *= 2.0;
@@ -151,13 +155,12 @@ impl PersonSteps<'_> {
         let over = wanted
             .iter()
             .zip(&ranges)
-            .map(|((beat, ..), [.., most])| self.pelvis.root(beat).y - most)
+            .map(|((beat, ..), [.., most])| pelvis.root(beat).y - most)
             .fold(0.0, f64::max);
-        self.pelvis.mean_m -= over;
-        mean(
-            wanted
-                .iter()
-                .map(|&(beat, height, _)| (self.pelvis.root(beat).y - height).powi(2)),
-        )
+        pelvis.mean_m -= over;
+        let missed = wanted
+            .iter()
+            .map(|&(beat, height, _)| (pelvis.root(beat).y - height).powi(2));
+        (pelvis, mean(missed))
     }
 }
