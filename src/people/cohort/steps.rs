@@ -9,7 +9,7 @@ use super::pose::{angle_of, pose, turn_x, turn_y};
 use super::sole::Sole;
 use super::steps_and_pelvis::{PelvisWaves, Regulated};
 use super::style::{Side, Style};
-use super::swing::{LEAST_KNEE, Polar, Swing, floored, least};
+use super::swing::{LATE_TOES, LEAST_KNEE, Polar, Swing, floored, least};
 use crate::people::forward_kinematics;
 use crate::people::leg::LegLengths;
 use edgegait_core::pack::Gait;
@@ -199,7 +199,7 @@ impl<'a> PersonSteps<'a> {
         let leg = self.legs[side as usize];
         let &Unswung { bent, hip, .. } = by_angles;
         let bent = bent.map2(swing.at(by_angles.share), |bent, more| bent + more);
-        let (lift_m, toes_up) = swing.lift(by_angles.rise);
+        let (lift_m, toes_up) = swing.lift(by_angles.share, by_angles.rise);
         let long = leg.reach(floored(bent.knee)) - lift_m;
         let aside = bent.side_m - hip.x;
         let long = libm::sqrt((long * long - aside * aside).max(0.0));
@@ -387,6 +387,10 @@ impl<'a> PersonSteps<'a> {
                 speed(offset(from - STEP, from - STEP), first),
                 speed(last, offset(STEP, 1.0 + STEP)),
             ],
+            late_toes: match self.regulated.gait {
+                Gait::Walk => LATE_TOES,
+                Gait::Run => 0.0,
+            },
             ..Swing::NONE
         };
         // The sole is lowest in mid-swing where it passes the other foot, and clears the floor less

@@ -290,7 +290,7 @@ fn waves(heights: &[(&Beat, f64, f64)]) -> [f64; 5] {
 fn usual_stance(speed_kmh: f64) -> f64 {
     match gait_at(speed_kmh) {
         Gait::Walk => 0.655 - 0.029 * (speed_kmh - 3.0),
-        Gait::Run => 0.332 - 0.011 * (speed_kmh - 8.0),
+        Gait::Run => 0.329 - 0.011 * (speed_kmh - 8.0),
     }
 }
 

@@ -263,7 +263,7 @@ mod tests {
         let (_, first) = scores(&|s| obliquity(s).amplitude.ln());
         let (_, second) = scores(&|s| adduction(s).amplitude.ln());
         let together: f64 = first.iter().zip(&second).map(|(a, b)| a * b).sum::<f64>() / 4_000.0;
-        // The product of the loadings is 0.29: 0.49 x 0.54 + 0.03 x 0.03 + 0.16 x 0.16.
+        // The product of the loadings is 0.29: 0.48 x 0.54 + 0.05 x 0.03 + 0.16 x 0.17.
         assert!((together - 0.29).abs() < 0.05, "{together}");
     }
 }
