@@ -139,6 +139,33 @@ impl<'a> BitReader<'a> {
         ]
     }
 
+    /// Reads an integer in a Rice code with parameter 0 for each of `places`, and passes both to
+    /// `put`. One word holds many, as they are mostly 0 or nearly so.
+    #[inline]
+    pub(crate) fn small_numbers<P>(
+        &mut self,
+        places: impl Iterator<Item = P>,
+        mut put: impl FnMut(P, i32),
+    ) {
+        // A copy is kept in registers.
+        let mut here = *self;
+        let (mut word, mut unread) = (here.ahead(), AHEAD);
+        for place in places {
+            let ones = word.trailing_ones();
+            if ones < unread.min(RICE_ESCAPE) {
+                word >>= ones + 1;
+                unread -= ones + 1;
+                put(place, from_zigzag(ones));
+            } else {
+                here.skip((AHEAD - unread) as usize);
+                put(place, here.rice(0));
+                (word, unread) = (here.ahead(), AHEAD);
+            }
+        }
+        here.skip((AHEAD - unread) as usize);
+        *self = here;
+    }
+
     /// Skips an integer in a Rice code with parameter `k`.
     #[inline]
     pub(crate) fn skip_rice(&mut self, k: u32) {
@@ -281,6 +308,35 @@ mod tests {
         }
         let ones = usize::try_from(ones).expect("not negative");
         [((1 << ones) - 1, ones + 1), (zigzag, k as usize)]
+    }
+
+    #[test]
+    fn small_numbers_are_integers_one_after_the_other() {
+        // All series of 0 to 12 of two values, so that words end before, in and behind codes.
+        for (a, b) in [
+            (0, 1),
+            (0, -4),
+            (-7, 8),
+            (3, -8),
+            (0, 12_345),
+            (-70_000, -2),
+        ] {
+            for choice in 0..1_u32 << 12 {
+                let values = core::array::from_fn(|bit| if choice >> bit & 1 == 0 { a } else { b });
+                let len = choice as usize % 13;
+                let values: [i32; 12] = values;
+                let fields = values.map(|value| code(value, 0));
+                let bytes = packed(fields.as_flattened());
+                let (mut bits, mut single) = (BitReader::new(&bytes), BitReader::new(&bytes));
+                let mut read = [0; 12];
+                bits.small_numbers(read.iter_mut().take(len), |place, number| *place = number);
+                assert_eq!(read[..len], values[..len], "{a} {b} {choice:b}");
+                for _ in 0..len {
+                    single.rice(0);
+                }
+                assert_eq!(bits.position(), single.position(), "{a} {b} {choice:b}");
+            }
+        }
     }
 
     #[test]

@@ -196,6 +196,10 @@ pub(crate) struct ChannelParameters {
     groups_rice: u8,
 }
 
+/// The number of groups, the constant's and the first harmonic's, whose Rice parameters are not
+/// differences from the previous one.
+const DIRECT_CODES: usize = 2;
+
 /// The Rice parameter of each group of one channel.
 pub(crate) type Codes = [u8; MAX_GROUPS];
 
@@ -233,13 +237,16 @@ impl ChannelParameters {
         let codes = codes
             .get_mut(..usize::from(self.groups))
             .unwrap_or_default();
-        // A copy is kept in registers.
-        let (mut here, mut last) = (*bits, 0);
-        for (group, code) in codes.iter_mut().enumerate() {
-            last = next_code(&mut here, group, last);
+        let mut last = 0;
+        let (direct, differences) = codes.split_at_mut(codes.len().min(DIRECT_CODES));
+        for code in direct {
+            last = bits.unsigned(RICE_BITS);
             *code = last.to_le_bytes()[0];
         }
-        *bits = here;
+        bits.small_numbers(differences.iter_mut(), |code, difference| {
+            last = last.wrapping_sub(difference.cast_unsigned());
+            *code = last.to_le_bytes()[0];
+        });
         codes
     }
 
@@ -257,11 +264,10 @@ impl ChannelParameters {
     }
 }
 
-/// Reads the Rice parameter of a channel's next group: the constant's and the first harmonic's
-/// directly, the others' as differences from the previous one, `last`.
+/// Reads the Rice parameter of a channel's next group; `last` is the previous one's.
 #[inline]
 fn next_code(bits: &mut BitReader<'_>, group: usize, last: u32) -> u32 {
-    if group < 2 {
+    if group < DIRECT_CODES {
         bits.unsigned(RICE_BITS)
     } else {
         last.wrapping_sub(bits.rice(0).cast_unsigned())
