@@ -1,6 +1,6 @@
 //! A reader of packed bits.
 
-use crate::format::{ESCAPE_BITS, FormatError, MAX_RICE, RICE_ESCAPE};
+use crate::format::{DIRECT_CODES, ESCAPE_BITS, FormatError, MAX_RICE, RICE_BITS, RICE_ESCAPE};
 
 /// The minimum number of unread bits in one word: at most 7 of its first byte have been read.
 const AHEAD: u32 = u32::BITS - 7;
@@ -139,28 +139,36 @@ impl<'a> BitReader<'a> {
         ]
     }
 
-    /// Reads an integer in a Rice code with parameter 0 for each of `places`, and passes both to
-    /// `put`. One word holds many, as they are mostly 0 or nearly so.
+    /// Reads the Rice parameters of a channel's groups: the first [`DIRECT_CODES`] directly, the others
+    /// as differences from the previous one in a Rice code with parameter 0. These are mostly 0 or
+    /// nearly so, and one word holds many.
     #[inline]
-    pub(crate) fn small_numbers<P>(
-        &mut self,
-        places: impl Iterator<Item = P>,
-        mut put: impl FnMut(P, i32),
-    ) {
+    pub(crate) fn codes(&mut self, codes: &mut [u8]) {
         // A copy is kept in registers.
         let mut here = *self;
         let (mut word, mut unread) = (here.ahead(), AHEAD);
-        for place in places {
+        let (direct, others) = codes.split_at_mut(codes.len().min(DIRECT_CODES));
+        let mut last = 0;
+        for code in direct {
+            last = word & ((1 << RICE_BITS) - 1);
+            *code = last.to_le_bytes()[0];
+            word >>= RICE_BITS;
+            unread -= RICE_BITS;
+        }
+        for code in others {
             let ones = word.trailing_ones();
-            if ones < unread.min(RICE_ESCAPE) {
+            let difference = if ones < unread.min(RICE_ESCAPE) {
                 word >>= ones + 1;
                 unread -= ones + 1;
-                put(place, from_zigzag(ones));
+                from_zigzag(ones)
             } else {
                 here.skip((AHEAD - unread) as usize);
-                put(place, here.rice(0));
+                let difference = here.rice(0);
                 (word, unread) = (here.ahead(), AHEAD);
-            }
+                difference
+            };
+            last = last.wrapping_sub(difference.cast_unsigned());
+            *code = last.to_le_bytes()[0];
         }
         here.skip((AHEAD - unread) as usize);
         *self = here;
@@ -311,30 +319,29 @@ mod tests {
     }
 
     #[test]
-    fn small_numbers_are_integers_one_after_the_other() {
-        // All series of 0 to 12 of two values, so that words end before, in and behind codes.
-        for (a, b) in [
-            (0, 1),
-            (0, -4),
-            (-7, 8),
-            (3, -8),
-            (0, 12_345),
-            (-70_000, -2),
-        ] {
+    fn codes_are_two_fields_and_differences() {
+        // All series of 0 to 14 codes with one of two differences, so that words end before, in and
+        // behind codes; 8 has an escape.
+        for differences in [[0, 1], [0, -4], [-7, 7], [3, -8], [0, 8], [8, -8]] {
             for choice in 0..1_u32 << 12 {
-                let values = core::array::from_fn(|bit| if choice >> bit & 1 == 0 { a } else { b });
-                let len = choice as usize % 13;
-                let values: [i32; 12] = values;
-                let fields = values.map(|value| code(value, 0));
-                let bytes = packed(fields.as_flattened());
-                let (mut bits, mut single) = (BitReader::new(&bytes), BitReader::new(&bytes));
-                let mut read = [0; 12];
-                bits.small_numbers(read.iter_mut().take(len), |place, number| *place = number);
-                assert_eq!(read[..len], values[..len], "{a} {b} {choice:b}");
-                for _ in 0..len {
-                    single.rice(0);
+                let mut fields = heapless::Vec::<_, 26>::new();
+                let mut expected = [9_u8, 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+                let _ = fields.extend_from_slice(&[(9, 4), (6, 4)]);
+                for bit in 0..12 {
+                    let difference = differences[(choice >> bit & 1) as usize];
+                    let _ = fields.extend_from_slice(&code(difference, 0));
+                    let last = i32::from(expected[bit + 1]) - difference;
+                    expected[bit + 2] = last.to_le_bytes()[0];
                 }
-                assert_eq!(bits.position(), single.position(), "{a} {b} {choice:b}");
+                let bytes = packed(&fields);
+                for len in [0, 1, 2 + choice as usize % 13] {
+                    let (mut bits, mut read) = (BitReader::new(&bytes), [0; 14]);
+                    bits.codes(&mut read[..len]);
+                    assert_eq!(read[..len], expected[..len], "{differences:?} {choice:b}");
+                    let before = &fields[..if len < 2 { len } else { 2 * len - 2 }];
+                    let before = before.iter().map(|field| field.1).sum::<usize>();
+                    assert_eq!(bits.position(), before, "{differences:?} {choice:b} {len}");
+                }
             }
         }
     }

@@ -8,9 +8,9 @@
 use crate::bits::BitReader;
 use crate::entry_table::EntryTable;
 use crate::format::{
-    CHANNELS, CODEBOOK_BYTES, FRAME_BYTES, FRAME_STEP, FormatError, GROUPS_BITS, GROUPS_RICE_BITS,
-    JOINT_ERRORS_AT, MAX_GROUPS, MAX_RICE, RICE_BITS, STEPS_AT, TEMPLATE_HEADER_BYTES, i16_at,
-    step_size, u16_at,
+    CHANNELS, CODEBOOK_BYTES, DIRECT_CODES, FRAME_BYTES, FRAME_STEP, FormatError, GROUPS_BITS,
+    GROUPS_RICE_BITS, JOINT_ERRORS_AT, MAX_GROUPS, MAX_RICE, RICE_BITS, STEPS_AT,
+    TEMPLATE_HEADER_BYTES, i16_at, step_size, u16_at,
 };
 use crate::rotation::{product, quaternion};
 use crate::skeleton::Joint;
@@ -196,10 +196,6 @@ pub(crate) struct ChannelParameters {
     groups_rice: u8,
 }
 
-/// The number of groups, the constant's and the first harmonic's, whose Rice parameters are not
-/// differences from the previous one.
-const DIRECT_CODES: usize = 2;
-
 /// The Rice parameter of each group of one channel.
 pub(crate) type Codes = [u8; MAX_GROUPS];
 
@@ -237,16 +233,7 @@ impl ChannelParameters {
         let codes = codes
             .get_mut(..usize::from(self.groups))
             .unwrap_or_default();
-        let mut last = 0;
-        let (direct, differences) = codes.split_at_mut(codes.len().min(DIRECT_CODES));
-        for code in direct {
-            last = bits.unsigned(RICE_BITS);
-            *code = last.to_le_bytes()[0];
-        }
-        bits.small_numbers(differences.iter_mut(), |code, difference| {
-            last = last.wrapping_sub(difference.cast_unsigned());
-            *code = last.to_le_bytes()[0];
-        });
+        bits.codes(codes);
         codes
     }
 

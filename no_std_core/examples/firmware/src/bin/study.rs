@@ -69,7 +69,7 @@ const STAGE_LIMITS: [u64; 3] = if cfg!(target_abi = "eabihf") {
     [
         2_500_000,
         // Walks of populations have more harmonics.
-        if IS_DRESSED { 93_000 } else { 46_000 },
+        if IS_DRESSED { 87_000 } else { 46_000 },
         match (cfg!(feature = "skia"), IS_DRESSED) {
             (true, _) => 290_000,
             (false, true) => 440_000,
