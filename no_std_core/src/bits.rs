@@ -1,6 +1,6 @@
 //! A reader of packed bits.
 
-use crate::format::{ESCAPE_BITS, FormatError, MAX_RICE, RICE_ESCAPE};
+use crate::format::{DIRECT_CODES, ESCAPE_BITS, FormatError, MAX_RICE, RICE_BITS, RICE_ESCAPE};
 
 /// The minimum number of unread bits in one word: at most 7 of its first byte have been read.
 const AHEAD: u32 = u32::BITS - 7;
@@ -137,6 +137,41 @@ impl<'a> BitReader<'a> {
             from_zigzag(ones << k | (ahead >> ones >> 1) & mask),
             from_zigzag(more << k | (behind >> more >> 1) & mask),
         ]
+    }
+
+    /// Reads the Rice parameters of a channel's groups: the first [`DIRECT_CODES`] directly, the others
+    /// as differences from the previous one in a Rice code with parameter 0. These are mostly 0 or
+    /// nearly so, and one word holds many.
+    #[inline]
+    pub(crate) fn codes(&mut self, codes: &mut [u8]) {
+        // A copy is kept in registers.
+        let mut here = *self;
+        let (mut word, mut unread) = (here.ahead(), AHEAD);
+        let (direct, others) = codes.split_at_mut(codes.len().min(DIRECT_CODES));
+        let mut last = 0;
+        for code in direct {
+            last = word & ((1 << RICE_BITS) - 1);
+            *code = last.to_le_bytes()[0];
+            word >>= RICE_BITS;
+            unread -= RICE_BITS;
+        }
+        for code in others {
+            let ones = word.trailing_ones();
+            let difference = if ones < unread.min(RICE_ESCAPE) {
+                word >>= ones + 1;
+                unread -= ones + 1;
+                from_zigzag(ones)
+            } else {
+                here.skip((AHEAD - unread) as usize);
+                let difference = here.rice(0);
+                (word, unread) = (here.ahead(), AHEAD);
+                difference
+            };
+            last = last.wrapping_sub(difference.cast_unsigned());
+            *code = last.to_le_bytes()[0];
+        }
+        here.skip((AHEAD - unread) as usize);
+        *self = here;
     }
 
     /// Skips an integer in a Rice code with parameter `k`.
@@ -281,6 +316,34 @@ mod tests {
         }
         let ones = usize::try_from(ones).expect("not negative");
         [((1 << ones) - 1, ones + 1), (zigzag, k as usize)]
+    }
+
+    #[test]
+    fn codes_are_two_fields_and_differences() {
+        // All series of 0 to 14 codes with one of two differences, so that words end before, in and
+        // behind codes; 8 has an escape.
+        for differences in [[0, 1], [0, -4], [-7, 7], [3, -8], [0, 8], [8, -8]] {
+            for choice in 0..1_u32 << 12 {
+                let mut fields = heapless::Vec::<_, 26>::new();
+                let mut expected = [9_u8, 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+                let _ = fields.extend_from_slice(&[(9, 4), (6, 4)]);
+                for bit in 0..12 {
+                    let difference = differences[(choice >> bit & 1) as usize];
+                    let _ = fields.extend_from_slice(&code(difference, 0));
+                    let last = i32::from(expected[bit + 1]) - difference;
+                    expected[bit + 2] = last.to_le_bytes()[0];
+                }
+                let bytes = packed(&fields);
+                for len in [0, 1, 2 + choice as usize % 13] {
+                    let (mut bits, mut read) = (BitReader::new(&bytes), [0; 14]);
+                    bits.codes(&mut read[..len]);
+                    assert_eq!(read[..len], expected[..len], "{differences:?} {choice:b}");
+                    let before = &fields[..if len < 2 { len } else { 2 * len - 2 }];
+                    let before = before.iter().map(|field| field.1).sum::<usize>();
+                    assert_eq!(bits.position(), before, "{differences:?} {choice:b} {len}");
+                }
+            }
+        }
     }
 
     #[test]

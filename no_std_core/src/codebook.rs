@@ -8,9 +8,9 @@
 use crate::bits::BitReader;
 use crate::entry_table::EntryTable;
 use crate::format::{
-    CHANNELS, CODEBOOK_BYTES, FRAME_BYTES, FRAME_STEP, FormatError, GROUPS_BITS, GROUPS_RICE_BITS,
-    JOINT_ERRORS_AT, MAX_GROUPS, MAX_RICE, RICE_BITS, STEPS_AT, TEMPLATE_HEADER_BYTES, i16_at,
-    step_size, u16_at,
+    CHANNELS, CODEBOOK_BYTES, DIRECT_CODES, FRAME_BYTES, FRAME_STEP, FormatError, GROUPS_BITS,
+    GROUPS_RICE_BITS, JOINT_ERRORS_AT, MAX_GROUPS, MAX_RICE, RICE_BITS, STEPS_AT,
+    TEMPLATE_HEADER_BYTES, i16_at, step_size, u16_at,
 };
 use crate::rotation::{product, quaternion};
 use crate::skeleton::Joint;
@@ -233,13 +233,7 @@ impl ChannelParameters {
         let codes = codes
             .get_mut(..usize::from(self.groups))
             .unwrap_or_default();
-        // A copy is kept in registers.
-        let (mut here, mut last) = (*bits, 0);
-        for (group, code) in codes.iter_mut().enumerate() {
-            last = next_code(&mut here, group, last);
-            *code = last.to_le_bytes()[0];
-        }
-        *bits = here;
+        bits.codes(codes);
         codes
     }
 
@@ -257,11 +251,10 @@ impl ChannelParameters {
     }
 }
 
-/// Reads the Rice parameter of a channel's next group: the constant's and the first harmonic's
-/// directly, the others' as differences from the previous one, `last`.
+/// Reads the Rice parameter of a channel's next group; `last` is the previous one's.
 #[inline]
 fn next_code(bits: &mut BitReader<'_>, group: usize, last: u32) -> u32 {
-    if group < 2 {
+    if group < DIRECT_CODES {
         bits.unsigned(RICE_BITS)
     } else {
         last.wrapping_sub(bits.rice(0).cast_unsigned())

@@ -122,6 +122,9 @@ pub const GROUPS_RICE_BITS: u32 = 2;
 pub const RICE_BITS: u32 = 4;
 /// The greatest Rice parameter.
 pub const MAX_RICE: u32 = (1 << RICE_BITS) - 1;
+/// The number of groups, the constant's and the first harmonic's, whose Rice parameters are not
+/// differences from the previous one.
+pub const DIRECT_CODES: usize = 2;
 /// The number of ones that escape from a Rice code.
 pub const RICE_ESCAPE: u32 = 16;
 /// Bits of an escaped number.

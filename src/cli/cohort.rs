@@ -11,7 +11,9 @@ use crate::encode::inspect::Summary;
 use crate::encode::within_error::EncodedPack;
 use crate::error::Result;
 use crate::files::{ResultHeader, write_bytes};
-use crate::people::cohort::{self, CohortOptions, Dressing, PEOPLE, Profile, SPEEDS_KMH};
+use crate::people::cohort::{
+    self, CohortOptions, Dressing, PEOPLE, Profile, ReferencePopulation, SPEEDS_KMH,
+};
 use rayon::prelude::*;
 use std::fmt;
 use std::ops::Range;
@@ -36,10 +38,14 @@ pub(super) struct CohortArgs {
     /// Speeds in km/h, 3 to 12; people run at 7.5 and above
     #[arg(long, value_name = "V[,V..]", value_delimiter = ',', default_values_t = SPEEDS_KMH)]
     speeds_kmh: Vec<f64>,
+    /// Population whose statures, masses and shoulders people have
+    #[arg(long, value_name = "NAME", value_enum, default_value_t)]
+    population: ReferencePopulation,
     /// Sex of all people [default: women and men alternate]
     #[arg(long, value_name = "SEX")]
     sex: Option<SexArg>,
-    /// Age of all people, 18 to 80 years [default: sampled from 18 to 58]
+    /// Age of all people, 18 to 80 years; 19 to 65 in britain, 18 to 60 in china [default: sampled;
+    /// from 18 to 58 in us-army]
     #[arg(long, value_name = "YEARS")]
     age_years: Option<f64>,
     /// Stature of all people in metres [default: sampled]
@@ -145,6 +151,7 @@ pub(super) fn run(args: &CohortArgs) -> Result<()> {
         people: args.people.numbers().len(),
         speeds_kmh: args.speeds_kmh.clone(),
         profile: Profile {
+            reference: args.population,
             sex: args.sex.map(SexArg::sex),
             age_years: args.age_years,
             stature_m: args.stature_m,
@@ -186,6 +193,7 @@ pub(super) fn run(args: &CohortArgs) -> Result<()> {
     let header = ResultHeader::new("cohort", args.common.seed)
         .with("people", options.people)
         .with("first_person", options.first)
+        .with("population", args.population.name())
         .with("quick", args.quick)
         .with("dressed", args.dressed.map(Dressing::name))
         .with("speeds_kmh", args.speeds_kmh.clone());

@@ -25,7 +25,7 @@ use std::time::Instant;
 /// file of about twenty lines
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Built-in designs: casia-b-like (124 people, 11 viewpoints, NM, BG and CL), domain-random (1,000 dressed people of 18 to 80 years, everything varied together). A design of your own:\n\n  seed = 7\n  conditions = \"casia-b\"                # or [[conditions]], as `sweep --conditions` reads them\n  [population]\n  people = \"0..1000\"                    # or [splits]\n  age_years = [18, 80]\n  dressed = \"per-take\"                  # or \"for-good\" or \"never\"\n  [walks]\n  speeds_kmh = { uniform = [3, 7], walks = 2 }   # or [4, 5, 6]\n  takes = 2\n  cycles = 1                            # of each take\n  [views]\n  azimuth_deg = { uniform = [0, 360] }  # or [0, 45, 90]\n  elevation_deg = [0]\n  count = 8                             # sampled for each cycle\n  [images]\n  template = \"gei\"\n  size = \"64x44\"\n  raster = \"rows\"\n\nOther people and walks of a built-in design come from --seed; a file states its seed.\n\nExamples:\n  edgegait generate casia-b-like --out casia --people 4\n  edgegait generate design.toml --out sets"
+    after_help = "Built-in designs: casia-b-like (124 people, 11 viewpoints, NM, BG and CL), domain-random (1,000 dressed people of 18 to 80 years, everything varied together). A design of your own:\n\n  seed = 7\n  conditions = \"casia-b\"                # or [[conditions]], as `sweep --conditions` reads them\n  [population]\n  people = \"0..1000\"                    # or [splits]\n  reference = \"us-army\"               # or \"britain\" or \"china\"\n  age_years = [18, 80]\n  dressed = \"per-take\"                  # or \"for-good\" or \"never\"\n  [walks]\n  speeds_kmh = { uniform = [3, 7], walks = 2 }   # or [4, 5, 6]\n  takes = 2\n  cycles = 1                            # of each take\n  [views]\n  azimuth_deg = { uniform = [0, 360] }  # or [0, 45, 90]\n  elevation_deg = [0]\n  count = 8                             # sampled for each cycle\n  [images]\n  template = \"gei\"\n  size = \"64x44\"\n  raster = \"rows\"\n\nOther people and walks of a built-in design come from --seed; a file states its seed.\n\nExamples:\n  edgegait generate casia-b-like --out casia --people 4\n  edgegait generate design.toml --out sets"
 )]
 pub(super) struct GenerateArgs {
     /// The name of a built-in design, or a .toml file
@@ -183,6 +183,7 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
         .drawn(&design.settings)
         .with("design", args.design.as_str())
         .with("people_at_most", args.people)
+        .with("population", design.population.reference.name())
         .with("viewpoints", design.viewpoints())
         .with("takes", design.takes.len())
         .with("cycles", design.cycles)

@@ -5,7 +5,7 @@ use crate::dataset::DatasetFormat;
 use crate::draw::sweep::{FramingMode, Jitter, Lens};
 use crate::draw::template::Template;
 use crate::inference::Provider;
-use crate::people::cohort::Dressing;
+use crate::people::cohort::{Dressing, ReferencePopulation};
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use edgegait_core::pack::Sex;
@@ -55,6 +55,12 @@ values!(DatasetFormat {
 values!(Dressing {
     ForGood: "Once: the same clothes in all takes",
     PerTake: "For each take; packs store the outfits as further bodies",
+});
+
+values!(ReferencePopulation {
+    UsArmy: "Soldiers of the United States (ANSUR II)",
+    Britain: "British adults of 19 to 65 years (Pheasant & Haslegrave 2006)",
+    China: "Chinese adults of 18 to 60 years (GB/T 10000-1988)",
 });
 
 values!(FramingMode {

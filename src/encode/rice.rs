@@ -2,7 +2,9 @@
 
 use super::bits::{BitWriter, rice_bits};
 use super::coefficients::CycleCoefficients;
-use edgegait_core::format::{CHANNELS, GROUPS_BITS, GROUPS_RICE_BITS, MAX_RICE, RICE_BITS};
+use edgegait_core::format::{
+    CHANNELS, DIRECT_CODES, GROUPS_BITS, GROUPS_RICE_BITS, MAX_RICE, RICE_BITS,
+};
 use serde::{Deserialize, Serialize};
 
 /// The Rice parameters of all channels.
@@ -186,7 +188,7 @@ impl ChannelRice {
         bits.unsigned(self.groups_rice, GROUPS_RICE_BITS);
         let mut last = 0;
         for (index, &parameter) in self.rice.iter().enumerate() {
-            if index < 2 {
+            if index < DIRECT_CODES {
                 bits.unsigned(parameter, RICE_BITS);
             } else {
                 bits.rice(fall(last, parameter), 0);
@@ -211,7 +213,7 @@ fn shortest(groups: usize, cost: impl Fn(usize, u32) -> u32) -> Vec<u32> {
         let (mut next, mut from) = (Vec::new(), Vec::new());
         for parameter in 0..STATES {
             let reached = (0..STATES).map(|before| {
-                let own = if index < 2 {
+                let own = if index < DIRECT_CODES {
                     RICE_BITS
                 } else {
                     rice_bits(fall(before, parameter), 0)

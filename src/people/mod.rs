@@ -169,7 +169,6 @@ pub struct BodyHull {
 }
 
 /// Returns the least and the greatest of some values.
-#[cfg(feature = "import")]
 pub(crate) fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::MAX, f64::MIN), |(low, high), value| {
         (low.min(value), high.max(value))

@@ -426,7 +426,8 @@ mod tests {
     fn feet_are_lifted_each_by_its_own_and_the_hips_by_the_mean() {
         let person = Person::average(Sex::Male);
         let body = &person.body.offsets;
-        let cycle = person.cycle(5.0);
+        // A runner, whose legs are never straight.
+        let cycle = person.cycle(10.0);
         let lifts = [0.02, -0.01];
         let moved = cycle.onto(body, body, lifts);
         let mut lowered: Vec<f64> = Vec::new();
@@ -434,6 +435,7 @@ mod tests {
         for frame in 0..cycle.root.len() {
             let (was, _) = forward_kinematics(body, cycle.root[frame], &cycle.rotations[frame]);
             let (is, _) = forward_kinematics(body, moved.root[frame], &moved.rotations[frame]);
+            let raised = moved.root[frame].y - cycle.root[frame].y;
             for ([thigh, shank, foot], lift) in LEGS.into_iter().zip(lifts) {
                 let [hip, knee, ankle] = [thigh, shank, foot].map(|joint| is[joint.index()]);
                 let off = (was[foot.index()] + lift * DVec3::Y).distance(ankle);
@@ -442,9 +444,14 @@ mod tests {
                     assert!(off < 2e-3, "{frame} {foot:?}: {off}");
                     bent += 1;
                 }
-                assert!(off < 15e-3, "{frame} {foot:?}: {off}");
+                // At worst it goes all the way with the hips.
+                let with_hips = (raised - lift).abs();
+                assert!(
+                    off < with_hips + 1e-4,
+                    "{frame} {foot:?}: {off} {with_hips}"
+                );
             }
-            lowered.push(moved.root[frame].y - cycle.root[frame].y);
+            lowered.push(raised);
         }
         assert!(bent > cycle.root.len(), "{bent}");
         // By the mean, except for the correction that keeps the knees' mean bend.

@@ -84,6 +84,19 @@ fn people_whom_the_norms_do_not_know_are_refused_with_the_range() {
         ("--sex female --stature-m 1.95", ["1.95", "1.41 to 1.85"]),
         ("--stature-m 1.7 --mass-kg 130", ["130", "46.24 to 124.26"]),
         ("--mass-kg nan", ["NaN", "31.54 to 171.36"]),
+        (
+            "--population china --stature-m 1.9",
+            ["1.9", "1.39 to 1.88"],
+        ),
+        (
+            "--population china --age-years 61",
+            ["61", "18.00 to 60.00"],
+        ),
+        (
+            "--population britain --sex male --stature-m 1.74 --mass-kg 122",
+            ["122", "45.82 to 120.06"],
+        ),
+        ("--population mars", ["mars", "us-army, britain, china"]),
     ] {
         let command = format!("cohort --people 2 --out none.egp {flags}");
         refused(at, &words(&command), 2, &found);

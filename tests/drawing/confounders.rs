@@ -117,6 +117,8 @@ fn seeds_reproduce_and_threads_change_nothing() {
         ConfounderKind::Holes,
         ConfounderKind::MissingParts,
         ConfounderKind::MergedBackground,
+        ConfounderKind::Waver,
+        ConfounderKind::FilteredNoise,
         ConfounderKind::SaltAndPepper,
     ];
     for kind in drawn {
@@ -145,10 +147,23 @@ fn seeds_reproduce_and_threads_change_nothing() {
     }
 }
 
+/// Returns whether a confounder is a second coat, or held in hands that hold a suitcase already.
+fn is_too_much(kind: ConfounderKind) -> bool {
+    matches!(
+        kind,
+        ConfounderKind::OpenCoat
+            | ConfounderKind::DownJacket
+            | ConfounderKind::Umbrella
+            | ConfounderKind::CarriedBox
+            | ConfounderKind::Stroller
+    )
+}
+
 #[test]
 fn all_confounders_act_together_within_the_budget() {
     let pack = pack();
-    let all = CATALOGUE.iter().map(|confounder| Dose {
+    let together = CATALOGUE.iter().filter(|it| !is_too_much(it.kind));
+    let all = together.clone().map(|confounder| Dose {
         kind: confounder.kind,
         strength: 0.6,
     });
@@ -157,9 +172,7 @@ fn all_confounders_act_together_within_the_budget() {
     assert!(rmse(&geis(&pack, None, settings()), &found) > 20.0);
     // All worn confounders, without those that remove parts of the figure, in every framing and
     // lens.
-    let body = CATALOGUE
-        .iter()
-        .filter(|confounder| confounder.stage == Stage::Body);
+    let body = together.filter(|confounder| confounder.stage == Stage::Body);
     let worn = Condition::from_doses(Doses::new(body.map(|confounder| Dose {
         kind: confounder.kind,
         strength: 1.0,

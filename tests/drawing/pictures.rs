@@ -127,8 +127,8 @@ fn a_static_camera_is_where_its_flags_put_it() {
     };
     let columns = |pixels: &[u8]| bounds(&pixels[..1_500], 30)[1];
     let (left, right) = columns(&still("0,0.9,0"));
-    // A third of a metre to the walker's left, the image's right: 5.03 columns.
-    let moved = columns(&still("0.3333,0.9,0"));
+    // To the walker's left, the image's right: 5.000 columns.
+    let moved = columns(&still("0.3313,0.9,0"));
     assert_eq!(moved, (left - 5, right - 5));
     // With parallel rays, an offset along the line of sight has no effect.
     assert_eq!(still("0,0.9,0"), still("0,0.9,-1"));

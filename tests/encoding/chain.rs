@@ -200,8 +200,8 @@ fn distance(a: &[Vec<u8>], b: &[Vec<u8>]) -> f64 {
 fn a_varied_cycle_depends_on_what_else_is_in_the_pack_by_no_more_than_a_stored_one() {
     let side = Views::side().expect("the side view").list;
     let (few, many) = (
-        pack_within(0.5, 1, &[5.0]),
-        pack_within(0.5, 1, &[4.0, 5.0]),
+        pack_within(0.25, 1, &[5.0]),
+        pack_within(0.25, 1, &[4.0, 5.0]),
     );
     // One framing for all frames, as a frame whose centroid is between two columns could be placed
     // at either.
@@ -213,7 +213,7 @@ fn a_varied_cycle_depends_on_what_else_is_in_the_pack_by_no_more_than_a_stored_o
     let other_seed = &swept(&few, 2, &side, kept(2))[1].1;
     let few = swept(&few, 2, &side, kept(1));
     // walk-5kmh, stored and varied, is the second walk of the second pack. It differs only by the
-    // quantisation steps, which both walks share: twice 0.5 mm, where a pixel is 35 mm.
+    // quantisation steps, which both walks share: twice 0.25 mm, where a pixel is 35 mm.
     for cycle in 0..2 {
         let off = distance(&few[cycle].1, &many[2 + cycle].1);
         let varied = distance(&few[1].1, other_seed);

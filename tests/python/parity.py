@@ -54,7 +54,7 @@ class Calibration(CalibrationDataReader):
 
 
 def main(geis, folder):
-    geis = np.load(geis)[::17]
+    geis = np.load(geis)[::7]
     with tempfile.TemporaryDirectory() as place:
         plain, quantized = Path(place, "float.onnx"), Path(place, "int8.onnx")
         onnx.save(network(), plain)

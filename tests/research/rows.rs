@@ -9,11 +9,12 @@ use edgegait::Dataset;
 use edgegait_core::silhouette::Size;
 use std::fs;
 
-/// The design nearest to the recorded people: students who walk at their own speed.
+/// The design nearest to the recorded people: students in Beijing who walk at their own speed.
 const DESIGN: &str = r#"seed = 2
 conditions = "casia-b"
 [population]
 people = "0..24"
+reference = "china"
 age_years = [20, 30]
 dressed = "for-good"
 [walks]

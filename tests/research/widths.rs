@@ -27,14 +27,14 @@ const HEIGHTS: usize = 100;
 /// A region's range of heights, and the largest error of the mean over people from the front and
 /// from the side, cm: the measured error plus 4 mm.
 const REGIONS: [(&str, usize, usize, [f64; 2]); 8] = [
-    ("calves", 14, 24, [0.9, 0.8]),
+    ("calves", 14, 24, [0.6, 1.2]),
     ("thighs", 30, 42, [2.8, 0.5]),
-    ("crotch", 42, 48, [4.0, 3.7]),
-    ("hips", 48, 54, [1.6, 3.2]),
-    ("waist", 56, 64, [2.2, 1.0]),
-    ("chest", 66, 74, [1.2, 0.5]),
-    ("shoulders", 78, 82, [1.7, 2.5]),
-    ("head", 92, 98, [1.1, 1.1]),
+    ("crotch", 42, 48, [3.7, 3.7]),
+    ("hips", 48, 54, [1.6, 2.2]),
+    ("waist", 56, 64, [2.0, 1.5]),
+    ("chest", 66, 74, [1.1, 0.4]),
+    ("shoulders", 78, 82, [1.3, 1.8]),
+    ("head", 92, 98, [1.1, 1.6]),
 ];
 
 /// Returns the width at each height, in statures, of an image's set pixels.
@@ -65,6 +65,9 @@ fn dimensions(row: &Row) -> (Dimensions, f64) {
         match name {
             "biceps_circumference" => *value = value.map(|m| m / 0.92),
             "forearm_circumference" => *value = value.map(|m| m / 0.95),
+            // That of the skinned bodies is their neck joint's, below the vertebra's. The depth of
+            // shoulders and nape is taken from that height (`body::offsets`).
+            "cervicale_height" => *value = None,
             // The navel is 1 cm below the iliac crests.
             "iliocristale_height" => *value = number("waist_height_m").map(|m| m + 0.01),
             _ => {}

@@ -203,28 +203,41 @@ fn a_tree_of_pictures_scores_like_the_walks_that_they_show() {
     let at = folder.path();
     four_people(at);
     write_tree(&at.join("four.egp"), &at.join("tree"));
+    // From the front, a found cycle may be a few frames shorter than the one that was drawn.
+    for person in ["F01", "F02", "M01", "M02"] {
+        for kmh in 4..=6 {
+            let walk = at.join(format!("tree/{person}/walk-{kmh}kmh"));
+            std::fs::remove_dir_all(walk.join("000")).expect("a view");
+        }
+    }
     let score = |data: &str, more: &[&str]| {
         let common = ["score", "pixels", data, "--protocol", "speeds.toml"];
         let size = ["--size", "64x64"];
         found(at, &[&common[..], &size, more].concat())["recognizers"][0].clone()
     };
-    let views = ["--azimuth-deg", "0,45,90", "--elevation-deg", "0"];
+    let views = ["--azimuth-deg", "45,90", "--elevation-deg", "0"];
     let (drawn, read) = (score("four.egp", &views), score("tree", &[]));
     // Images that are framed already give the same bits when framed again or used as stored. People
     // have another order, on which the resampled intervals depend.
     let stored = score("tree", &["--as-stored"]);
     for set in 0..2 {
-        for key in ["cross_view", "cmc", "map", "minp"] {
+        for key in ["cross_view", "cmc"] {
             let of = |result: &Value| result["probe_sets"][set][key].clone();
             assert_eq!(of(&drawn), of(&read), "{key}");
             assert_eq!(of(&drawn), of(&stored), "{key}");
+        }
+        // Means, which the order of people rounds.
+        for key in ["map", "minp"] {
+            let of = |result: &Value| result["probe_sets"][set][key].as_f64().expect("a mean");
+            assert!((of(&drawn) - of(&read)).abs() < 1e-12, "{key}");
+            assert!((of(&drawn) - of(&stored)).abs() < 1e-12, "{key}");
         }
         let curve = |result: &Value| result["probe_sets"][set]["verification"]["roc"].clone();
         assert!(curve(&drawn) == curve(&stored), "another ROC");
     }
     let common = ["score", "pixels", "four.egp", "--as-stored"];
     refused(at, &common, 2, &["expected a tree of silhouettes"]);
-    std::fs::write(at.join("tree/F01/walk-4kmh/000/000.png"), b"no picture").expect("written");
+    std::fs::write(at.join("tree/F01/walk-4kmh/045/000.png"), b"no picture").expect("written");
     let common = ["score", "pixels", "tree", "--protocol", "speeds.toml"];
     refused(at, &common, 1, &["000.png", "--keep-going"]);
 }

@@ -21,7 +21,7 @@ use core::slice;
 use glam::Vec3;
 
 /// A body of at most `POINTS` points and `FACETS` facets: 6 bytes a point, 2 a facet, and 404 more.
-/// A built-in body has 485 points and at most 894 facets, 2 n - 4 for each of 19 hulls (Euler);
+/// A built-in body has 488 points and at most 900 facets, 2 n - 4 for each of 19 hulls (Euler);
 /// [`Room::for_avatar`] counts those of any avatar. [`super::CompactRows`] needs facets. `skia` does
 /// not: with room for none, none are computed.
 #[derive(Clone, Debug)]

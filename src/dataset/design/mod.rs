@@ -11,7 +11,7 @@ use crate::draw::sweep::{Job, Settings, View, Wanted};
 use crate::error::{Error, FilePlace, Result};
 use crate::files::named_or_file::toml_of;
 use crate::people::Subject;
-use crate::people::cohort::{self, CohortOptions, Dressing, Profile};
+use crate::people::cohort::{self, CohortOptions, Dressing, Profile, ReferencePopulation};
 use edgegait_core::pack::{Pack, Sex};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -80,6 +80,8 @@ pub struct Split {
 /// The people of a design, as [`crate::people::cohort`] makes them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Population {
+    /// The reference population.
+    pub reference: ReferencePopulation,
     /// The sex of all people; `None` for both.
     pub sex: Option<Sex>,
     /// The minimum and maximum age, years, between which ages are sampled uniformly; `None` for a
@@ -282,6 +284,7 @@ impl Design {
             people: 1,
             speeds_kmh,
             profile: Profile {
+                reference: self.population.reference,
                 sex: self.population.sex,
                 age_years: age,
                 ..Profile::default()

@@ -230,6 +230,16 @@ fn what_does_not_go_together_is_refused_with_what_to_do() {
         ),
         ("[20, 30]", "[30, 20]", "age_years"),
         (
+            "[20, 30]",
+            "[20, 30]\nreference = \"mars\"",
+            "there is no population \"mars\": expected us-army, britain, china",
+        ),
+        (
+            "[20, 30]",
+            "[20, 61]\nreference = \"china\"",
+            "an age of 61 years: expected 18.00 to 60.00, the range of the population \"china\"",
+        ),
+        (
             "[4, 5.5]",
             "[1, 5.5]",
             "a speed of 1 km/h: expected 3 to 12",

@@ -5,7 +5,7 @@ use super::numbers::{MOST, NumberRange, PositiveNumber, WrittenSpeeds, WrittenVi
 use super::{CYCLES_OF_A_TAKE, Design, DesignTake, Population, Speeds, Split};
 use crate::draw::confounders::{Condition, Conditions};
 use crate::error::Error;
-use crate::people::cohort::Dressing;
+use crate::people::cohort::{Dressing, ReferencePopulation};
 use edgegait_core::pack::Sex;
 use serde::Deserialize;
 use serde::de::value::SeqAccessDeserializer;
@@ -37,6 +37,7 @@ const fn first_seed() -> u64 {
 #[serde(deny_unknown_fields)]
 struct WrittenPopulation {
     people: Option<NumberRange>,
+    reference: Option<String>,
     sex: Option<WrittenSex>,
     age_years: Option<[f64; 2]>,
     #[serde(default)]
@@ -257,6 +258,9 @@ impl WrittenDesign {
         }
         let settings = images.settings(self.seed);
         let wanted = images.images();
+        let people = population
+            .population()
+            .map_err(|error| (at_population, error.to_string()))?;
         let design = Design {
             takes: takes_of(walks.takes, &conditions)?,
             cycles: u32::try_from(cycles).unwrap_or(1),
@@ -267,7 +271,7 @@ impl WrittenDesign {
             splits,
             population: Population {
                 speeds: walks.speeds_kmh.0,
-                ..population.population()
+                ..people
             },
         };
         let has_names = design.takes.iter().any(|take| take.name.is_some());
@@ -341,8 +345,10 @@ fn takes_of(takes: Takes, conditions: &[Condition]) -> Result<Vec<DesignTake>, (
 }
 
 impl WrittenPopulation {
-    fn population(&self) -> Population {
-        Population {
+    fn population(&self) -> crate::error::Result<Population> {
+        let named = self.reference.as_deref().map(ReferencePopulation::named);
+        Ok(Population {
+            reference: named.transpose()?.unwrap_or_default(),
             sex: self.sex.map(|sex| match sex {
                 WrittenSex::Female => Sex::Female,
                 WrittenSex::Male => Sex::Male,
@@ -354,6 +360,6 @@ impl WrittenPopulation {
                 WrittenDressing::ForGood => Some(Dressing::ForGood),
                 WrittenDressing::PerTake => Some(Dressing::PerTake),
             },
-        }
+        })
     }
 }

@@ -103,16 +103,23 @@ confounders! {
     Age "age" Appearance Body false None, "80 years old: shorter trunk, wider waist, stoop, shorter steps";
     WideTrousers "wide-trousers" Appearance Body false None, "legs 1 cm wider all around at the hips, 5.5 cm at the ankles";
     Shoes "shoes" Appearance Body false None, "soles of 2 cm, heels of 3.5 cm; shoes reach 2.5 cm beyond the toes";
-    Skirt "skirt" Appearance Body false None, "a skirt that covers nine tenths of the legs, taut between them";
-    Coat "coat" Appearance Body false None, "a coat, 2 cm thick, from the shoulders to below the knees";
+    Skirt "skirt" Appearance Body false None, "a straight skirt that covers nine tenths of the legs, taut between them; strides shorter by a fifth";
+    Coat "coat" Appearance Body false None, "a closed coat, 4 cm thick, from the neck to above the knees";
+    OpenCoat "open-coat" Appearance Body false None, "an open coat, 3 cm thick, with tails beside and behind the thighs, 8 cm away";
+    DownJacket "down-jacket" Appearance Body false None, "a jacket, 3.8 cm thick, from the neck to half of the thighs";
     Hair "hair" Appearance Body false None, "full hair, 3 cm thick, down to the shoulder blades";
+    Hood "hood" Appearance Body false None, "a hood 3 cm away from head and neck; the face is free";
     Hat "hat" Appearance Body false None, "a brim of 7 cm and a crown 5 cm above the head";
     Backpack "backpack" Appearance Body false None, "32 x 46 x 20 cm on the back, and a lean of 10 degrees";
-    ShoulderBag "shoulder-bag" Appearance Body false None, "38 x 30 x 12 cm at the left hip";
+    ShoulderBag "shoulder-bag" Appearance Body false None, "40 x 34 x 12 cm behind the left hip";
     Suitcase "suitcase" Appearance Body false None, "55 x 40 x 20 cm in the right hand; the arm hangs";
+    Umbrella "umbrella" Appearance Body false None, "1 m wide, above the head, in the right hand";
+    CarriedBox "carried-box" Appearance Body false None, "40 x 30 x 32 cm before the belly, in both hands";
+    Stroller "stroller" Appearance Body false None, "70 cm long and 50 cm wide, ahead of the walker, both hands at its bar";
     Speed "speed" Appearance Motion true None, "1.5 times as fast (-1: two thirds), strides longer by 1.5^0.42";
     ArmStill "arm-still" Appearance Motion false None, "the right arm does not swing";
     HandsInPockets "hands-in-pockets" Appearance Motion false None, "both hands in the pockets";
+    Phone "phone" Appearance Motion false None, "the right hand at the ear";
     AsymmetricGait "asymmetric-gait" Appearance Motion false None, "a limp: the right hip keeps 60 % of its swing, the trunk tips by 10 degrees";
     Slope "slope" Environment Motion true unit(20.0, "deg"), "20 degrees up (-1: down)";
     FrameRate "frame-rate" Imaging Time false None, "a tenth of the frames; each is repeated until the next one";
@@ -129,11 +136,13 @@ confounders! {
     RadialDistortion "radial-distortion" Imaging Image true None, "k1 = -0.3, k2 = 0.08 (-1: k1 = 0.3), the figure 39 degrees off the axis";
     Resolution "resolution" Imaging Image false None, "a figure of ten rows";
     Light "light" Environment Image false None, "patches without contrast, noise and light from one side, then segmentation";
-    Holes "holes" Environment Image false None, "six holes with a quarter of the figure's area";
-    MissingParts "missing-parts" Environment Image false None, "the head, a band or half a leg taken for background";
+    Holes "holes" Environment Image false None, "six holes with a quarter of the figure's area, each at its place of the body";
+    MissingParts "missing-parts" Environment Image false None, "three neighbouring parts of the body, such as a leg, taken for background";
     MergedBackground "merged-background" Environment Image false None, "three blobs with half of the figure's area joined to it";
     Erosion "erosion" Environment Image false unit(3.0, "cm"), "an outline drawn 3 cm too tight";
     Dilation "dilation" Environment Image false unit(3.0, "cm"), "an outline drawn 3 cm too wide";
+    Waver "waver" Environment Image false unit(3.0, "cm"), "an outline that drifts by 3 cm (root mean square) as smoothly as in video";
+    FilteredNoise "filtered-noise" Environment Image false unit(30.0, "%"), "what a median of 3x3 leaves of 30 % of the samples in the figure's bounding box flipped";
     SaltAndPepper "salt-and-pepper" Environment Image false unit(10.0, "%"), "10 % of the samples in the figure's bounding box flipped";
 }
 

@@ -77,15 +77,24 @@ impl PosedFrames<'_> {
                 ConfounderKind::Light => {
                     Light::new(strength, &mut lasting()).segment(picture, &fine, &mut passing());
                 }
-                ConfounderKind::Holes => image::holes(picture, &fine, strength, &mut passing()),
+                ConfounderKind::Holes => {
+                    image::holes(picture, &fine, &posed.figure, strength, &mut lasting());
+                }
                 ConfounderKind::MissingParts => {
-                    image::missing_part(picture, strength, &mut lasting());
+                    let (figure, rng) = (&posed.figure, &mut lasting());
+                    image::missing_part(picture, &fine, renderer, figure, strength, rng)?;
                 }
                 ConfounderKind::MergedBackground => {
                     image::merged_background(picture, &fine, strength, &mut lasting());
                 }
                 ConfounderKind::Erosion => image::erode(picture, &fine, strength, &mut passing()),
                 ConfounderKind::Dilation => image::dilate(picture, &fine, strength, &mut passing()),
+                ConfounderKind::Waver => {
+                    image::waver(picture, &fine, extras.strides, strength, &mut lasting());
+                }
+                ConfounderKind::FilteredNoise => {
+                    image::filtered_noise(picture, strength, &mut passing());
+                }
                 ConfounderKind::SaltAndPepper => {
                     image::salt_and_pepper(picture, strength, &mut passing());
                 }

@@ -159,10 +159,16 @@ fn dress(outfit: &mut Outfit, plan: &DosePlan, wearer: &Wearer) {
             ConfounderKind::WideTrousers => appearance::wide_trousers,
             ConfounderKind::Skirt => appearance::skirt,
             ConfounderKind::Coat => appearance::coat,
+            ConfounderKind::OpenCoat => appearance::open_coat,
+            ConfounderKind::DownJacket => appearance::down_jacket,
+            ConfounderKind::Hood => appearance::hood,
             ConfounderKind::Hat => appearance::hat,
             ConfounderKind::Backpack => appearance::backpack,
             ConfounderKind::ShoulderBag => appearance::shoulder_bag,
             ConfounderKind::Suitcase => appearance::suitcase,
+            ConfounderKind::Umbrella => appearance::umbrella,
+            ConfounderKind::CarriedBox => appearance::carried_box,
+            ConfounderKind::Stroller => appearance::stroller,
             _ => continue,
         };
         put_on(outfit, wearer, dose.strength);
@@ -304,6 +310,7 @@ impl<'a> Walker<'a> {
         let paces = [
             plan.strength(ConfounderKind::Speed).map(motion::speed_pace),
             plan.strength(ConfounderKind::Age).map(motion::age_pace),
+            plan.strength(ConfounderKind::Skirt).map(motion::skirt_pace),
         ];
         let own = (self.gait.stride_m, self.gait.duration_s);
         paces
@@ -420,13 +427,18 @@ impl<'a> Walker<'a> {
 
     /// Applies the condition's effects on motion to a pose.
     fn act(&self, pose: &mut Pose) {
-        let effects: [(ConfounderKind, motion::Effect); 8] = [
+        let effects: [(ConfounderKind, motion::Effect); 13] = [
             (ConfounderKind::Speed, motion::speed),
             (ConfounderKind::Age, motion::age_gait),
+            (ConfounderKind::Skirt, motion::skirt_gait),
             (ConfounderKind::ArmStill, motion::arm_still),
             (ConfounderKind::HandsInPockets, motion::hands_in_pockets),
+            (ConfounderKind::Phone, motion::phone_at_ear),
             (ConfounderKind::Backpack, motion::load_lean),
             (ConfounderKind::Suitcase, motion::carried_arm),
+            (ConfounderKind::Umbrella, motion::under_umbrella),
+            (ConfounderKind::CarriedBox, motion::around_box),
+            (ConfounderKind::Stroller, motion::at_the_bar),
             (ConfounderKind::AsymmetricGait, motion::limp),
             (ConfounderKind::Slope, motion::slope),
         ];

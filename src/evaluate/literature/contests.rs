@@ -75,13 +75,30 @@ pub(crate) const COLUMNS: [ConfounderClass; 8] = [
     },
     ConfounderClass {
         name: "clothes",
-        what: "coat, skirt, wide trousers, shoes, hat, long hair",
-        of: Of::Conditions(&["coat", "skirt", "wide-trousers", "shoes", "hat", "hair"]),
+        what: "closed and open coat, down jacket, skirt, wide trousers, shoes, hood, hat, long hair",
+        of: Of::Conditions(&[
+            "coat",
+            "open-coat",
+            "down-jacket",
+            "skirt",
+            "wide-trousers",
+            "shoes",
+            "hood",
+            "hat",
+            "hair",
+        ]),
     },
     ConfounderClass {
         name: "carrying",
-        what: "backpack, shoulder bag, suitcase",
-        of: Of::Conditions(&["backpack", "shoulder-bag", "suitcase"]),
+        what: "backpack, shoulder bag, suitcase, umbrella, box, stroller",
+        of: Of::Conditions(&[
+            "backpack",
+            "shoulder-bag",
+            "suitcase",
+            "umbrella",
+            "carried-box",
+            "stroller",
+        ]),
     },
     ConfounderClass {
         name: "occlusion",
@@ -90,7 +107,7 @@ pub(crate) const COLUMNS: [ConfounderClass; 8] = [
     },
     ConfounderClass {
         name: "segmentation",
-        what: "light, holes, missing parts, merged background, erosion, dilation, noise",
+        what: "light, holes, missing parts, merged background, erosion, dilation, waver, noise",
         of: Of::Conditions(&[
             "light",
             "holes",
@@ -98,6 +115,8 @@ pub(crate) const COLUMNS: [ConfounderClass; 8] = [
             "merged-background",
             "erosion",
             "dilation",
+            "waver",
+            "filtered-noise",
             "salt-and-pepper",
         ]),
     },

@@ -34,8 +34,8 @@ pub enum Measure {
     Stance,
     /// Direction of a standing foot against the direction of travel, degrees outwards.
     ToeOut,
-    /// The minimum height of the sole between a third and nine tenths of the swing above its median
-    /// in the stance, cm.
+    /// The minimum height of the toes between a third and nine tenths of the swing, above the
+    /// sole's median height in the stance, cm.
     Clearance,
     /// Range of the height of the hips' middle, cm.
     Bob,
@@ -131,7 +131,7 @@ impl Measure {
             Self::DoubleSupport => "double support, %",
             Self::Stance => "stance, %",
             Self::ToeOut => "toe-out, degrees",
-            Self::Clearance => "foot clearance, cm",
+            Self::Clearance => "toe clearance, cm",
             Self::Bob => "pelvis bob, cm",
             Self::Sway => "pelvis sway, cm",
             Self::PelvicObliquity => "pelvic obliquity, degrees",
@@ -288,7 +288,9 @@ impl Decoded {
                 Measure::Asymmetry => 100.0 * (steps_m[0] - steps_m[1]) / cycle.drift_m,
                 Measure::Slide => skate,
                 Measure::Sink => {
-                    let low = moments.iter().flat_map(|moment| moment.soles);
+                    let low = moments
+                        .iter()
+                        .flat_map(|moment| moment.soles.map(|[sole, _]| sole));
                     -1000.0 * low.fold(f64::MAX, f64::min)
                 }
             };
@@ -347,9 +349,13 @@ impl Decoded {
             soles: legs.map(|[_, _, foot]| {
                 let hulls = self.body.hulls.iter().filter(|hull| hull.joint == foot);
                 let points = hulls.flat_map(|hull| &hull.points);
+                let (_, tip) = extent(points.clone().map(|point| point.z));
                 let (at, turn) = (positions[foot.index()], turns[foot.index()]);
-                let heights = points.map(|&point| (at + turn * point).y);
-                heights.fold(f64::MAX, f64::min)
+                [f64::NEG_INFINITY, tip - TOES_M].map(|from| {
+                    let points = points.clone().filter(|point| point.z >= from);
+                    let heights = points.map(|&point| (at + turn * point).y);
+                    heights.fold(f64::MAX, f64::min)
+                })
             }),
             toe_out_deg: [(0, 1.0), (1, -1.0)].map(|(side, sign)| {
                 let ahead = turns[legs[side][2].index()] * DVec3::Z;
@@ -369,6 +375,9 @@ impl Decoded {
     }
 }
 
+/// The length of the foremost part of a foot that counts as its toes, metres. Our choice.
+const TOES_M: f64 = 0.05;
+
 /// Index of the left side.
 const LEFT: usize = 0;
 /// Index of the right side.
@@ -378,8 +387,8 @@ const RIGHT: usize = 1;
 struct MeasuredMoment {
     pelvis: DVec3,
     ankles: [DVec3; 2],
-    /// Height of the lowest point of each foot, metres.
-    soles: [f64; 2],
+    /// Height of the lowest point of each foot and of its toes, metres.
+    soles: [[f64; 2]; 2],
     toe_out_deg: [f64; 2],
     /// Direction from shoulder to elbow seen from the side, 0 straight down.
     arm_deg: [f64; 2],
@@ -468,8 +477,8 @@ impl CycleCurve {
     }
 }
 
-/// Returns the least height of a sole between a third and nine tenths of its swing, metres, above
-/// its median while it stands.
+/// Returns the least height of the toes between a third and nine tenths of their swing, metres,
+/// above the sole's median while it stands.
 fn clearance(moments: &[MeasuredMoment], stands: &[[bool; 2]], side: usize) -> f64 {
     let lands = (0..FRAMES)
         .find(|&frame| stands[(frame + 1) % FRAMES][side] && !stands[frame][side])
@@ -477,16 +486,16 @@ fn clearance(moments: &[MeasuredMoment], stands: &[[bool; 2]], side: usize) -> f
     let swing = (0..FRAMES)
         .take_while(|back| !stands[(lands + FRAMES - back) % FRAMES][side])
         .count();
-    let height = |frame: usize| moments[frame % FRAMES].soles[side];
+    let heights = |frame: usize| moments[frame % FRAMES].soles[side];
     let mut standing: Vec<f64> = (0..FRAMES)
         .filter(|&frame| stands[frame][side])
-        .map(height)
+        .map(|frame| heights(frame)[0])
         .collect();
     standing.sort_by(f64::total_cmp);
     let floor = standing.get(standing.len() / 2).copied();
     let (from, to) = (swing / 10, swing * 2 / 3);
     let least = (from..=to)
-        .map(|back| height(lands + FRAMES - back))
+        .map(|back| heights(lands + FRAMES - back)[1])
         .fold(f64::MAX, f64::min);
     least - floor.unwrap_or(f64::NAN)
 }

@@ -115,10 +115,10 @@ fn walking(measure: Measure, sex: Option<Sex>, speed_mps: f64) -> Option<Publish
             "Schwartz 2008; Morton 1932; Losel 1996",
         ),
         Measure::Clearance => known(
-            0.8,
-            1.6,
-            Some((0.4, 0.6)),
-            "Schulz 2011: 1.1 (0.57); Winter 1992: 1.3",
+            0.6,
+            2.5,
+            Some((0.4, 1.0)),
+            "Schulz 2011: 1.1 (0.57); Winter 1992: 1.3; laboratories 0.6 to 2.5",
         ),
         Measure::Bob => {
             let published = 2.74 + 2.32 * (speed_mps - 0.7);

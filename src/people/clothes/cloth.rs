@@ -6,23 +6,6 @@ use edgegait_core::skeleton::Joint;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// Joints of the trunk and the arms that a coat covers.
-const COATED: [Joint; 9] = [
-    Joint::Pelvis,
-    Joint::Spine,
-    Joint::Thorax,
-    Joint::LeftClavicle,
-    Joint::LeftUpperArm,
-    Joint::LeftForearm,
-    Joint::RightClavicle,
-    Joint::RightUpperArm,
-    Joint::RightForearm,
-];
-/// How far a thick coat stands away from the body, metres: heavy outdoor clothing adds 40 mm to
-/// breadths (Pheasant 1996, "Bodyspace", as Chan's online anthropometry quotes it).
-const COAT_M: f64 = 0.020;
-/// Distance of a coat's hem below the knee, as a share of the shank. Our choice.
-const COAT_HEM: f64 = 0.25;
 /// Place of the longest skirt's hem, as a share of the way from hip to ankle. Our choice.
 const SKIRT_HEM: f64 = 0.90;
 /// How much wider than the leg wide trousers are all around, metres, at the hip, the knee and
@@ -37,37 +20,11 @@ const INSTEP: f64 = 0.3;
 const TOECAP_M: f64 = 0.025;
 const UPPER_M: f64 = 0.006;
 
-/// Puts on a closed coat or gown. At strength 1 it is 2 cm thick on trunk and arms (40 mm more
-/// breadth: heavy outdoor clothing, Pheasant 1996), and hangs from the waist to a quarter of the
-/// shank below the knees, where it stands 6 cm away from them (our choice).
-///
-/// Its thickness and its length below the hips grow with the strength. Adds one draped hull of 32
-/// points.
-pub(crate) fn coat(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
-    if strength == 0.0 {
-        return;
-    }
-    let standing = RestJoints::from_skeleton(&wearer.skeleton);
-    for hull in &mut outfit.hulls {
-        if hull.joint().is_some_and(|joint| COATED.contains(&joint)) {
-            swell(hull, BodyPart::Garment, DVec3::ONE, |_| COAT_M * strength);
-        }
-    }
-    let (knee, ankle) = (
-        standing.height(Joint::LeftShank),
-        standing.height(Joint::LeftFoot),
-    );
-    let cut = ClothCut {
-        hem: knee + COAT_HEM * (ankle - knee),
-        ease: [0.0, 0.020, 0.035, 0.060],
-        strength,
-    };
-    outfit.hulls.push(cut.hang(outfit, &standing));
-}
-
 /// Puts on a skirt, taut between the legs. At strength 1 it reaches from the waist to a hem at
-/// nine tenths of the way from the hips to the ankles, where it stands 7 cm away from the legs
-/// (our choice); at strength 0.5 it ends above the knees. Adds one draped hull of 32 points.
+/// nine tenths of the way from the hips to the ankles, where it stands 3 cm away from the legs
+/// (our choice: it is straight, so that its girth limits the stride, and its hem is no wider than
+/// the steps of free legs); at strength 0.5 it ends above the knees. Adds one draped hull of 32
+/// points.
 pub(crate) fn skirt(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     if strength == 0.0 {
         return;
@@ -79,20 +36,20 @@ pub(crate) fn skirt(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
     );
     let cut = ClothCut {
         hem: hip + SKIRT_HEM * (ankle - hip),
-        ease: [0.005, 0.015, 0.030, 0.070],
+        ease: [0.005, 0.015, 0.030, 0.030],
         strength,
     };
     outfit.hulls.push(cut.hang(outfit, &standing));
 }
 
 /// The cut of cloth that hangs from the waist.
-struct ClothCut {
+pub(super) struct ClothCut {
     /// Height of the hem at strength 1.
-    hem: f64,
+    pub hem: f64,
     /// Distances from the waist, the hips, the knees and, at the hem, from the legs, metres, at
     /// strength 1.
-    ease: [f64; 4],
-    strength: f64,
+    pub ease: [f64; 4],
+    pub strength: f64,
 }
 
 /// Joints that cloth from the waist goes around at the waist and at the hips.
@@ -103,7 +60,7 @@ impl ClothCut {
     /// Returns the cloth: rings around waist and hips, and around each leg at the knee and at the
     /// hem, each on the joint that it moves with. While the hem is above the knees, the ring at
     /// the knees is on the way there.
-    fn hang(&self, outfit: &Outfit, standing: &RestJoints) -> WornHull {
+    pub(super) fn hang(&self, outfit: &Outfit, standing: &RestJoints) -> WornHull {
         let hip = standing.height(Joint::LeftThigh);
         let knee = standing.height(Joint::LeftShank);
         let waist = standing.at(Joint::Spine).y;

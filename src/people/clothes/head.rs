@@ -1,6 +1,6 @@
-//! Hair and hats.
+//! Hair, hoods and hats.
 
-use super::body_sections::{BodySlice, RestJoints};
+use super::body_sections::{BodySlice, RestJoints, swell};
 use super::{BodyPart, Outfit, Wearer, WornHull};
 use edgegait_core::skeleton::Joint;
 use glam::{DVec2, DVec3};
@@ -9,6 +9,10 @@ use std::f64::consts::TAU;
 /// Thickness of full hair, and reach of long hair below the base of the neck, metres. Our choice.
 const HAIR_M: f64 = 0.030;
 const TRESSES_M: f64 = 0.22;
+/// Distance of a hood from the head and from the neck, metres, and the share of the head's depth
+/// from its front that stays free. Our choice.
+const HOOD_M: f64 = 0.030;
+const FACE: f64 = 0.3;
 /// Width of a brim beyond the head, its thickness, the distance of a hat's crown from the head,
 /// and its height above the head, metres. Our choice.
 const BRIM_M: f64 = 0.070;
@@ -110,6 +114,26 @@ pub(crate) fn hair(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
         part: BodyPart::Hair,
         points,
     });
+}
+
+/// Puts up a hood. At strength 1 it stands 3 cm away from the head above, beside and behind the
+/// face, and from the neck (our choice). Moves the hulls of head and neck.
+pub(crate) fn hood(outfit: &mut Outfit, wearer: &Wearer, strength: f64) {
+    if strength == 0.0 {
+        return;
+    }
+    let standing = RestJoints::from_skeleton(&wearer.skeleton);
+    let (min, max) = standing.slice(outfit, &HEAD, f64::MIN..=f64::MAX).bounds();
+    let face = max.z - FACE * (max.z - min.z);
+    for hull in &mut outfit.hulls {
+        if !matches!(hull.joint(), Some(Joint::Head | Joint::Neck)) {
+            continue;
+        }
+        swell(hull, BodyPart::Garment, DVec3::ONE, |point| {
+            let is_face = point.0 == Joint::Head && standing.place(point).z > face;
+            if is_face { 0.0 } else { HOOD_M * strength }
+        });
+    }
 }
 
 /// Puts on a hat. At strength 1 it has a brim 7 cm wide around the head, above the brows, and a

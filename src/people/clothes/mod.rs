@@ -10,12 +10,14 @@
 
 mod body_sections;
 mod cloth;
+mod coats;
 mod head;
 mod plain;
 
 pub(crate) use body_sections::RestJoints;
-pub(crate) use cloth::{coat, shoes, skirt, wide_trousers};
-pub(crate) use head::{hair, hat};
+pub(crate) use cloth::{shoes, skirt, wide_trousers};
+pub(crate) use coats::{coat, down_jacket, open_coat};
+pub(crate) use head::{hair, hat, hood};
 pub(crate) use plain::{Ease, clothes, short_hair};
 
 use crate::people::{Body, BodyHull};

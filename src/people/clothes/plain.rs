@@ -27,11 +27,8 @@ pub(crate) fn clothes(outfit: &mut Outfit, wearer: &Wearer, ease: &Ease) {
         let Some(joint) = hull.joint() else {
             continue;
         };
-        let left = if joint.is_left() {
-            joint
-        } else {
-            joint.mirrored()
-        };
+        // The left one of a pair.
+        let left = joint.min(joint.mirrored());
         let [from, to] = match left {
             Joint::Pelvis | Joint::Spine | Joint::Thorax | Joint::LeftClavicle => [ease.trunk_m; 2],
             Joint::LeftUpperArm => [ease.upper_arms_m; 2],

@@ -22,11 +22,22 @@ pub(super) fn gait_at(speed_kmh: f64) -> Gait {
     }
 }
 
+/// By how much arms hang nearer to the trunk than in the norm, degrees. Our choice: from the front,
+/// people of the norm are wider at the arms than recorded people.
+const NEARER_ARMS_DEG: f64 = 4.5;
+
 /// Index in [`WALKING`] of the speed that people choose.
 const SPONTANEOUS: usize = 2;
 
+/// The angles' curves at one speed, with legs that stand for a time of their own.
+pub(super) struct AngleNorm {
+    curves: Curves,
+    /// Shares of the cycle that a foot is on the floor, of the curves and of the person.
+    stances: [f64; 2],
+}
+
 /// The angles' curves at one speed.
-pub(super) enum AngleNorm {
+enum Curves {
     /// Between two of the published walking speeds.
     Walk {
         slower: &'static WalkingNorm,
@@ -50,6 +61,48 @@ pub(super) enum AngleNorm {
 impl AngleNorm {
     /// Returns the norm for a person of these dimensions at this speed.
     pub(super) fn at(dimensions: &Dimensions, speed_kmh: f64) -> Self {
+        Self {
+            curves: Curves::at(dimensions, speed_kmh),
+            stances: [0.5; 2],
+        }
+    }
+
+    /// Returns the norm with legs that stand for the person's `own` share of the cycle, instead of
+    /// for the `usual` one at this speed.
+    pub(super) fn with_stance(self, usual: f64, own: f64) -> Self {
+        Self {
+            stances: [usual, own],
+            ..self
+        }
+    }
+
+    /// Returns an angle of the norm: mean, and swing at `phase`, degrees. A leg's stance and swing
+    /// are as long as the person's.
+    pub(super) fn angle(&self, angle: Angle, phase: f64) -> (f64, f64) {
+        let phase = match angle {
+            Angle::HipFlexion | Angle::KneeFlexion | Angle::AnkleDorsiflexion => {
+                let [usual, own] = self.stances;
+                let share = phase - libm::floor(phase);
+                if share < own {
+                    share * usual / own
+                } else {
+                    1.0 - (1.0 - share) * (1.0 - usual) / (1.0 - own)
+                }
+            }
+            _ => phase,
+        };
+        let (mean, swing, _) = self.curves.numbers(angle, Some(phase));
+        (mean, swing)
+    }
+
+    /// Returns the spread of an angle of the norm, degrees.
+    pub(super) fn spread_deg(&self, angle: Angle) -> f64 {
+        self.curves.numbers(angle, None).2
+    }
+}
+
+impl Curves {
+    fn at(dimensions: &Dimensions, speed_kmh: f64) -> Self {
         if gait_at(speed_kmh) == Gait::Run {
             // 8 to 12 km/h: swing knee 78 to 98 degrees, hip peak 40 to 49, ankle at
             // toe-off -18 to -25 (recalled), against 3 m/s, which is 10.8 km/h.
@@ -60,8 +113,7 @@ impl AngleNorm {
                 ankle: (18.0 + 7.0 * share) / 22.9,
             };
         }
-        // Leg length 0.53 H (Winter 2009, figure 4.1, after Drillis & Contini 1966).
-        let leg_m = 0.53 * dimensions.stature;
+        let leg_m = dimensions.trochanterion_height;
         let speed = speed_kmh / 3.6 / libm::sqrt(GRAVITY * leg_m);
         let last = WALKING.len() - 2;
         let below = WALKING
@@ -79,23 +131,13 @@ impl AngleNorm {
         }
     }
 
-    /// Returns an angle of the norm: mean, and swing at `phase`, degrees.
-    pub(super) fn angle(&self, angle: Angle, phase: f64) -> (f64, f64) {
-        let (mean, swing, _) = self.numbers(angle, Some(phase));
-        (mean, swing)
-    }
-
-    /// Returns the spread of an angle of the norm, degrees.
-    pub(super) fn spread_deg(&self, angle: Angle) -> f64 {
-        self.numbers(angle, None).2
-    }
-
     /// Returns mean, swing at a phase if one is given, and spread, degrees.
     fn numbers(&self, angle: Angle, phase: Option<f64>) -> (f64, f64, f64) {
         let waves = phase.map(Waves::at);
         let swing = |curve: &AngleCurve| waves.as_ref().map_or(0.0, |waves| curve.swing(waves));
         let plain = |curve: &AngleCurve| (curve.mean, swing(curve), curve.sd);
         let scaled = |curve: &AngleCurve, by: f64| (curve.mean, by * swing(curve), curve.sd);
+        let hanging = |(mean, swing, sd): (f64, f64, f64)| (mean - NEARER_ARMS_DEG, swing, sd);
         match self {
             Self::Walk {
                 slower,
@@ -109,18 +151,19 @@ impl AngleNorm {
                     (mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
                 };
                 // Adults' pelves turn more than children's, and later. This is the adults' curve at
-                // their own speed, which grows with speed like the children's.
+                // their own speed, which grows with speed like the children's, no further than to theirs.
                 let grown =
                     |adult: &AngleCurve, of: fn(&'static WalkingNorm) -> &'static AngleCurve| {
                         let size =
                             of(slower).size() + share * (of(faster).size() - of(slower).size());
-                        scaled(adult, size / of(&WALKING[SPONTANEOUS]).size())
+                        let own = size / of(&WALKING[SPONTANEOUS]).size();
+                        scaled(adult, own.min((size / adult.size()).max(1.0)))
                     };
                 // Adults' pelves tip by 13 degrees in one laboratory, and by 6 to 9 and earlier in
                 // four others. This is the mean of the adults' curve and the children's.
                 let tipped =
                     |adult: &AngleCurve, of: fn(&'static WalkingNorm) -> &'static AngleCurve| {
-                        let (child, adult) = (between(of), grown(adult, of));
+                        let (child, adult) = (between(of), plain(adult));
                         (0.0, 0.5 * (child.1 + adult.1), adult.2)
                     };
                 match angle {
@@ -142,7 +185,7 @@ impl AngleNorm {
                     Angle::ThoraxObliquity => plain(&THORAX_OBLIQUITY),
                     Angle::ThoraxRotation => plain(&THORAX_ROTATION),
                     Angle::ShoulderFlexion => scaled(&SHOULDER_FLEXION, *arms),
-                    Angle::ShoulderAbduction => scaled(&SHOULDER_ABDUCTION, *arms),
+                    Angle::ShoulderAbduction => hanging(scaled(&SHOULDER_ABDUCTION, *arms)),
                     Angle::ElbowFlexion => scaled(&ELBOW_FLEXION, *arms),
                 }
             }
@@ -164,7 +207,7 @@ impl AngleNorm {
                 Angle::ThoraxObliquity => plain(&THORAX_OBLIQUITY),
                 Angle::ThoraxRotation => scaled(&THORAX_ROTATION, 4.0),
                 Angle::ShoulderFlexion => plain(&RUNNING.shoulder_flexion),
-                Angle::ShoulderAbduction => plain(&SHOULDER_ABDUCTION),
+                Angle::ShoulderAbduction => hanging(plain(&SHOULDER_ABDUCTION)),
                 Angle::ElbowFlexion => plain(&RUNNING.elbow_flexion),
             },
         }

@@ -178,11 +178,21 @@ impl PopulationNorms {
         }
     }
 
+    /// Returns the mass index of people who are this many standard deviations from the mean, kg/m2.
+    /// Mass indices are skewed: log-normal with the published mean and deviation.
+    #[must_use]
+    pub fn mass_index(&self, deviations: f64) -> f64 {
+        let (mean, sd) = self.bmi;
+        let log_variance = libm::log1p((sd / mean) * (sd / mean));
+        let log_mean = libm::log(mean) - 0.5 * log_variance;
+        libm::exp(log_mean + libm::sqrt(log_variance) * deviations)
+    }
+
     /// Returns the range of statures within `PLAUSIBLE_SD` of the mean, metres; without a sex, the
     /// range of both.
     #[must_use]
     pub fn plausible_stature(sex: Option<Sex>) -> (f64, f64) {
-        either(sex, |sex| Self::for_sex(sex).stature)
+        either(sex, |sex| plausible(Self::for_sex(sex).stature))
     }
 }
 
@@ -190,17 +200,17 @@ impl PopulationNorms {
 /// mistakes, such as a wrong unit or column, are further out.
 const PLAUSIBLE_SD: f64 = 6.0;
 
-/// Returns the range of plausible values from mean and standard deviation; without a sex, the
-/// range of both.
-fn either(sex: Option<Sex>, of: impl Fn(Sex) -> (f64, f64)) -> (f64, f64) {
-    let range = |sex| {
-        let (mean, sd) = of(sex);
-        (mean - PLAUSIBLE_SD * sd, mean + PLAUSIBLE_SD * sd)
-    };
+/// Returns the range of plausible values from mean and standard deviation.
+fn plausible((mean, sd): (f64, f64)) -> (f64, f64) {
+    (mean - PLAUSIBLE_SD * sd, mean + PLAUSIBLE_SD * sd)
+}
+
+/// Returns a range of the given sex; without a sex, the range of both.
+pub(super) fn either(sex: Option<Sex>, of: impl Fn(Sex) -> (f64, f64)) -> (f64, f64) {
     match sex {
-        Some(sex) => range(sex),
+        Some(sex) => of(sex),
         None => {
-            let (female, male) = (range(Sex::Female), range(Sex::Male));
+            let (female, male) = (of(Sex::Female), of(Sex::Male));
             (female.0.min(male.0), female.1.max(male.1))
         }
     }
@@ -268,7 +278,7 @@ impl Dimensions {
                     Sex::Male => male,
                     Sex::Female => female,
                 };
-                regression.spread(&PopulationNorms::for_sex(sex))
+                plausible(regression.spread(&PopulationNorms::for_sex(sex)))
             });
             // No dimension is negative, however widely it spreads.
             (least.max(1e-3), most)

@@ -111,12 +111,20 @@ impl Flanks {
         }
     }
 
-    /// Returns how deep an arm is in the trunk or its thigh: how far its deepest point has to move
-    /// sideways, metres; 0 if the arm is outside. `upper_arm` is the left or the right one.
+    /// Returns how deep an arm is in the trunk or its thigh, both shrunk by `margin`: how far its
+    /// deepest point has to move sideways, metres; 0 if the arm is outside. `upper_arm` is the left
+    /// or the right one.
     #[cfg(test)]
-    pub(super) fn depth_m(&self, rotations: &[DQuat; JOINTS], upper_arm: Joint) -> f64 {
+    pub(super) fn depth_m(
+        &self,
+        rotations: &[DQuat; JOINTS],
+        upper_arm: Joint,
+        margin: f64,
+    ) -> f64 {
         let mut most = 0.0f64;
-        self.each(rotations, upper_arm, 0.0, |depth, _| most = most.max(depth));
+        self.each(rotations, upper_arm, margin, |depth, _| {
+            most = most.max(depth);
+        });
         most
     }
 
@@ -251,7 +259,7 @@ mod tests {
     fn an_arm_beside_a_column_is_as_deep_as_their_widths_overlap() {
         // 15 cm of trunk and 18 - 5 cm of arm: 2 cm.
         for (arm, _) in ARMS {
-            let depth = columns().depth_m(&[DQuat::IDENTITY; JOINTS], arm);
+            let depth = columns().depth_m(&[DQuat::IDENTITY; JOINTS], arm, 0.0);
             assert!((depth - 0.02).abs() < 1e-9, "{depth}");
         }
     }
@@ -261,11 +269,11 @@ mod tests {
         for (arm, sign) in ARMS {
             let mut rotations = [DQuat::IDENTITY; JOINTS];
             rotations[arm.index()] = DQuat::from_rotation_z(sign * 0.3);
-            assert!(columns().depth_m(&rotations, arm) < 1e-9);
+            assert!(columns().depth_m(&rotations, arm, 0.0) < 1e-9);
             // 15 cm below the shoulder, an arm that points ahead is 15 cm ahead of the middle;
             // the trunk reaches 10.
             rotations[arm.index()] = DQuat::from_rotation_x(-1.57);
-            assert!(columns().depth_m(&rotations, arm) < 1e-9);
+            assert!(columns().depth_m(&rotations, arm, 0.0) < 1e-9);
         }
     }
 
@@ -283,7 +291,7 @@ mod tests {
                 rotations[arm.index()] = DQuat::from_rotation_z(sign * turn.to_radians());
             }
             assert!(flanks.abduction_deg(&rotations, arm) < 0.01);
-            let left = flanks.depth_m(&rotations, arm);
+            let left = flanks.depth_m(&rotations, arm, 0.0);
             assert!((left - SOFT_TISSUE).abs() < 3e-4, "{left}");
         }
     }

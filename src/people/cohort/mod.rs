@@ -14,8 +14,11 @@ mod covariation;
 mod fit;
 mod gait;
 mod gait_style;
+mod head_and_neck;
+mod limbs;
 mod norms;
 mod pose;
+mod reference;
 mod rings;
 mod sole;
 mod steps;
@@ -27,16 +30,19 @@ mod wardrobe;
 use crate::error::{Error, Result};
 use crate::people::{Body, Cycle, Subject, Track, Walk};
 use angles::gait_at;
-use anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};
+use anthropometry::{DIMENSIONS, Dimensions};
 use edgegait_core::pack::Sex;
 use edgegait_core::skeleton::Joint;
 use gait_style::GaitStyle;
+#[cfg(feature = "import")]
+pub(super) use limbs::SHOULDER_DROP;
 #[cfg(feature = "import")]
 pub(super) use norms::{AngleCurve, ELBOW_FLEXION, SHOULDER_ABDUCTION, SHOULDER_FLEXION, WALKING};
 #[cfg(feature = "import")]
 pub(super) use pose::STANDING_TILT_DEG;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+pub use reference::ReferencePopulation;
 use std::ops::Range;
 use style::Style;
 pub use style::normal;
@@ -53,13 +59,15 @@ pub const SPEEDS_KMH: [f64; 10] = [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0
 /// The requested properties of a synthetic person; those left open are drawn at random.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Profile {
+    /// The population to which the person belongs.
+    pub reference: ReferencePopulation,
     /// Sex.
     pub sex: Option<Sex>,
-    /// Age, years, within [`AGES`].
+    /// Age, years, within [`ReferencePopulation::ages`].
     pub age_years: Option<f64>,
-    /// Stature, metres, within [`statures`].
+    /// Stature, metres, within [`ReferencePopulation::statures`].
     pub stature_m: Option<f64>,
-    /// Mass, kg, with a body mass index within [`BODY_MASS_INDICES`].
+    /// Mass, kg, with a body mass index within [`ReferencePopulation::mass_indices`].
     pub mass_kg: Option<f64>,
 }
 
@@ -71,25 +79,11 @@ const WORKING_AGES: (f64, f64) = (18.0, 58.0);
 /// person in a thousand.
 pub const BODY_MASS_INDICES: (f64, f64) = (16.0, 43.0);
 
-/// Returns the range of statures that the body model covers, metres: within 3.5 standard deviations
-/// of the sex's mean, like all people of ANSUR II. Without a sex it is the range of both.
-#[must_use]
-pub fn statures(sex: Option<Sex>) -> (f64, f64) {
-    let of = |sex| {
-        let (mean, sd) = PopulationNorms::for_sex(sex).stature;
-        (mean - 3.5 * sd, mean + 3.5 * sd)
-    };
-    match sex {
-        Some(sex) => of(sex),
-        None => (of(Sex::Female).0, of(Sex::Male).1),
-    }
-}
-
 impl Profile {
-    /// Checks that the model covers such a person.
+    /// Checks that the population has such a person.
     ///
     /// # Errors
-    /// For an age, a stature or a mass outside the model's range; the error states the range.
+    /// For an age, a stature or a mass outside the population's range; the error states the range.
     pub fn check(&self) -> Result<()> {
         let within = |what: &str, value: Option<f64>, (low, high): (f64, f64), unit: &str| {
             match value {
@@ -97,17 +91,19 @@ impl Profile {
                     // Rounded inwards, so that what is stated is accepted.
                     let (low, high) = ((low * 1e2).ceil() * 1e-2, (high * 1e2).floor() * 1e-2);
                     Err(Error::Usage(format!(
-                        "{what} of {value} {unit}: expected {low:.2} to {high:.2}, the range of the measured people behind the model"
+                        "{what} of {value} {unit}: expected {low:.2} to {high:.2}, the range of the population {:?}",
+                        self.reference.name()
                     )))
                 }
                 _ => Ok(()),
             }
         };
-        within("an age", self.age_years, AGES, "years")?;
-        let known = statures(self.sex);
+        let reference = self.reference;
+        within("an age", self.age_years, reference.ages(), "years")?;
+        let known = reference.statures(self.sex);
         within("a stature", self.stature_m, known, "m")?;
         // Without a stature, the mass must suit some stature that can be drawn.
-        let (least, most) = BODY_MASS_INDICES;
+        let (least, most) = reference.mass_indices(self.sex);
         let (short, tall) = self.stature_m.map_or(known, |stature| (stature, stature));
         let masses = (least * short * short, most * tall * tall);
         within("a mass", self.mass_kg, masses, "kg")
@@ -151,16 +147,13 @@ impl Person {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(index as u64);
         let (sex, _) = sex_of(index, profile.sex);
-        let population = PopulationNorms::for_sex(sex);
-        let drawn_m = population.stature.0 + population.stature.1 * normal(&mut rng);
-        // Mass indices are skewed: log-normal with the published mean and deviation.
-        let (mean, sd) = population.bmi;
-        let log_variance = libm::log1p((sd / mean) * (sd / mean));
-        let log_mean = libm::log(mean) - 0.5 * log_variance;
-        let drawn_bmi = libm::exp(log_mean + libm::sqrt(log_variance) * normal(&mut rng));
+        let reference = profile.reference;
+        let norms = reference.norms(sex);
+        let drawn_m = norms.stature.0 + norms.stature.1 * normal(&mut rng);
+        let drawn_bmi = norms.mass_index(normal(&mut rng));
         let residuals: [f64; DIMENSIONS] = std::array::from_fn(|_| normal(&mut rng));
         let style = Style::random(&mut rng);
-        let (young, old) = WORKING_AGES;
+        let (young, old) = reference.drawn_ages();
         let drawn_years = young + (old - young) * rng.random::<f64>();
         let (stature_m, mass_kg) = match (profile.stature_m, profile.mass_kg) {
             (Some(stature_m), Some(mass_kg)) => (stature_m, mass_kg),
@@ -168,58 +161,43 @@ impl Person {
             (None, None) => (drawn_m, drawn_bmi * drawn_m * drawn_m),
             // As tall as drawn, or as a person of that mass is at least or at most.
             (None, Some(mass_kg)) => {
-                let (least, most) = BODY_MASS_INDICES;
-                let (short, tall) = statures(Some(sex));
+                let (least, most) = reference.mass_indices(Some(sex));
+                let (short, tall) = reference.statures(Some(sex));
                 let shortest = libm::sqrt(mass_kg / most).max(short);
                 let tallest = libm::sqrt(mass_kg / least).min(tall);
                 (drawn_m.max(shortest).min(tallest), mass_kg)
             }
         };
-        let name = name_of(seed, index, profile.sex);
-        let age_years = profile.age_years.unwrap_or(drawn_years);
-        let person = Self {
-            age_years,
-            ..Self::new(name, sex, stature_m, mass_kg, &residuals, style)?
-        };
-        Ok(person)
+        let dimensions = reference.dimensions((stature_m, mass_kg), sex, &residuals)?;
+        Ok(Self {
+            name: name_of(seed, index, profile.sex),
+            age_years: profile.age_years.unwrap_or(drawn_years),
+            ..Self::new(dimensions, sex, mass_kg, style)
+        })
     }
 
     /// Returns the person whom the norms describe.
     #[must_use]
     pub fn average(sex: Sex) -> Self {
-        let population = PopulationNorms::for_sex(sex);
-        let stature_m = population.stature.0;
-        let mass_kg = population.bmi.0 * stature_m * stature_m;
-        let person = Self::new(
-            "average".into(),
-            sex,
-            stature_m,
-            mass_kg,
-            &[0.0; DIMENSIONS],
-            Style::NONE,
-        );
-        person.expect("the mean of a population is a plausible person")
+        let reference = ReferencePopulation::default();
+        let norms = reference.norms(sex);
+        let stature_m = norms.stature.0;
+        let mass_kg = norms.bmi.0 * stature_m * stature_m;
+        let dimensions = reference.dimensions((stature_m, mass_kg), sex, &[0.0; DIMENSIONS]);
+        let dimensions = dimensions.expect("the mean of a population is a plausible person");
+        Self::new(dimensions, sex, mass_kg, Style::NONE)
     }
 
-    fn new(
-        name: String,
-        sex: Sex,
-        stature_m: f64,
-        mass_kg: f64,
-        residuals: &[f64; DIMENSIONS],
-        style: Style,
-    ) -> Result<Self> {
-        let dimensions = Dimensions::expected(stature_m, mass_kg, Some(sex), residuals)?;
-        let body = body::body(&dimensions, body::offsets(&dimensions));
-        Ok(Self {
-            name,
+    fn new(dimensions: Dimensions, sex: Sex, mass_kg: f64, style: Style) -> Self {
+        Self {
+            name: "average".into(),
             sex,
             age_years: WORKING_AGES.0,
             mass_kg,
+            body: body::body(&dimensions, body::offsets(&dimensions)),
             dimensions,
-            body,
             style,
-        })
+        }
     }
 
     /// Returns the same person in shoes that are drawn for the take of this number, and the body

@@ -62,13 +62,12 @@ pub(super) fn radius(circumference: f64) -> f64 {
     around(circumference, (1.0, 1.0), ELLIPSE).0
 }
 
-/// Returns half the depth of an elliptical ring of this circumference and half breadth, by
-/// bisection.
-pub(super) fn half_depth(circumference: f64, half_breadth: f64) -> f64 {
+/// Returns half the depth of a ring of this circumference and half breadth, by bisection.
+pub(super) fn half_depth(circumference: f64, half_breadth: f64, diagonal: f64) -> f64 {
     let (mut low, mut high) = (0.0, 0.5 * circumference);
     for _ in 0..48 {
         let middle = 0.5 * (low + high);
-        if perimeter((half_breadth, middle), ELLIPSE) < circumference {
+        if perimeter((half_breadth, middle), diagonal) < circumference {
             low = middle;
         } else {
             high = middle;
@@ -92,9 +91,10 @@ mod tests {
 
     #[test]
     fn a_ring_of_a_breadth_is_as_deep_as_its_circumference_asks_for() {
-        assert!((half_depth(8.0 * 0.765367, 1.0) - 1.0).abs() < 1e-6);
-        let depth = half_depth(0.62, 0.085);
+        assert!((half_depth(8.0 * 0.765367, 1.0, ELLIPSE) - 1.0).abs() < 1e-6);
+        let depth = half_depth(0.62, 0.085, ELLIPSE);
         assert!((perimeter((0.085, depth), ELLIPSE) - 0.62).abs() < 1e-9);
-        assert!(depth > 0.1, "{depth}");
+        let square = half_depth(0.62, 0.085, 0.77);
+        assert!(square > 0.1 && square < depth, "{square} {depth}");
     }
 }

@@ -1,13 +1,15 @@
 //! The paths of the feet, which are planted, rolled over and swung regardless of the angles.
 
+mod stand;
+
 use super::angles::AngleNorm;
 use super::gait_style::GaitStyle;
 use super::norms::Angle;
 use super::pose::{angle_of, pose, turn_x, turn_y};
-use super::sole::{RolledAnkle, Sole};
-use super::steps_and_pelvis::{Beat, Heights, Regulated};
+use super::sole::Sole;
+use super::steps_and_pelvis::{PelvisWaves, Regulated};
 use super::style::{Side, Style};
-use super::swing::{LEAST_KNEE, Polar, Swing, floored, least};
+use super::swing::{LATE_TOES, LEAST_KNEE, Polar, Swing, floored, least};
 use crate::people::forward_kinematics;
 use crate::people::leg::LegLengths;
 use edgegait_core::pack::Gait;
@@ -15,14 +17,14 @@ use edgegait_core::skeleton::{JOINTS, Joint};
 use glam::{DQuat, DVec3};
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::f64::consts::PI;
 
-/// Share of the body's mass above the hips, and its height as a share of the way from the hips to
-/// the shoulders (Winter 2009, table 4.1: head, arms and trunk).
-const UPPER_BODY: (f64, f64) = (0.678, 0.626);
 /// The largest amount by which toes are raised further in the swing, radians. Our choice: 6
 /// degrees.
 const MOST_TOES_UP: f64 = 0.11;
+/// The most by which a late heel is higher or lower than by the angles, radians, and the share of
+/// the late stance after which it may be. Our choice: 20 degrees.
+const MOST_HEEL: f64 = 0.35;
+const HEEL_FREE: f64 = 0.5;
 /// Samples over a range of phases.
 const SAMPLES: usize = 48;
 
@@ -58,24 +60,9 @@ pub(super) struct PersonSteps<'a> {
     headings: [f64; 2],
     /// Cache of the legs by the person's angles, by side and phase.
     known: RefCell<HashMap<(Side, u64), Intended>>,
-    /// Height of the pelvis.
-    heights: Heights,
+    /// Motion of the pelvis.
+    pelvis: PelvisWaves,
     swings: [Swing; 2],
-}
-
-/// A foot on the floor, at one of the samples by which the height of the pelvis is found.
-struct Stance {
-    side: Side,
-    /// The phase of the foot's own side.
-    phase: f64,
-    beat: Beat,
-    /// The hip relative to the middle of the pelvis, metres.
-    hip: DVec3,
-    rolled: RolledAnkle,
-    /// Flexion of the knee, radians.
-    knee: f64,
-    /// The weight of the sample.
-    load: f64,
 }
 
 /// A leg by the person's angles alone.
@@ -92,8 +79,6 @@ struct Intended {
 /// A leg in the air by the person's angles alone.
 struct Unswung {
     bent: Polar,
-    /// How far the toes are raised, radians.
-    pitch: f64,
     /// The place of the hip, metres.
     hip: DVec3,
     /// The share of the swing, and [`Swing::rise`] there.
@@ -142,7 +127,7 @@ impl<'a> PersonSteps<'a> {
             level: [0.0; 2],
             headings: [0.0; 2],
             known: RefCell::default(),
-            heights: Heights::LEVEL,
+            pelvis: PelvisWaves::LEVEL,
             swings: [Swing::NONE; 2],
         };
         for side in sides {
@@ -160,7 +145,7 @@ impl<'a> PersonSteps<'a> {
     /// Returns the place of the pelvis at a phase.
     #[must_use]
     pub(super) fn root(&self, phase: f64) -> DVec3 {
-        self.heights.root(&self.regulated.beat(phase))
+        self.pelvis.root(&self.regulated.beat(phase))
     }
 
     /// Returns the pose at a phase: the person's angles above the hips, and legs that reach the
@@ -201,10 +186,8 @@ impl<'a> PersonSteps<'a> {
 
     /// Returns a leg in the air by the angles alone, at a share of the swing.
     fn unswung(&self, side: Side, phase: f64, share: f64) -> Unswung {
-        let (bent, pitch) = self.angles_bring(side, phase);
         Unswung {
-            bent,
-            pitch,
+            bent: self.angles_bring(side, phase),
             hip: self.hip(side, phase),
             share,
             rise: Swing::rise(share),
@@ -216,14 +199,14 @@ impl<'a> PersonSteps<'a> {
         let leg = self.legs[side as usize];
         let &Unswung { bent, hip, .. } = by_angles;
         let bent = bent.map2(swing.at(by_angles.share), |bent, more| bent + more);
-        let (lift_m, toes_up) = swing.lift(by_angles.rise);
+        let (lift_m, toes_up) = swing.lift(by_angles.share, by_angles.rise);
         let long = leg.reach(floored(bent.knee)) - lift_m;
         let aside = bent.side_m - hip.x;
         let long = libm::sqrt((long * long - aside * aside).max(0.0));
         let (sin, cos) = libm::sincos(bent.ahead);
         Placed {
             ankle: DVec3::new(bent.side_m, hip.y - long * cos, hip.z + long * sin),
-            pitch: by_angles.pitch + toes_up,
+            pitch: bent.pitch + toes_up,
         }
     }
 
@@ -232,27 +215,49 @@ impl<'a> PersonSteps<'a> {
         self.root(own(side, phase)) + self.intended(side, phase).hip
     }
 
-    /// Returns the leg from a hip to an ankle.
-    fn polar(&self, side: Side, hip: DVec3, ankle: DVec3) -> Polar {
+    /// Returns the leg from a hip to a foot.
+    fn polar(&self, side: Side, hip: DVec3, Placed { ankle, pitch }: Placed) -> Polar {
         Polar {
             knee: self.legs[side as usize].knee(hip.distance(ankle)),
             ahead: libm::atan2(ankle.z - hip.z, hip.y - ankle.y),
             side_m: ankle.x,
-        }
-    }
-
-    /// Returns a foot on the floor.
-    fn standing(&self, side: Side, phase: f64) -> Placed {
-        let pitch = self.standing_pitch(side, phase);
-        let rolled = self.soles[side as usize].rolled(pitch);
-        Placed {
-            ankle: self.planted(side, phase, rolled),
             pitch,
         }
     }
 
-    /// Returns the ankle of a foot on the floor.
-    fn planted(&self, side: Side, phase: f64, rolled: RolledAnkle) -> DVec3 {
+    /// Returns a foot on the floor. Its heel rises until the knee bends as by the angles.
+    fn standing(&self, side: Side, phase: f64) -> Placed {
+        let knee = self.knee_deg(side, phase).to_radians().max(LEAST_KNEE);
+        let hip = self.hip(side, phase);
+        let leg = self.legs[side as usize];
+        let at = |raised: f64| self.planted(side, phase, -raised);
+        let raised = least(self.raised(side, phase), |raised| {
+            leg.knee(hip.distance(at(raised))) < knee
+        });
+        Placed {
+            ankle: at(raised),
+            pitch: -raised,
+        }
+    }
+
+    /// Returns the range of a standing foot's pitch, heel up: about that by the angles in the late
+    /// stance.
+    fn raised(&self, side: Side, phase: f64) -> (f64, f64) {
+        let by_angles = -self.standing_pitch(side, phase);
+        let [_, to] = self.flat_phases();
+        let more = MOST_HEEL * smooth((phase - to) / (HEEL_FREE * (self.regulated.stance - to)));
+        ((by_angles - more).max(by_angles.min(0.0)), by_angles + more)
+    }
+
+    /// Returns the knee's flexion by the angles at a phase of its own side, degrees.
+    fn knee_deg(&self, side: Side, phase: f64) -> f64 {
+        let all = own(side, phase);
+        angle_of(self.walker.style, self.norm, Angle::KneeFlexion, side, all)
+    }
+
+    /// Returns the ankle of a foot on the floor, at a pitch.
+    fn planted(&self, side: Side, phase: f64, pitch: f64) -> DVec3 {
+        let rolled = self.soles[side as usize].rolled(pitch);
         let (sin, cos) = libm::sincos(self.headings[side as usize]);
         let longer = 0.5 * sign(side) * self.regulated.longer_left_m;
         let travel = self.regulated.stride_m() * (self.middle() - phase);
@@ -276,14 +281,17 @@ impl<'a> PersonSteps<'a> {
         }
     }
 
-    /// Returns the leg by the angles alone, in the line of its foot on the floor, and the foot's
-    /// pitch.
-    fn angles_bring(&self, side: Side, phase: f64) -> (Polar, f64) {
+    /// Returns the leg by the angles alone, in the line of its foot on the floor.
+    fn angles_bring(&self, side: Side, phase: f64) -> Polar {
         let Intended { ankle, pitch, .. } = self.intended(side, phase);
-        let root = self.root(own(side, phase));
-        let mut bent = self.polar(side, self.hip(side, phase), ankle + root);
-        bent.side_m = sign(side) * 0.5 * self.regulated.step_width_m;
-        (bent, pitch - self.level[side as usize])
+        let foot = Placed {
+            ankle: ankle + self.root(own(side, phase)),
+            pitch: pitch - self.level[side as usize],
+        };
+        Polar {
+            side_m: sign(side) * 0.5 * self.regulated.step_width_m,
+            ..self.polar(side, self.hip(side, phase), foot)
+        }
     }
 
     /// Returns the leg by the person's angles at a phase of its own side.
@@ -311,13 +319,15 @@ impl<'a> PersonSteps<'a> {
         }
     }
 
-    /// Returns the start and end of a foot's time flat on the floor, cycles: a sixth and six tenths
-    /// of a walker's stance, shorter in fast walking, and the middle of a runner's (our choice).
+    /// Returns the start and end of a foot's time flat on the floor, cycles: a sixth and half of a
+    /// walker's stance, shorter in fast and in slow walking, and the middle of a runner's. Our
+    /// choice: where it ends later, knees of some people straighten again before they swing.
     fn flat_phases(&self) -> [f64; 2] {
         match self.regulated.gait {
             Gait::Walk => {
-                let fast = (self.regulated.speed_mps - 1.39).max(0.0);
-                [0.17, 0.60 - 0.12 * fast].map(|share| share * self.regulated.stance)
+                let faster = self.regulated.speed_mps - 1.39;
+                let to = 0.49 - (0.12 * faster).max(-0.054 * faster);
+                [0.17, to].map(|share| share * self.regulated.stance)
             }
             Gait::Run => [0.22, 0.50].map(|share| share * self.regulated.stance),
         }
@@ -357,101 +367,6 @@ impl<'a> PersonSteps<'a> {
         DVec3::new(sin, 0.0, cos)
     }
 
-    /// Returns how far ahead of the pelvis the feet stand, metres, for the body's mass to lie over
-    /// them as in the norm.
-    fn balanced(&self) -> f64 {
-        let none = Style::NONE;
-        let ahead = mean(self.flat().map(|phase| {
-            let Intended { ankle, .. } = self.intended_by(&none, Side::Left, phase);
-            ankle.z + self.regulated.stride_m() * (phase - self.middle())
-        }));
-        ahead + UPPER_BODY.0 * (self.upper_body(self.walker.style) - self.upper_body(&none))
-    }
-
-    /// Returns how far ahead of the hips the upper body's mass lies on average, metres.
-    fn upper_body(&self, style: &Style) -> f64 {
-        let offsets = &self.walker.body.offsets;
-        mean((0..SAMPLES).map(|i| {
-            let pose = pose(style, self.norm, i as f64 / SAMPLES as f64);
-            let (positions, _) = forward_kinematics(offsets, DVec3::ZERO, &pose);
-            let shoulders =
-                [Joint::LeftUpperArm, Joint::RightUpperArm].map(|joint| positions[joint.index()].z);
-            UPPER_BODY.1 * 0.5 * (shoulders[0] + shoulders[1])
-        }))
-    }
-
-    /// Finds how far ahead of the pelvis the feet stand, and how high the pelvis is, so that
-    /// standing knees bend by the angles and none is stretched too far.
-    ///
-    /// The feet stand where the body is in balance, or up to 8 cm before or behind: the error of
-    /// standing legs is weighed against a quarter of that distance.
-    fn stand(&mut self) {
-        let balanced = self.balanced();
-        let stances = self.stances();
-        let (mut best, mut least) = (0.0, f64::MAX);
-        for step in -16..=16 {
-            let moved = 0.005 * f64::from(step);
-            self.ahead_m = balanced + moved;
-            let missed = self.raise(&stances) + (0.25 * moved) * (0.25 * moved);
-            if missed < least {
-                (best, least) = (moved, missed);
-            }
-        }
-        self.ahead_m = balanced + best;
-        self.raise(&stances);
-    }
-
-    /// Returns samples of both stances.
-    fn stances(&self) -> Vec<Stance> {
-        let of = |side| (0..SAMPLES).map(move |i| (side, i as f64 / (SAMPLES - 1) as f64));
-        let all = [Side::Left, Side::Right].into_iter().flat_map(of);
-        let sample = |(side, share): (Side, f64)| {
-            let phase = self.regulated.stance * share;
-            let all = own(side, phase);
-            let knee = angle_of(self.walker.style, self.norm, Angle::KneeFlexion, side, all);
-            Stance {
-                side,
-                phase,
-                beat: self.regulated.beat(all),
-                hip: self.intended(side, phase).hip,
-                rolled: self.soles[side as usize].rolled(self.standing_pitch(side, phase)),
-                knee: knee.to_radians().max(LEAST_KNEE),
-                load: libm::sin(PI * phase / self.regulated.stance) + 0.1,
-            }
-        };
-        all.map(sample).collect()
-    }
-
-    /// Finds the height of the pelvis; returns its mean square error against the heights that
-    /// standing knees need, m2.
-    fn raise(&mut self, stances: &[Stance]) -> f64 {
-        let (mut wanted, mut most) = (Vec::new(), Vec::new());
-        for stance in stances {
-            let leg = self.legs[stance.side as usize];
-            let root = self.heights.root(&stance.beat);
-            let hip = root + stance.hip - root.with_x(0.0);
-            let ankle = self.planted(stance.side, stance.phase, stance.rolled);
-            let aside = (hip - ankle).with_y(0.0).length_squared();
-            let above = |knee: f64| {
-                let reach = leg.reach(knee);
-                ankle.y + libm::sqrt((reach * reach - aside).max(0.0)) - hip.y
-            };
-            wanted.push((&stance.beat, above(stance.knee), stance.load));
-            most.push((&stance.beat, above(LEAST_KNEE)));
-        }
-        self.heights = Heights::nearest(&self.regulated, &wanted);
-        let over = most
-            .iter()
-            .map(|&(beat, highest)| self.heights.root(beat).y - highest)
-            .fold(0.0, f64::max);
-        self.heights.mean_m -= over;
-        mean(
-            wanted
-                .iter()
-                .map(|&(beat, height, _)| (self.heights.root(beat).y - height).powi(2)),
-        )
-    }
-
     /// Returns the correction that leads a foot from one stance to the next.
     fn swing(&self, side: Side) -> Swing {
         const STEP: f64 = 1e-3;
@@ -459,8 +374,8 @@ impl<'a> PersonSteps<'a> {
         let duration = 1.0 - from;
         let offset = |standing: f64, phase: f64| {
             let placed = self.standing(side, standing);
-            let stood = self.polar(side, self.hip(side, standing), placed.ankle);
-            stood.map2(self.angles_bring(side, phase).0, |stood, bent| stood - bent)
+            let stood = self.polar(side, self.hip(side, standing), placed);
+            stood.map2(self.angles_bring(side, phase), |stood, bent| stood - bent)
         };
         let (first, last) = (offset(from, from), offset(0.0, 1.0));
         let speed = |early: Polar, late: Polar| {
@@ -472,22 +387,28 @@ impl<'a> PersonSteps<'a> {
                 speed(offset(from - STEP, from - STEP), first),
                 speed(last, offset(STEP, 1.0 + STEP)),
             ],
+            late_toes: match self.regulated.gait {
+                Gait::Walk => LATE_TOES,
+                Gait::Run => 0.0,
+            },
             ..Swing::NONE
         };
-        // The sole is lowest in mid-swing where it passes the other foot. Toes are raised first,
-        // and the knee bends more if that is not enough.
-        let shares = (0..SAMPLES).map(|i| 0.3 + 0.5 * i as f64 / SAMPLES as f64);
+        // The sole is lowest in mid-swing where it passes the other foot, and clears the floor less
+        // before and after. Toes are raised where they are lowest, early in the swing, and the knee
+        // bends more if that is not enough.
+        let shares = (0..SAMPLES).map(|i| 0.3 + 0.4 * i as f64 / SAMPLES as f64);
+        let asked = |share: f64| (8.0 * (share - 0.3)).min(4.0 * (0.7 - share)).min(1.0);
         let legs = shares.map(|share| self.unswung(side, from + share * duration, share));
         let legs: Vec<Unswung> = legs.collect();
-        let is_low = |swing: &Swing| {
-            legs.iter().any(|leg| {
+        let is_low = |swing: &Swing, until: f64| {
+            legs.iter().take_while(|leg| leg.share < until).any(|leg| {
                 let placed = self.swung(swing, side, leg);
                 let rolled = self.soles[side as usize].rolled(placed.pitch);
-                placed.ankle.y - rolled.height_m < self.regulated.clearance_m
+                placed.ankle.y - rolled.height_m < self.regulated.clearance_m * asked(leg.share)
             })
         };
         swing.toes_up = least((0.0, MOST_TOES_UP), |toes_up| {
-            is_low(&Swing { toes_up, ..swing })
+            is_low(&Swing { toes_up, ..swing }, 0.5)
         });
         // A runner's heel rises as high as the angles bring it.
         let lowered = if self.regulated.gait == Gait::Run {
@@ -495,7 +416,9 @@ impl<'a> PersonSteps<'a> {
         } else {
             -0.03
         };
-        swing.lift_m = least((lowered, 0.2), |lift_m| is_low(&Swing { lift_m, ..swing }));
+        swing.lift_m = least((lowered, 0.2), |lift_m| {
+            is_low(&Swing { lift_m, ..swing }, 1.0)
+        });
         swing
     }
 }

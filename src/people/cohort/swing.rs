@@ -5,6 +5,13 @@ use std::f64::consts::PI;
 /// The minimum flexion of a knee, radians. Our choice: 5 degrees, since a straight knee jerks.
 pub(super) const LEAST_KNEE: f64 = 0.09;
 
+/// How much further the toes are raised late in a walker's swing, radians. Our choice: after 95 % of
+/// the cycle the norm's angles raise them by 17 degrees, recorded walkers of four laboratories by 19
+/// to 30.
+pub(super) const LATE_TOES: f64 = 0.062;
+/// 7^7 / 6^6, by which the late curve is 1 at its greatest.
+const LATE_SCALE: f64 = 17.651_384_602_194_79;
+
 /// A leg in polar coordinates about its hip.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Polar {
@@ -14,6 +21,8 @@ pub(super) struct Polar {
     pub ahead: f64,
     /// The ankle's place to the side, metres.
     pub side_m: f64,
+    /// How far the toes are raised, radians.
+    pub pitch: f64,
 }
 
 impl Polar {
@@ -22,6 +31,7 @@ impl Polar {
             knee: of(self.knee, other.knee),
             ahead: of(self.ahead, other.ahead),
             side_m: of(self.side_m, other.side_m),
+            pitch: of(self.pitch, other.pitch),
         }
     }
 }
@@ -34,8 +44,9 @@ pub(super) struct Swing {
     pub ends: [Polar; 2],
     /// Slopes of the offsets at both ends, over the whole swing.
     pub speeds: [Polar; 2],
-    /// How much further the toes are raised in the middle, radians.
+    /// How much further the toes are raised in the middle, and late, radians.
     pub toes_up: f64,
+    pub late_toes: f64,
     /// By how much the leg is shorter in the middle, metres.
     pub lift_m: f64,
 }
@@ -45,6 +56,7 @@ impl Polar {
         knee: 0.0,
         ahead: 0.0,
         side_m: 0.0,
+        pitch: 0.0,
     };
 }
 
@@ -53,6 +65,7 @@ impl Swing {
         ends: [Polar::ZERO; 2],
         speeds: [Polar::ZERO; 2],
         toes_up: 0.0,
+        late_toes: 0.0,
         lift_m: 0.0,
     };
 
@@ -79,14 +92,18 @@ impl Swing {
 
     /// Returns how far a foot has risen at a share of the swing, 0..1.
     pub(super) fn rise(share: f64) -> f64 {
-        // Greatest a little after the middle, where the toes are lowest.
-        libm::sin(PI * libm::pow(share, 1.2))
+        // Greatest before the middle: toes are lowest after a third of the swing.
+        libm::sin(PI * libm::pow(share, 0.8))
     }
 
-    /// Returns how much shorter the leg is at a [`Swing::rise`], metres, and how much further the
-    /// toes are raised, radians.
-    pub(super) fn lift(&self, rise: f64) -> (f64, f64) {
-        (self.lift_m * rise * rise, self.toes_up * rise * rise)
+    /// Returns how much shorter the leg is at a share of the swing, metres, and how much further the
+    /// toes are raised, radians. `rise` is [`Swing::rise`] there.
+    pub(super) fn lift(&self, share: f64, rise: f64) -> (f64, f64) {
+        // Greatest at 6/7 of the swing.
+        let cubed = share * share * share;
+        let late = LATE_SCALE * cubed * cubed * (1.0 - share);
+        let toes_up = self.toes_up * rise * rise + self.late_toes * late;
+        (self.lift_m * rise * rise, toes_up)
     }
 }
 
@@ -133,6 +150,17 @@ mod tests {
         let slope = |share: f64| (swing.at(share + 1e-6).knee - swing.at(share - 1e-6).knee) / 2e-6;
         assert!((slope(0.0) - 2.0).abs() < 1e-4, "{}", slope(0.0));
         assert!((slope(1.0) - 1.0).abs() < 1e-4, "{}", slope(1.0));
+    }
+
+    #[test]
+    fn toes_are_raised_late_and_land_as_they_would() {
+        let swing = Swing {
+            late_toes: 0.5,
+            ..Swing::NONE
+        };
+        let raised = |share| swing.lift(share, 0.0).1;
+        assert!((raised(6.0 / 7.0) - 0.5).abs() < 1e-12);
+        assert!(raised(0.5) < 0.08 && raised(1.0) == 0.0);
     }
 
     #[test]

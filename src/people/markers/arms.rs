@@ -7,7 +7,7 @@ use super::frame_range::MarkerTracks;
 use super::joints::{MarkerJoints, each, middles};
 use super::legs::MARKER_RADIUS_M;
 use super::names::{MarkerSide, Site};
-use crate::people::cohort::body::SHOULDER_DROP;
+use crate::people::cohort::SHOULDER_DROP;
 
 /// Breadth of the elbow as a share of stature: 67 mm of 1.45 m in biomechzoo's HC002D, the only
 /// clip that states it.

@@ -68,11 +68,13 @@ impl Centres {
             let at = &mut centres.joints[joint.index()];
             *at = DVec3::new(middle, at.y, trunk(at.y)?.z);
         }
-        // The spine is not the trunk's middle: it is as far behind the hips as a person's.
+        // The spine is not the trunk's middle. Both of its joints are as far behind the hips as a
+        // person's lumbar joint: the bones of meshes do not curve forwards above it.
         let hips_z = centres.joints[Joint::Pelvis.index()].z;
+        let spine_z = hips_z + centres.joints[Joint::Spine.index()].z;
         for joint in [Joint::Spine, Joint::Thorax] {
             let at = &mut centres.joints[joint.index()];
-            *at = DVec3::new(middle, at.y, hips_z + at.z);
+            *at = DVec3::new(middle, at.y, spine_z);
         }
         let neck = centres.joints[Joint::Neck.index()];
         let head = centres.joints[Joint::Head.index()];

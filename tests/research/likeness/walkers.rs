@@ -1,12 +1,15 @@
 //! The compared people: recorded people on bodies of their own dimensions, and synthetic people.
 
 use crate::people::rows;
+use edgegait::people::cohort::Person;
 use edgegait::people::recorded::{BodyOptions, ReadOptions, Recording, SubjectName, subjects};
-use edgegait::people::{Subject, cohort};
+use edgegait::people::{Body, Subject, Track, cohort};
 use edgegait::{
     CohortOptions, Condition, Job, MAX_ERROR_MM, Pack, Settings, Views, encode_subjects, sweep,
 };
+use edgegait_core::pack::Sex;
 use edgegait_core::raster::Rasterizer;
+use edgegait_core::skeleton::Joint;
 use std::path::Path;
 
 /// The seed of the synthetic people, which differs from that of the shipped models' people.
@@ -133,6 +136,30 @@ pub fn made(people: usize) -> Vec<Subject> {
         ..CohortOptions::default()
     };
     cohort::subjects(&options).expect("speeds of the norms")
+}
+
+/// Returns the same motions on the body of the average man, with paths of the hips as large as the
+/// legs.
+pub fn on_one_body(people: Vec<Subject>) -> Vec<Subject> {
+    let body = Person::average(Sex::Male).body;
+    let leg_m = |body: &Body| {
+        let offset = |joint: Joint| body.offsets[joint.index()].length();
+        offset(Joint::LeftShank) + offset(Joint::LeftFoot)
+    };
+    let moved = |mut person: Subject| {
+        let by = leg_m(&body) / leg_m(&person.body);
+        for walk in &mut person.walks {
+            let Track::Loop(cycle) = &mut walk.motion else {
+                panic!("{}: expected a cycle", walk.name);
+            };
+            cycle.drift_m *= by;
+            cycle.root.iter_mut().for_each(|root| *root *= by);
+            walk.worn = None;
+        }
+        person.body = body.clone();
+        person
+    };
+    people.into_iter().map(moved).collect()
 }
 
 /// Returns the dataset of a person.

@@ -2,12 +2,13 @@
 //!
 //! An [`Outfit`] begins as the hulls of an avatar; each function changes them or adds some.
 //! Sleeves, trousers and shoes follow the body and move its hulls outward. Only what stands away
-//! from the body takes new hulls: one each for a coat, a skirt, hair, a backpack, a shoulder bag
-//! and a suitcase, two for a hat. All of them fit beside a body of 24 hulls and 512 points.
+//! from the body takes new hulls: one each for a coat, a jacket, a skirt, hair, a backpack, a
+//! shoulder bag, a suitcase and a box, two for a hat and an umbrella, four for a stroller. A body of
+//! 24 hulls and 512 points has room for eight of them.
 //!
 //! Strengths are 0..=1, or -1..=1 where stated. 0 changes no bit; small strengths change little.
 //! Each item goes around the hulls that are there, so order matters: first the body
-//! ([`body_mass`], [`build`], [`age_body`]), then trousers, shoes, skirt, coat, hair, hat, and
+//! ([`body_mass`], [`build`], [`age_body`]), then trousers, shoes, skirt, coat, hair, hood, hat, and
 //! last the loads.
 //!
 //! Sizes that are marked as ours were chosen by looking at pictures of built-in people.
@@ -17,12 +18,13 @@ mod shape;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use load::{backpack, shoulder_bag, suitcase};
+pub(crate) use load::{backpack, carried_box, shoulder_bag, stroller, suitcase, umbrella};
 pub(crate) use shape::{age_body, body_mass, build};
 
 use crate::error::{Error, Result};
 pub(crate) use crate::people::clothes::{
-    BodyPart, Outfit, Wearer, coat, hair, hat, shoes, skirt, wide_trousers,
+    BodyPart, Outfit, Wearer, coat, down_jacket, hair, hat, hood, open_coat, shoes, skirt,
+    wide_trousers,
 };
 use crate::people::clothes::{RestJoints, WornHull};
 use crate::people::cohort::anthropometry::{DIMENSIONS, Dimensions, PopulationNorms};

@@ -1,12 +1,16 @@
 //! Faults of segmentation: holes, missing parts, added parts, and noise.
 //!
-//! Places are sampled as shares of the figure: with the same random numbers they stay in place on
-//! the body from frame to frame and from strength to strength.
+//! Holes and missing parts follow the body's hulls, since segmenters lose clothes and limbs rather
+//! than parts of an image; others are placed at shares of the figure. With the same random numbers
+//! they stay in place on the body from frame to frame and from strength to strength.
 
-use super::counts::ColumnCounts;
-use super::fine::Fine;
-use super::picture::{BitPicture, SampleBounds};
-use glam::DVec2;
+use super::fine::{Fine, FineRenderer};
+use super::morphology::median;
+use super::picture::BitPicture;
+use edgegait_core::body::{Figure, UnpackedBody};
+use edgegait_core::raster::DrawError;
+use edgegait_core::skeleton::Joint;
+use glam::{DVec2, Vec3};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
@@ -20,17 +24,26 @@ const HOLES: usize = 6;
 const BLOBS_AREA: f64 = 0.5;
 /// The number of blobs.
 const BLOBS: usize = 3;
-/// Share of samples that salt and pepper flip at strength 1. Our choice.
+/// The number of neighbouring hulls that are missing. Our choice: a forearm has a hand, a head a neck.
+const LOST: usize = 3;
+/// Shares of samples that salt and pepper flip at strength 1, and that are flipped before a median.
+/// Our choice: the median leaves a tenth of 30 %.
 const TURNED: f64 = 0.1;
+const TURNED_BEFORE_MEDIAN: f64 = 0.3;
 
 /// Cuts six elliptic holes, together a quarter of the figure's area at strength 1, less where
-/// they overlap or lie beside the figure.
-pub(crate) fn holes(picture: &mut BitPicture, fine: &Fine, strength: f64, rng: &mut ChaCha8Rng) {
-    let rows = RowCounts::count(picture);
-    let spots = Spot::draw::<HOLES>(rng);
-    let radius = radius(fine, rows.area() * HOLES_AREA * strength / HOLES as f64);
-    let centres = spots.map(|spot| rows.nth(picture, spot.place));
-    for (spot, centre) in spots.iter().zip(centres) {
+/// they overlap or lie beside the figure. Each stays at one place of one of its hulls.
+pub(crate) fn holes(
+    picture: &mut BitPicture,
+    fine: &Fine,
+    figure: &Figure<'_>,
+    strength: f64,
+    rng: &mut ChaCha8Rng,
+) {
+    let area = picture.area() as f64;
+    let radius = radius(fine, area * HOLES_AREA * strength / HOLES as f64);
+    for spot in Spot::draw::<HOLES>(rng) {
+        let centre = on_body(figure, spot.place).and_then(|place| fine.sample_of(place));
         if let Some(centre) = centre {
             ellipse(picture, centre, radius * spot.shape, false);
         }
@@ -56,55 +69,90 @@ pub(crate) fn merged_background(
     }
 }
 
-/// Removes one of three parts. Sizes at strength 1: the head, the uppermost fifth of the figure;
-/// a leg, the lower half of the figure on one side of the legs' middle; or a band, a quarter of
-/// the figure's height, centred at a quarter to three quarters of the height.
-pub(crate) fn missing_part(picture: &mut BitPicture, strength: f64, rng: &mut ChaCha8Rng) {
-    let (part, place) = (rng.random_range(0..4_u8), rng.random::<f64>());
-    let Some(bounds) = picture.bounds() else {
-        return;
-    };
-    let height = (bounds.bottom - bounds.top) as f64;
-    let row = |share: f64| at_most(libm::round(share * height), bounds.bottom - bounds.top);
-    let (left, right) = (bounds.left.cast_signed(), bounds.right.cast_signed());
-    let (rows, columns) = match part {
-        0 => (0..row(0.2 * strength), left..right),
-        1 => {
-            let middle = 0.25 + 0.5 * place;
-            let half = 0.125 * strength;
-            (row(middle - half)..row(middle + half), left..right)
-        }
-        side => {
-            let first = row(1.0 - 0.5 * strength);
-            let middle = middle_column(picture, bounds, bounds.top + row(0.5));
-            let columns = if side == 2 {
-                left..middle
-            } else {
-                middle..right
-            };
-            (first..row(1.0), columns)
-        }
-    };
-    for row in rows {
-        picture.fill(bounds.top + row, columns.start, columns.end, false);
+/// Removes three neighbouring hulls of the figure, such as a thigh, a shank and a foot, with all that
+/// is seen before or behind them. Their lengths grow with the strength.
+///
+/// # Errors
+/// If they cannot be drawn.
+pub(crate) fn missing_part(
+    picture: &mut BitPicture,
+    fine: &Fine,
+    renderer: &mut FineRenderer,
+    figure: &Figure<'_>,
+    strength: f64,
+    rng: &mut ChaCha8Rng,
+) -> Result<(), DrawError> {
+    let hulls: Vec<Vec<Vec3>> = figure.hulls().map(Iterator::collect).collect();
+    let first = at_most(rng.random::<f64>() * hulls.len() as f64, hulls.len());
+    #[expect(clippy::cast_possible_truncation, reason = "a share")]
+    let share = strength as f32;
+    let mut lost = Box::<UnpackedBody>::default();
+    for points in hulls.iter().cycle().skip(first).take(LOST.min(hulls.len())) {
+        let middle = middle(points);
+        let kept = points
+            .iter()
+            .map(|&point| middle + share * (point - middle));
+        let fits = lost.push(Joint::Pelvis, kept);
+        debug_assert!(fits.is_ok(), "a part is within the budget of its figure");
     }
+    picture.remove(&fine.draw(renderer, &Figure::at_rest(&lost))?);
+    Ok(())
+}
+
+/// Returns the mean of a hull's points.
+fn middle(points: &[Vec3]) -> Vec3 {
+    #[expect(clippy::cast_precision_loss, reason = "a few points")]
+    let count = points.len().max(1) as f32;
+    points.iter().sum::<Vec3>() / count
+}
+
+/// Returns a place of the body at a share of all of its points: halfway from the point to the middle
+/// of its hull.
+fn on_body(figure: &Figure<'_>, share: f64) -> Option<Vec3> {
+    let count = figure.points().count();
+    let mut left = at_most(share * count as f64, count);
+    for hull in figure.hulls() {
+        let points: Vec<Vec3> = hull.collect();
+        match points.get(left) {
+            Some(point) => return Some(0.5 * (*point + middle(&points))),
+            None => left -= points.len(),
+        }
+    }
+    None
 }
 
 /// Flips random samples in the figure's bounding box, a tenth of them at strength 1.
 pub(crate) fn salt_and_pepper(picture: &mut BitPicture, strength: f64, rng: &mut ChaCha8Rng) {
+    let noise = noise(picture, TURNED * strength, rng);
+    picture.flip(&noise);
+}
+
+/// Flips what a median of 3x3, with which segmenters clean their masks, leaves of random samples in
+/// the figure's bounding box, 30 % of them at strength 1. Inside and outside of the figure this is
+/// the median of a noisy picture; outlines stay.
+pub(crate) fn filtered_noise(picture: &mut BitPicture, strength: f64, rng: &mut ChaCha8Rng) {
+    let mut noise = noise(picture, TURNED_BEFORE_MEDIAN * strength, rng);
+    median(&mut noise);
+    picture.flip(&noise);
+}
+
+/// Returns a picture in which a share of the samples in the figure's bounding box is on, at random.
+fn noise(picture: &BitPicture, share: f64, rng: &mut ChaCha8Rng) -> BitPicture {
+    let words = picture.columns() / 64;
+    let mut noise = BitPicture::empty(picture.rows(), words);
     let Some(bounds) = picture.bounds() else {
-        return;
+        return noise;
     };
     /// The number of binary digits of the share.
     const DIGITS: u32 = 16;
-    let share = libm::round(TURNED * strength * f64::from(1 << DIGITS));
+    let share = libm::round(share * f64::from(1 << DIGITS));
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "0 to 2^16"
     )]
     let share = share as u32;
-    let mut mask = BitPicture::empty(1, picture.columns() / 64);
+    let mut mask = BitPicture::empty(1, words);
     mask.fill(
         0,
         bounds.left.cast_signed(),
@@ -112,7 +160,7 @@ pub(crate) fn salt_and_pepper(picture: &mut BitPicture, strength: f64, rng: &mut
         true,
     );
     for row in bounds.top..bounds.bottom {
-        let words = picture.row_mut(row).iter_mut().zip(mask.row(0));
+        let words = noise.row_mut(row).iter_mut().zip(mask.row(0));
         for (word, mask) in words.filter(|(_, mask)| **mask != 0) {
             // Compares a random number of 16 binary digits for each sample with the share, from the
             // last digit on, 64 samples at a time.
@@ -125,9 +173,10 @@ pub(crate) fn salt_and_pepper(picture: &mut BitPicture, strength: f64, rng: &mut
                     !random & below
                 };
             }
-            *word ^= below & mask;
+            *word = below & mask;
         }
     }
+    noise
 }
 
 /// The place and the shape of a hole or a blob.
@@ -165,47 +214,6 @@ fn radius(fine: &Fine, area: f64) -> DVec2 {
     DVec2::new(round * aspect, round / aspect)
 }
 
-/// The number of samples that are on in each row and all rows above it.
-struct RowCounts(Vec<u32>);
-
-impl RowCounts {
-    fn count(picture: &BitPicture) -> Self {
-        let mut all = 0;
-        let rows = (0..picture.rows()).map(|row| {
-            all += picture
-                .row(row)
-                .iter()
-                .map(|word| word.count_ones())
-                .sum::<u32>();
-            all
-        });
-        Self(rows.collect())
-    }
-
-    fn area(&self) -> f64 {
-        self.0.last().copied().unwrap_or(0).into()
-    }
-
-    /// Returns the sample that follows this share of the samples that are on.
-    fn nth(&self, picture: &BitPicture, share: f64) -> Option<DVec2> {
-        let before = share * self.area();
-        let row = self.0.partition_point(|&on| f64::from(on) <= before);
-        let above = row.checked_sub(1).map_or(0, |above| self.0[above]);
-        let mut left = at_most(before - f64::from(above), picture.columns());
-        for (word, &bits) in (0..).zip(self.0.get(row).map_or(&[] as &[u64], |_| picture.row(row)))
-        {
-            let on = bits.count_ones() as usize;
-            if left < on {
-                let bits = (0..left).fold(bits, |bits, _| bits & (bits - 1));
-                let column = 64 * word + bits.trailing_zeros();
-                return Some(DVec2::new(f64::from(column) + 0.5, row as f64 + 0.5));
-            }
-            left -= on;
-        }
-        None
-    }
-}
-
 /// Returns the sample at the figure's left or right border, at a share of its height.
 fn border(picture: &BitPicture, spot: Spot) -> Option<DVec2> {
     let bounds = picture.bounds()?;
@@ -221,18 +229,6 @@ fn border(picture: &BitPicture, spot: Spot) -> Option<DVec2> {
         columns.rfind(is_on)?
     };
     Some(DVec2::new(column as f64 + 0.5, row as f64 + 0.5))
-}
-
-/// Returns the mean column of the samples that are on in the lower rows, from `from` on.
-fn middle_column(picture: &BitPicture, bounds: SampleBounds, from: usize) -> isize {
-    let rows = (from..bounds.bottom).map(|row| picture.row(row));
-    let counts = ColumnCounts::count(rows, picture.columns() / 64, picture.rows());
-    let (mut sum, mut count) = (0, 0);
-    for column in bounds.left..bounds.right {
-        let on = counts.of_column(column) as usize;
-        (sum, count) = (sum + on * column, count + on);
-    }
-    sum.checked_div(count).unwrap_or(bounds.left).cast_signed()
 }
 
 /// Turns on or off the samples whose centres lie within an ellipse.
@@ -265,9 +261,13 @@ fn at_most(number: f64, most: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::side_view;
+    use super::super::picture::FigureSamples;
+    use super::super::tests::{side_figure, side_view};
     use super::*;
+    use edgegait_core::raster::Rasterizer;
+    use edgegait_core::silhouette::Size;
     use rand::SeedableRng as _;
+    use std::collections::BTreeSet;
 
     fn seeded(seed: u64) -> ChaCha8Rng {
         ChaCha8Rng::seed_from_u64(seed)
@@ -287,7 +287,13 @@ mod tests {
             let (fine, before, _) = side_view(3);
             let cut = |strength| {
                 let mut picture = before.clone();
-                holes(&mut picture, &fine, strength, &mut seeded(seed));
+                holes(
+                    &mut picture,
+                    &fine,
+                    &side_figure(3),
+                    strength,
+                    &mut seeded(seed),
+                );
                 picture
             };
             let (some, most) = (cut(0.3), cut(1.0));
@@ -299,6 +305,20 @@ mod tests {
         }
         // Less than 0.25, since holes overlap or lie partly beside the figure.
         assert!((0.1..0.25).contains(&taken), "{taken}");
+    }
+
+    #[test]
+    fn holes_keep_their_place_on_the_body() {
+        for share in [0.1, 0.35, 0.6, 0.9] {
+            // Two frames of one person: each place is as far from the nearest point of its hull.
+            let [one, other] = [2, 6].map(|frame| {
+                let figure = side_figure(frame);
+                let place = on_body(&figure, share).expect("a place");
+                let away = figure.points().map(|point| point.distance(place));
+                away.fold(f32::MAX, f32::min)
+            });
+            assert!((one - other).abs() < 0.03, "{share}: {one} {other}");
+        }
     }
 
     #[test]
@@ -318,41 +338,55 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_part_is_a_head_a_band_or_a_leg() {
-        let mut seen = [false; 4];
-        for seed in 0..40 {
-            let (_, before, bounds) = side_view(0);
-            let mut picture = before.clone();
-            missing_part(&mut picture, 1.0, &mut seeded(seed));
-            assert_eq!(without(&picture, &before), 0);
-            let height = bounds.bottom - bounds.top;
-            let now = picture.bounds().expect("most of the figure");
-            let is_empty = |row: usize| picture.row(row).iter().all(|&word| word == 0);
-            let gap = (now.top..now.bottom).filter(|&row| is_empty(row)).count();
-            if now.top > bounds.top {
-                assert_eq!(now.top - bounds.top, (height + 2) / 5);
-                seen[0] = true;
-            } else if gap > 0 {
-                assert!(gap.abs_diff(height / 4) <= 1, "{gap} of {height}");
-                seen[1] = true;
-            } else {
-                let upper = |picture: &BitPicture| {
-                    let rows = bounds.top..bounds.top + height / 2 - 1;
-                    rows.map(|row| picture.count(row, 0, 9_999)).sum::<u32>()
+    fn a_missing_part_follows_the_body_and_grows_with_strength() {
+        let mut renderer = FineRenderer::new(Rasterizer::Rows, Size::S50x30).expect("binary");
+        let mut kinds = BTreeSet::new();
+        for seed in 0..20 {
+            let mut shares = [0, 4].map(|frame| {
+                let (fine, before, _) = side_view(frame);
+                let mut cut = |strength| {
+                    let mut picture = before.clone();
+                    let rng = &mut seeded(seed);
+                    let lost = missing_part(
+                        &mut picture,
+                        &fine,
+                        &mut renderer,
+                        &side_figure(frame),
+                        strength,
+                        rng,
+                    );
+                    lost.expect("a part");
+                    picture
                 };
-                assert_eq!(upper(&picture), upper(&before));
-                let lost = without(&before, &picture) as f64 / before.area() as f64;
-                assert!((0.05..0.35).contains(&lost), "{lost}");
-                seen[if now.left > bounds.left { 2 } else { 3 }] = true;
-            }
+                let (some, most) = (cut(0.5), cut(1.0));
+                assert_eq!(without(&some, &before) + without(&most, &some), 0);
+                without(&before, &most) as f64 / before.area() as f64
+            });
+            // The same part in both frames of a person: its outline turns.
+            shares.sort_by(f64::total_cmp);
+            let [less, more] = shares;
+            assert!(less > 0.0 && more < 0.7 && more < 2.5 * less, "{shares:?}");
+            kinds.insert((20.0 * more) as u32);
         }
-        assert_eq!(seen, [true; 4]);
+        assert!(kinds.len() > 3, "{kinds:?}");
+    }
+
+    #[test]
+    fn a_median_leaves_a_tenth_of_much_noise_and_hardly_any_of_little() {
+        let (_, before, FigureSamples { bounds, .. }) = side_view(9);
+        let area = ((bounds.bottom - bounds.top) * (bounds.right - bounds.left)) as f64;
+        for (strength, shares) in [(1.0, 0.08..0.14), (0.2, 0.0..0.01)] {
+            let mut picture = before.clone();
+            filtered_noise(&mut picture, strength, &mut seeded(8));
+            let turned = (without(&before, &picture) + without(&picture, &before)) as f64;
+            assert!(shares.contains(&(turned / area)), "{}", turned / area);
+        }
     }
 
     #[test]
     fn salt_and_pepper_turn_the_stated_share_of_the_rectangle_over() {
         for (strength, share) in [(1.0, 0.1), (0.25, 0.025)] {
-            let (_, before, bounds) = side_view(9);
+            let (_, before, FigureSamples { bounds, .. }) = side_view(9);
             let mut picture = before.clone();
             salt_and_pepper(&mut picture, strength, &mut seeded(8));
             let turned = (without(&before, &picture) + without(&picture, &before)) as f64;

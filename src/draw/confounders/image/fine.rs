@@ -5,7 +5,7 @@
 
 use super::exposure::exposed;
 use super::phases::{FINE, WINDOW, interleaved, merge, tiles};
-use super::picture::{BitPicture, SampleBounds};
+use super::picture::{BitPicture, FigureSamples};
 use crate::draw::registers::registers;
 use crate::error::{Result, SettingError};
 use edgegait_core::body::{Figure, UnpackedBody};
@@ -192,6 +192,14 @@ impl Fine {
         FINE as f64 * self.scale
     }
 
+    /// Returns the sample at which a point appears, if it is in front of the camera.
+    #[must_use]
+    pub(super) fn sample_of(&self, point: Vec3) -> Option<DVec2> {
+        let from = projected(&self.view.camera, point).ok()?.as_dvec2() - self.anchor;
+        let (scale, at) = self.samples();
+        Some(at + DVec2::new(from.x, -from.y) * scale)
+    }
+
     /// Returns the image point from which samples are counted, metres.
     pub(super) const fn anchor(&self) -> DVec2 {
         self.anchor
@@ -204,7 +212,7 @@ impl Fine {
         (self.samples_per_metre(), FINE as f64 * at)
     }
 
-    /// Renders the figure for which the picture was laid out, and returns its bounding box. Framed,
+    /// Renders the figure for which the picture was laid out, and returns where it is. Framed,
     /// it is the silhouette that the core renders.
     ///
     /// # Errors
@@ -213,14 +221,14 @@ impl Fine {
         &self,
         renderer: &mut FineRenderer,
         figure: &Figure<'_>,
-    ) -> std::result::Result<(BitPicture, SampleBounds), DrawError> {
+    ) -> std::result::Result<(BitPicture, FigureSamples), DrawError> {
         let mut picture = self.drawn(renderer, figure, &self.extent)?;
         let bounds = self.settled(renderer, figure, &mut picture)?;
         Ok((picture, bounds))
     }
 
-    /// Renders the exposure of the figure at these moments, and returns the bounding box at its own
-    /// moment, which is rendered only once if it is among them.
+    /// Renders the exposure of the figure at these moments, and returns where the figure is at its
+    /// own moment, which is rendered only once if it is among them.
     ///
     /// # Errors
     /// For figures without an image; see [`DrawError`].
@@ -229,7 +237,7 @@ impl Fine {
         renderer: &mut FineRenderer,
         figure: &Figure<'_>,
         moments: &[Figure<'_>],
-    ) -> std::result::Result<(BitPicture, SampleBounds), DrawError> {
+    ) -> std::result::Result<(BitPicture, FigureSamples), DrawError> {
         let drawn = self.drawn(renderer, figure, &self.extent)?;
         let mut picture = drawn.clone();
         let bounds = self.settled(renderer, figure, &mut picture)?;
@@ -244,14 +252,13 @@ impl Fine {
         Ok((exposed(&moments).unwrap_or(picture), bounds))
     }
 
-    /// Makes a picture of the figure agree with the core's silhouette, and returns its bounding
-    /// box.
+    /// Makes a picture of the figure agree with the core's silhouette, and returns where it is.
     fn settled(
         &self,
         renderer: &mut FineRenderer,
         figure: &Figure<'_>,
         picture: &mut BitPicture,
-    ) -> std::result::Result<SampleBounds, DrawError> {
+    ) -> std::result::Result<FigureSamples, DrawError> {
         let (
             RenderView {
                 camera,
@@ -267,11 +274,10 @@ impl Fine {
         let drawing = renderer
             .silhouettes
             .draw(figure, &camera, framing, jitter)?;
-        let bounds = match drawing.frame {
-            AnySilhouette::Binary(silhouette) => self.settle(picture, silhouette),
-            AnySilhouette::Ninths(_) | AnySilhouette::Grey(_) => picture.bounds(),
+        let AnySilhouette::Binary(silhouette) = drawing.frame else {
+            unreachable!("a fine renderer refuses rasterisers of grey values");
         };
-        bounds.ok_or(DrawError::Vanished)
+        self.settle(picture, silhouette).ok_or(DrawError::Vanished)
     }
 
     /// Renders another figure, such as a shadow or an occluder, clipped to the picture.

@@ -7,7 +7,7 @@
 use super::counts::ColumnCounts;
 use super::fine::Fine;
 use super::phases::{FINE, thirds};
-use super::picture::{BitPicture, SampleBounds};
+use super::picture::{BitPicture, FigureSamples, SampleBounds};
 use edgegait_core::camera::Framing;
 use edgegait_core::raster::Placement;
 use edgegait_core::silhouette::Silhouette;
@@ -83,19 +83,20 @@ struct SampleGrid {
 }
 
 impl Fine {
-    /// Frames a picture after effects. `before` is the bounding box from [`Self::draw_figure`].
-    /// Returns `None` if nothing is left.
+    /// Frames a picture after effects. `before` is from [`Self::draw_figure`]. Returns `None` if
+    /// nothing is left.
     #[must_use]
-    pub(crate) fn frame(&self, picture: &BitPicture, before: SampleBounds) -> Option<Framed> {
+    pub(crate) fn frame(&self, picture: &BitPicture, before: FigureSamples) -> Option<Framed> {
         let now = picture.bounds()?;
-        let grid = self.grid(now, before);
+        let grid = self.grid(now, before.bounds);
         match self.view.framing {
             Framing::Height => {
-                let (first, area) = self.centred(picture, now, &grid)?;
-                let silhouette = self.sampled(picture, &SampleGrid { first, ..grid });
+                let (centroid, area) = self.centroid(picture, now, &grid)?;
+                let grid = self.centred(grid, centroid + before.nudge);
+                let silhouette = self.sampled(picture, &grid);
                 Some(Framed {
                     clipped_share: clipped_share(silhouette.area().into(), area),
-                    placement: self.placement(&SampleGrid { first, ..grid }),
+                    placement: self.placement(&grid),
                     silhouette,
                 })
             }
@@ -123,24 +124,42 @@ impl Fine {
     }
 
     /// Makes `picture`, which was rendered in tiles, agree with the core's silhouette, and returns
-    /// its bounding box. Coordinates are rounded differently, which moves edges by at most 1/64
-    /// pixel.
+    /// where the figure is. Coordinates are rounded differently, which moves edges by at most 1/64
+    /// pixel, and can move the centroid to the next column.
     pub(super) fn settle(
         &self,
         picture: &mut BitPicture,
         drawn: &Silhouette,
-    ) -> Option<SampleBounds> {
+    ) -> Option<FigureSamples> {
         let now = picture.bounds()?;
+        let mut settled = FigureSamples {
+            bounds: now,
+            nudge: 0.0,
+        };
         let mut grid = self.grid(now, now);
+        let mut centroid = None;
         if self.view.framing == Framing::Height {
-            let Some((first, _)) = self.centred(picture, now, &grid) else {
-                return Some(now);
+            let Some((column, _)) = self.centroid(picture, now, &grid) else {
+                return Some(settled);
             };
-            grid.first = first;
+            grid = self.centred(grid, column);
+            centroid = Some(column);
         }
-        let found = self.sampled(picture, &grid);
+        let mut found = self.sampled(picture, &grid);
         if found == *drawn {
-            return Some(now);
+            return Some(settled);
+        }
+        if let Some(centroid) = centroid {
+            let column = libm::floor(centroid);
+            // The last value is above rounding, and far below a sample.
+            for beside in [column - 1e-6, column + 1.0 + 1e-6] {
+                let shifted = self.centred(grid, beside);
+                let sampled = self.sampled(picture, &shifted);
+                if differences(&sampled, drawn) < differences(&found, drawn) {
+                    (grid, found) = (shifted, sampled);
+                    settled.nudge = beside - centroid;
+                }
+            }
         }
         for (row, (found, drawn)) in (0..).zip(found.rows().iter().zip(drawn.rows())) {
             let mut differing = found ^ drawn;
@@ -155,7 +174,8 @@ impl Fine {
                 differing &= differing - 1;
             }
         }
-        picture.bounds()
+        settled.bounds = picture.bounds()?;
+        Some(settled)
     }
 
     /// Returns the map from image points to pixels.
@@ -208,14 +228,22 @@ impl Fine {
         }
     }
 
-    /// Returns the first column of a silhouette whose middle column holds the centroid of the
-    /// sampled points, and how many of these are on; `None` if none is.
-    fn centred(
+    /// Returns the grid whose middle column holds a centroid.
+    fn centred(&self, grid: SampleGrid, centroid: f64) -> SampleGrid {
+        #[expect(clippy::cast_possible_truncation, reason = "a few thousand columns")]
+        let column = libm::floor(centroid) as i64;
+        let first = column - signed(self.size.columns() / 2);
+        SampleGrid { first, ..grid }
+    }
+
+    /// Returns the column of the centroid of the sampled points, and how many of these are on;
+    /// `None` if none is.
+    fn centroid(
         &self,
         picture: &BitPicture,
         now: SampleBounds,
         grid: &SampleGrid,
-    ) -> Option<(i64, u64)> {
+    ) -> Option<(f64, u64)> {
         let most = self.size.rows();
         let rows = grid.rows.samples(most).flatten();
         let rows = rows.filter(|&row| row < picture.rows());
@@ -236,11 +264,8 @@ impl Fine {
         #[expect(clippy::cast_precision_loss, reason = "exact below 2^53")]
         let (whole, sum) = (area as f64, doubled as f64);
         let jitter = f64::from(self.view.jitter.x);
-        let centroid = libm::floor((sum + whole * (1.0 + 2.0 * jitter)) / (2.0 * whole));
-        #[expect(clippy::cast_possible_truncation, reason = "a few thousand columns")]
-        let centroid = centroid as i64;
-        let middle = signed(self.size.columns() / 2);
-        Some((centroid - middle, area.unsigned_abs()))
+        let centroid = (sum + whole * (1.0 + 2.0 * jitter)) / (2.0 * whole);
+        Some((centroid, area.unsigned_abs()))
     }
 
     /// Samples the silhouette's pixels from a picture.
@@ -273,6 +298,12 @@ fn clipped_share(shown: u64, all: u64) -> f32 {
     #[expect(clippy::cast_precision_loss, reason = "a share")]
     let share = 1.0 - (shown as f32 / all as f32).min(1.0);
     share
+}
+
+/// Returns how many pixels of two silhouettes of one size differ.
+fn differences(a: &Silhouette, b: &Silhouette) -> u32 {
+    let rows = a.rows().iter().zip(b.rows());
+    rows.map(|(a, b)| (a ^ b).count_ones()).sum()
 }
 
 /// Returns by how many samples a border has moved.

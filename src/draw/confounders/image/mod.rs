@@ -30,11 +30,13 @@ mod resolution;
 mod shadow;
 #[cfg(test)]
 mod tests;
+mod warp;
+mod waver;
 
 pub(crate) use distortion::distort;
 #[cfg(feature = "plots")]
 pub(crate) use distortion::straightened;
-pub(crate) use faults::{holes, merged_background, missing_part, salt_and_pepper};
+pub(crate) use faults::{filtered_noise, holes, merged_background, missing_part, salt_and_pepper};
 pub(crate) use fine::{Fine, FineRenderer};
 pub(crate) use frame::Framed;
 pub(crate) use light::Light;
@@ -43,3 +45,4 @@ pub(crate) use occluder::{Crossing, Pillar};
 pub(crate) use picture::BitPicture;
 pub(crate) use resolution::{coarsen, to_cells};
 pub(crate) use shadow::{Floor, Sun, shadow_body};
+pub(crate) use waver::waver;

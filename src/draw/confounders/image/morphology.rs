@@ -1,4 +1,5 @@
-//! Outlines that are too tight or too wide: erosion and dilation by a disc (Serra 1982).
+//! Outlines that are too tight or too wide: erosion and dilation by a disc (Serra 1982); and the
+//! median.
 
 use super::fine::Fine;
 use super::picture::BitPicture;
@@ -72,15 +73,48 @@ fn widen(wide: &mut [u64], picture: &BitPicture, by: u32) {
     let words = picture.columns() / 64;
     let rows = picture.words().chunks_exact(words);
     for (wide, row) in wide.chunks_exact_mut(words).zip(rows) {
-        let mut before = 0;
-        for (at, (wide, &bits)) in wide.iter_mut().zip(row).enumerate() {
-            let behind = row.get(at + 1).copied().unwrap_or(0);
-            let (right, left) = (
-                bits << by | before >> (64 - by),
-                bits >> by | behind << (64 - by),
-            );
+        for (at, wide) in wide.iter_mut().enumerate() {
+            let [right, left] = beside(row, at, by);
             *wide |= left | right;
-            before = bits;
+        }
+    }
+}
+
+/// Returns a word of a row moved by 1 to 63 columns to the right, and to the left.
+fn beside(row: &[u64], at: usize, by: u32) -> [u64; 2] {
+    let word = |at: Option<usize>| at.and_then(|at| row.get(at)).copied().unwrap_or(0);
+    let (before, behind) = (word(at.checked_sub(1)), word(at.checked_add(1)));
+    [
+        row[at] << by | before >> (64 - by),
+        row[at] >> by | behind << (64 - by),
+    ]
+}
+
+/// Replaces each sample by the median of the 3x3 around it (Tukey 1971): on if at least five are.
+pub(super) fn median(picture: &mut BitPicture) {
+    let words = picture.columns() / 64;
+    // Binary digits of sums of three bits, for 64 columns at a time.
+    let sum = |a: u64, b: u64, c: u64| [a ^ b ^ c, (a & b) | (c & (a ^ b))];
+    let across = |row: &[u64]| -> Vec<[u64; 2]> {
+        let each = row.iter().enumerate().map(|(at, &word)| {
+            let [right, left] = beside(row, at, 1);
+            sum(left, word, right)
+        });
+        each.collect()
+    };
+    let mut rows: Vec<Vec<[u64; 2]>> = vec![vec![[0; 2]; words]];
+    rows.extend(picture.words().chunks_exact(words).map(across));
+    rows.push(vec![[0; 2]; words]);
+    let three = rows.windows(3);
+    for (row, three) in picture.words_mut().chunks_exact_mut(words).zip(three) {
+        for (at, word) in row.iter_mut().enumerate() {
+            let [ones, twos] = [0, 1].map(|digit| {
+                let [above, own, below] = [0, 1, 2].map(|row| three[row][at][digit]);
+                sum(above, own, below)
+            });
+            // The count is one + 2 (two + other) + 4 four.
+            let ([one, two], [other, four]) = (ones, twos);
+            *word = (four & (one | two | other)) | (one & two & other);
         }
     }
 }
@@ -139,5 +173,22 @@ mod tests {
         closed = dilated(&closed, radii);
         invert(&mut closed);
         assert_eq!(closed, square);
+    }
+
+    #[test]
+    fn a_median_is_what_most_of_nine_samples_are() {
+        let mut picture = spots();
+        for row in 8..18 {
+            picture.fill(row, 58, 71, true);
+            picture.fill(row, 60 + row.cast_signed() % 3, 63, false);
+        }
+        let before = picture.clone();
+        median(&mut picture);
+        for (row, column) in (1..39).flat_map(|row| (1..127).map(move |column| (row, column))) {
+            let near =
+                (row - 1..=row + 1).flat_map(|r| (column - 1..=column + 1).map(move |c| (r, c)));
+            let on = near.filter(|&(r, c)| before.is_on(r, c)).count();
+            assert_eq!(picture.is_on(row, column), on >= 5, "{row} {column}");
+        }
     }
 }

@@ -25,6 +25,15 @@ pub(crate) struct SampleBounds {
     pub right: usize,
 }
 
+/// Where a figure is in its picture, before effects.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FigureSamples {
+    /// Its bounding box.
+    pub(super) bounds: SampleBounds,
+    /// How far right of the picture's the core's centroid is, pixels: 0 if both are in one column.
+    pub(super) nudge: f64,
+}
+
 impl BitPicture {
     /// Creates a picture with all samples off, with 64 columns a word.
     #[must_use]
@@ -136,6 +145,14 @@ impl BitPicture {
     /// If the pictures differ in size.
     pub(crate) fn remove(&mut self, other: &Self) {
         self.combine(other, |own, other| own & !other);
+    }
+
+    /// Flips the samples that are on in `other`.
+    ///
+    /// # Panics
+    /// If the pictures differ in size.
+    pub(super) fn flip(&mut self, other: &Self) {
+        self.combine(other, |own, other| own ^ other);
     }
 
     /// Turns off the samples that are off in `other`.

@@ -93,6 +93,7 @@ fn borders(phase: f64, size: f64, end: usize) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::picture::FigureSamples;
     use super::super::tests::side_view;
     use super::*;
     use rand::SeedableRng as _;
@@ -100,7 +101,7 @@ mod tests {
     #[test]
     fn a_figure_has_ten_rows_of_cells_at_strength_1() {
         for seed in 0..9_u8 {
-            let (fine, before, bounds) = side_view(usize::from(seed));
+            let (fine, before, FigureSamples { bounds, .. }) = side_view(usize::from(seed));
             let mut picture = before.clone();
             let mut rng = ChaCha8Rng::seed_from_u64(seed.into());
             coarsen(&mut picture, &fine, 1.0, &mut rng);

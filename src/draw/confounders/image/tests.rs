@@ -1,6 +1,6 @@
 //! Drawing and framing of fine pictures, compared with silhouettes that the core draws directly.
 
-use super::picture::SampleBounds;
+use super::picture::FigureSamples;
 use super::*;
 use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::people::cohort::{CohortOptions, subjects};
@@ -82,10 +82,15 @@ pub(super) fn seen(camera: Camera, framing: Framing) -> RenderView {
     }
 }
 
-/// Returns the fine picture of a person from the side, and its bounding box.
-pub(super) fn side_view(frame: usize) -> (Fine, BitPicture, SampleBounds) {
+/// Returns the figure of [`side_view`].
+pub(super) fn side_figure(frame: usize) -> Figure<'static> {
     let (body, poses) = &people()[frame % 2];
-    let figure = Figure::new(body, &poses[frame % 16]);
+    Figure::new(body, &poses[frame % 16])
+}
+
+/// Returns the fine picture of a person from the side, and its bounding box.
+pub(super) fn side_view(frame: usize) -> (Fine, BitPicture, FigureSamples) {
+    let figure = side_figure(frame);
     let (view, size) = (
         seen(camera((90.0, 0.0), false), Framing::Height),
         Size::S50x30,
@@ -216,7 +221,7 @@ fn what_is_left_of_a_figure_fills_the_rows_again() {
         let mut renderer = FineRenderer::new(Rasterizer::Rows, size).expect("binary");
         let drawn = fine.draw_figure(&mut renderer, &figure);
         let (mut picture, before) = drawn.expect("a drawing");
-        for row in 0..before.top + 40 {
+        for row in 0..before.bounds.top + 40 {
             picture.fill(row, 0, 9_999, false);
         }
         let framed = fine.frame(&picture, before).expect("a body without a head");
@@ -237,7 +242,7 @@ fn what_is_left_of_a_figure_fills_the_rows_again() {
 #[test]
 fn nothing_is_framed_of_nothing() {
     let (fine, mut picture, before) = side_view(3);
-    picture.fill(before.top, 0, 9_999, true);
+    picture.fill(before.bounds.top, 0, 9_999, true);
     assert!(fine.frame(&picture, before).is_some());
     assert_eq!(fine.frame(&fine.blank(), before), None);
 }
@@ -253,7 +258,7 @@ type Effect = (
     fn(&mut BitPicture, &Fine, f64, &mut ChaCha8Rng),
 );
 
-const EFFECTS: [Effect; 9] = [
+const EFFECTS: [Effect; 11] = [
     ("radial-distortion", |picture, fine, strength, _| {
         distort(picture, fine, strength);
     }),
@@ -261,13 +266,24 @@ const EFFECTS: [Effect; 9] = [
     ("light", |picture, fine, strength, rng| {
         Light::new(strength, rng).segment(picture, fine, rng);
     }),
-    ("holes", holes),
-    ("missing-parts", |picture, _, strength, rng| {
-        missing_part(picture, strength, rng);
+    ("holes", |picture, fine, strength, rng| {
+        holes(picture, fine, &side_figure(4), strength, rng);
+    }),
+    ("missing-parts", |picture, fine, strength, rng| {
+        let mut renderer = FineRenderer::new(Rasterizer::Rows, Size::S50x30).expect("binary");
+        let figure = side_figure(4);
+        let lost = missing_part(picture, fine, &mut renderer, &figure, strength, rng);
+        lost.expect("a part");
     }),
     ("merged-background", merged_background),
     ("erosion", erode),
     ("dilation", dilate),
+    ("waver", |picture, fine, strength, rng| {
+        waver(picture, fine, 0.3, strength, rng);
+    }),
+    ("filtered-noise", |picture, _, strength, rng| {
+        filtered_noise(picture, strength, rng);
+    }),
     ("salt-and-pepper", |picture, _, strength, rng| {
         salt_and_pepper(picture, strength, rng);
     }),
@@ -335,7 +351,7 @@ fn effects_have_a_cost() {
             }
         }
     }
-    let views: Vec<(Fine, BitPicture, SampleBounds)> = (0..16).map(side_view).collect();
+    let views: Vec<(Fine, BitPicture, FigureSamples)> = (0..16).map(side_view).collect();
     for (name, effect) in EFFECTS {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut pictures: Vec<BitPicture> = views.iter().map(|view| view.1.clone()).collect();

@@ -13,9 +13,12 @@ mod pace;
 mod slope;
 mod trunk;
 
-pub(crate) use arms::{arm_still, carried_arm, hands_in_pockets};
+pub(crate) use arms::{
+    AROUND_BOX, AT_THE_BAR, ArmPose, UNDER_UMBRELLA, arm_still, around_box, at_the_bar,
+    carried_arm, hands_in_pockets, phone_at_ear, raised, under_umbrella,
+};
 pub(crate) use limp::{limp, limp_phase};
-pub(crate) use pace::{age_gait, age_pace, speed, speed_pace};
+pub(crate) use pace::{age_gait, age_pace, skirt_gait, skirt_pace, speed, speed_pace};
 pub(crate) use slope::{floor_normal, slope};
 pub(crate) use trunk::load_lean;
 

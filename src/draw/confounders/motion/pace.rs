@@ -1,4 +1,4 @@
-//! Confounders of pace: faster, slower, or aged walking.
+//! Confounders of pace: faster, slower, aged, or hindered walking.
 
 use super::GaitFacts;
 use super::excursion::scale;
@@ -18,6 +18,10 @@ const SPEED_RATIO: f64 = 1.5;
 /// 0.94 to 1.34 m/s for women (Bohannon & Williams Andrews 2011, Physiotherapy 97:182-189, as
 /// recalled).
 const AGED_SPEED_RATIO: f64 = 0.71;
+
+/// The share of the stride that a long skirt takes: its hem, taut around both legs, would have to be
+/// wider than free legs stride otherwise. Our choice.
+const HINDERED: f64 = 0.2;
 
 /// The stoop at 80 years compared with the twenties, degrees forward from the joint below. The
 /// head turns back by five sixths of the sum of the others.
@@ -62,6 +66,23 @@ pub(crate) fn speed_pace(strength: f64) -> Pace {
 #[must_use]
 pub(crate) fn age_pace(strength: f64) -> Pace {
     Pace::of_speed_ratio(libm::pow(AGED_SPEED_RATIO, strength))
+}
+
+/// Returns the pace of [`skirt_gait`] at a strength of 0..=1.
+#[must_use]
+pub(crate) fn skirt_pace(strength: f64) -> Pace {
+    Pace {
+        stride: 1.0 - HINDERED * strength,
+        duration: 1.0,
+    }
+}
+
+/// Shortens the steps as a skirt does: the excursions of all joints shrink with the stride. Strength
+/// 0..=1: the length of the skirt.
+pub(crate) fn skirt_gait(pose: &mut Pose, gait: &GaitFacts, strength: f64) {
+    if strength != 0.0 {
+        scale(pose, gait, Joint::ALL, skirt_pace(strength).stride);
+    }
 }
 
 /// Changes the walking speed: all joints' excursions about their means grow with the stride

@@ -7,11 +7,16 @@ use edgegait_core::skeleton::Joint;
 use glam::{Quat, Vec3};
 
 /// All effects, and whether they are symmetric.
-const EFFECTS: [(&str, Effect, bool); 8] = [
+const EFFECTS: [(&str, Effect, bool); 13] = [
     ("speed", speed, true),
     ("arm_still", arm_still, false),
     ("hands_in_pockets", hands_in_pockets, true),
     ("carried_arm", carried_arm, false),
+    ("phone_at_ear", phone_at_ear, false),
+    ("under_umbrella", under_umbrella, false),
+    ("around_box", around_box, true),
+    ("at_the_bar", at_the_bar, true),
+    ("skirt_gait", skirt_gait, true),
     ("load_lean", load_lean, true),
     ("limp", limp, false),
     ("age_gait", age_gait, true),
@@ -199,6 +204,63 @@ fn a_carrying_arm_hangs_almost_straight_down() {
             assert!(arm.angle_between(-Vec3::Y).to_degrees() < 17.0, "{arm}");
             assert!(arm.x < 0.0, "outwards, on the right: {arm}");
         }
+    }
+}
+
+#[test]
+fn a_phone_is_at_the_ear_and_moves_the_right_arm_alone() {
+    for walk in people() {
+        for (pose, before) in walk.under(phone_at_ear, 1.0).iter().zip(&walk.poses) {
+            let at = walk.model(pose).positions;
+            // The hand's middle is 8 cm beyond the wrist, the ear beside the base of the skull.
+            let [wrist, elbow, head] =
+                [Joint::RightHand, Joint::RightForearm, Joint::Head].map(|joint| at[joint.index()]);
+            let hand = wrist + 0.08 * (wrist - elbow).normalize();
+            let away = hand - head;
+            assert!(away.length() < 0.18 && away.x < -0.04, "{away}");
+            let still = |joint: &Joint| !(9..13).contains(&joint.index());
+            for joint in Joint::ALL.iter().filter(|joint| still(joint)) {
+                assert_eq!(
+                    pose.rotations[joint.index()],
+                    before.rotations[joint.index()]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn hands_are_where_loads_are_hung() {
+    for walk in people() {
+        let skeleton = &walk.gait.skeleton;
+        for (effect, arm) in [
+            (under_umbrella as Effect, UNDER_UMBRELLA),
+            (around_box, AROUND_BOX),
+            (at_the_bar, AT_THE_BAR),
+        ] {
+            let mut pose = Pose::REST;
+            effect(&mut pose, &walk.gait, 0.5);
+            let at = walk.positions(&pose);
+            let [shoulder, wrist] =
+                [Joint::RightUpperArm, Joint::RightHand].map(|joint| at[joint.index()]);
+            assert!((wrist - shoulder).distance(arm.reach(skeleton, -1.0)) < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn a_hem_at_the_knees_is_narrower_than_the_stride_of_free_legs() {
+    for walk in people() {
+        let apart = |poses: &[Pose]| {
+            let spans = poses.iter().map(|pose| {
+                let at = walk.model(pose).positions;
+                (at[Joint::LeftShank.index()].z - at[Joint::RightShank.index()].z).abs()
+            });
+            spans.fold(0.0, f32::max)
+        };
+        // A skirt of strength 0.55 ends at the knees, 2 * 3 * 0.55 cm wider than what is in it.
+        let skirt = apart(&walk.under(skirt_gait, 0.55)) + 6.0 * 0.55 * 0.01;
+        assert!(skirt < apart(&walk.poses), "{skirt}");
     }
 }
 

@@ -69,11 +69,11 @@ const STAGE_LIMITS: [u64; 3] = if cfg!(target_abi = "eabihf") {
     [
         2_500_000,
         // Walks of populations have more harmonics.
-        if IS_DRESSED { 93_000 } else { 46_000 },
+        if IS_DRESSED { 87_000 } else { 45_500 },
         match (cfg!(feature = "skia"), IS_DRESSED) {
             (true, _) => 290_000,
             (false, true) => 440_000,
-            (false, false) => 97_000,
+            (false, false) => 98_000,
         },
     ]
 } else {

@@ -19,7 +19,8 @@ use rand_chacha::ChaCha8Rng;
 
 type Dress = fn(&mut Outfit, &Wearer, f64);
 
-const GARMENTS: [(&str, Dress); 9] = [
+/// Garments and loads, first those that fit together on the largest body.
+const GARMENTS: [(&str, Dress); TOGETHER + 5] = [
     ("wide trousers", wide_trousers),
     ("shoes", shoes),
     ("skirt", skirt),
@@ -29,7 +30,14 @@ const GARMENTS: [(&str, Dress); 9] = [
     ("backpack", backpack),
     ("shoulder bag", shoulder_bag),
     ("suitcase", suitcase),
+    ("hood", hood),
+    ("open coat", open_coat),
+    ("down jacket", down_jacket),
+    ("umbrella", umbrella),
+    ("carried box", carried_box),
+    ("stroller", stroller),
 ];
+const TOGETHER: usize = 10;
 const SHAPES: [(&str, Dress); 3] = [
     ("body mass", body_mass),
     ("build", build),
@@ -156,7 +164,7 @@ impl Walker {
 
     fn in_everything(&self, strength: f64) -> Outfit {
         let mut outfit = self.outfit.clone();
-        for (_, dress) in GARMENTS {
+        for (_, dress) in &GARMENTS[..TOGETHER] {
             dress(&mut outfit, &self.wearer, strength);
         }
         outfit

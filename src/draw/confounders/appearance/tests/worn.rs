@@ -67,7 +67,8 @@ fn skirts_and_coats_are_around_hips_and_legs_in_every_pose() {
         let knee = standing.at(Joint::LeftShank).y;
         for (name, dress, hem) in [
             ("skirt", skirt as Dress, hip + 0.9 * (ankle - hip)),
-            ("coat", coat, knee + 0.25 * (ankle - knee)),
+            ("coat", coat, hip + 0.95 * (knee - hip)),
+            ("down jacket", down_jacket, hip + 0.5 * (knee - hip)),
         ] {
             let outfit = walker.dressed(dress, 1.0);
             for pose in &walker.poses {
@@ -75,9 +76,8 @@ fn skirts_and_coats_are_around_hips_and_legs_in_every_pose() {
                 let inside = under_cloth(&walker, pose, hem);
                 assert!(inside.len() > 40);
                 let out = stands_out(&cloth, &inside);
-                // A quarter of a pixel of a GEI: the built-in people's bodies stand out by up to
-                // 8.1 mm.
-                assert!(out < 0.009, "{name}: {out} m out");
+                // A third of a pixel of a GEI: where the knee bends, calves stand out of a skirt.
+                assert!(out < 0.013, "{name}: {out} m out");
             }
         }
     }
@@ -107,7 +107,7 @@ fn what_follows_the_body_is_around_it() {
 }
 
 #[test]
-fn a_coat_adds_40_mm_to_the_breadth_of_the_shoulders() {
+fn coats_add_as_much_to_the_breadth_of_the_shoulders_as_recorded_ones() {
     let walker = Walker::average(Sex::Male);
     let breadth = |outfit: &Outfit| {
         let standing = RestJoints::from_skeleton(&walker.wearer.skeleton);
@@ -116,9 +116,70 @@ fn a_coat_adds_40_mm_to_the_breadth_of_the_shoulders() {
         max.x - min.x
     };
     for strength in [0.5, 1.0] {
-        let more = breadth(&walker.dressed(coat, strength)) - breadth(&walker.outfit);
-        // Heavy outdoor clothing: 40 mm (Pheasant 1996). Corners of octagons stand out further.
-        assert!((0.038..0.048).contains(&(more / strength)), "{more}");
+        // Upper trunks of 24 people of CASIA-B are 3.1 columns of 2.7 cm broader from the front.
+        for (dress, range) in [(coat as Dress, 0.055..0.075), (down_jacket, 0.048..0.065)] {
+            let more = breadth(&walker.dressed(dress, strength)) - breadth(&walker.outfit);
+            assert!(range.contains(&(more / strength)), "{more}");
+        }
+    }
+}
+
+#[test]
+fn legs_step_out_of_an_open_coat_ahead_and_not_behind() {
+    let walker = Walker::average(Sex::Male);
+    let reach = |outfit: &Outfit, way: f32| {
+        let low = |place: &&Vec3| (0.5..0.9).contains(&place.y);
+        let poses = walker.poses.iter();
+        let places = poses.flat_map(|pose| {
+            let places: Vec<Vec3> = posed(outfit, pose).concat();
+            let pelvis = pose.positions[0];
+            places
+                .iter()
+                .filter(low)
+                .map(|place| way * (place.z - pelvis.z))
+                .collect::<Vec<_>>()
+        });
+        places.fold(f32::MIN, f32::max)
+    };
+    let worn = walker.dressed(open_coat, 1.0);
+    assert!((reach(&worn, 1.0) - reach(&walker.outfit, 1.0)).abs() < 1e-3);
+}
+
+#[test]
+fn umbrellas_are_overhead_boxes_before_the_belly_and_strollers_on_the_floor() {
+    for walker in Walker::all() {
+        let standing = RestJoints::from_skeleton(&walker.wearer.skeleton);
+        let all = |outfit: &Outfit| -> (DVec3, DVec3) {
+            let points = outfit
+                .hulls
+                .iter()
+                .filter(|hull| hull.part == BodyPart::Load);
+            let points = points.flat_map(|hull| &hull.points);
+            points.fold((DVec3::MAX, DVec3::MIN), |(min, max), &point| {
+                let place = standing.place(point);
+                (min.min(place), max.max(place))
+            })
+        };
+        let head = standing.slice(&walker.outfit, &[Joint::Head], f64::MIN..=f64::MAX);
+        let floor = standing
+            .slice(&walker.outfit, &[Joint::LeftFoot], f64::MIN..=f64::MAX)
+            .bounds()
+            .0
+            .y;
+        for strength in [0.5, 1.0] {
+            let (min, max) = all(&walker.dressed(umbrella, strength));
+            assert!((max.x - min.x - strength).abs() < 0.01);
+            assert!((max.y - head.bounds().1.y - 0.05 - 0.18).abs() < 1e-6);
+            let (min, max) = all(&walker.dressed(carried_box, strength));
+            assert!((max - min).distance(strength * DVec3::new(0.40, 0.30, 0.32)) < 1e-6);
+            assert!(
+                min.z < standing.at(Joint::Spine).z + 0.2
+                    && min.y > standing.at(Joint::LeftThigh).y
+            );
+            let (min, max) = all(&walker.dressed(stroller, strength));
+            assert!((min.y - floor - 0.06).abs() < 0.005, "{}", min.y - floor);
+            assert!((max.x - min.x - 0.5).abs() < 1e-6 && max.z > 0.3 + 0.7 * strength);
+        }
     }
 }
 
@@ -189,7 +250,7 @@ fn dressed_people_put_on_whatever_a_condition_says() {
             mass_kg: 70.0,
         };
         let mut outfit = worn.clone();
-        for (_, dress) in SHAPES.iter().chain(&GARMENTS) {
+        for (_, dress) in SHAPES.iter().chain(&GARMENTS[..TOGETHER]) {
             dress(&mut outfit, &wearer, 1.0);
         }
         // Long hair replaces the hair that the body has.
