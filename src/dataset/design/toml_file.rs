@@ -66,6 +66,8 @@ enum WrittenDressing {
 struct WrittenWalks {
     #[serde(default)]
     speeds_kmh: WrittenSpeeds,
+    #[serde(default = "one")]
+    sessions: PositiveNumber,
     #[serde(default)]
     takes: Takes,
     #[serde(default = "one")]
@@ -76,6 +78,7 @@ impl Default for WrittenWalks {
     fn default() -> Self {
         Self {
             speeds_kmh: WrittenSpeeds::default(),
+            sessions: one(),
             takes: Takes::default(),
             cycles: PositiveNumber(1),
         }
@@ -271,12 +274,13 @@ impl WrittenDesign {
             splits,
             population: Population {
                 speeds: walks.speeds_kmh.0,
+                sessions: walks.sessions.0,
                 ..people
             },
         };
         let has_names = design.takes.iter().any(|take| take.name.is_some());
         if has_names && design.walks() > 1 {
-            let problem = "expected one speed if takes have names, which do not distinguish speeds";
+            let problem = "expected one speed and session if takes have names, which do not distinguish these";
             return Err((at_walks, problem.into()));
         }
         let said = |error: Error| error.to_string();
@@ -355,6 +359,7 @@ impl WrittenPopulation {
             }),
             ages: self.age_years,
             speeds: Speeds::Each(Vec::new()),
+            sessions: 1,
             dressed: match self.dressed {
                 WrittenDressing::Never => None,
                 WrittenDressing::ForGood => Some(Dressing::ForGood),

@@ -17,10 +17,10 @@ const USUAL: &[u8] = include_bytes!("cohort-5kmh.egp");
 /// `None` if it is not stored.
 #[must_use]
 pub(crate) fn stored(options: &CohortOptions) -> Option<&'static [u8]> {
-    let all = CohortOptions::default();
+    let all = CohortOptions::built_in();
     let usual = CohortOptions {
         speeds_kmh: USUAL_KMH.to_vec(),
-        ..all.clone()
+        ..CohortOptions::default()
     };
     [(all, ALL), (usual, USUAL)]
         .into_iter()
@@ -46,7 +46,7 @@ mod tests {
     #[test]
     fn stored_packs_are_what_encoding_makes() {
         for (file, options, stored) in [
-            ("cohort.egp", CohortOptions::default(), ALL),
+            ("cohort.egp", CohortOptions::built_in(), ALL),
             ("cohort-5kmh.egp", of_speeds(USUAL_KMH.to_vec()), USUAL),
         ] {
             let people = subjects(&options).expect("speeds within the norms");
@@ -64,10 +64,11 @@ mod tests {
     fn what_commands_use_by_default_is_stored_and_nothing_else() {
         let usual = built_in(&[BUILT_IN_WALK.to_owned()]);
         assert_eq!(stored(&usual), Some(USUAL));
-        assert_eq!(stored(&CohortOptions::default()), Some(ALL));
+        assert_eq!(stored(&CohortOptions::built_in()), Some(ALL));
         let others = [
             of_speeds(vec![5.0, 6.0]),
             of_speeds(vec![4.0]),
+            CohortOptions::default(),
             CohortOptions {
                 seed: 2,
                 ..usual.clone()

@@ -56,6 +56,10 @@ pub const PEOPLE: usize = 26;
 /// Speeds of the built-in cohort, km/h: those of the source paper.
 pub const SPEEDS_KMH: [f64; 10] = [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0];
 
+/// Speeds of the built-in cohort's second session, km/h: slow, usual and fast walking. All ten speeds
+/// would take the pack beyond 64 kB.
+pub const LATER_KMH: [f64; 3] = [3.0, 5.0, 7.0];
+
 /// The requested properties of a synthetic person; those left open are drawn at random.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Profile {
@@ -200,6 +204,25 @@ impl Person {
         }
     }
 
+    /// Returns the same person in a session, from 0: on another day, as [`Style::on_another_day`].
+    fn in_session(&self, seed: u64, number: usize, session: usize) -> Self {
+        if session == 0 {
+            return self.clone();
+        }
+        let mut rngs = [0, session].map(|day| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            // Streams of people are below 2^32, those of takes have the highest bit, and those of days
+            // the second highest.
+            rng.set_stream((1 << 62) | (day as u64) << 32 | number as u64);
+            rng
+        });
+        let [common, day] = &mut rngs;
+        Self {
+            style: self.style.on_another_day([common, day]),
+            ..self.clone()
+        }
+    }
+
     /// Returns the same person in shoes that are drawn for the take of this number, and the body
     /// with everything worn in it. Shoes change how a foot rolls. Arms hang beside the bare body,
     /// since cloth gives way.
@@ -270,8 +293,10 @@ pub struct CohortOptions {
     pub first: usize,
     /// Number of people.
     pub people: usize,
-    /// Speeds, km/h, each within 3..=12.
+    /// Speeds of the first session, km/h, each within 3..=12.
     pub speeds_kmh: Vec<f64>,
+    /// Speeds of each further session, on another day.
+    pub later_kmh: Vec<Vec<f64>>,
     /// Properties that all of them share.
     pub profile: Profile,
     /// Whether they are dressed, and how often they change their clothes.
@@ -285,6 +310,7 @@ impl Default for CohortOptions {
             first: 0,
             people: PEOPLE,
             speeds_kmh: SPEEDS_KMH.to_vec(),
+            later_kmh: Vec::new(),
             profile: Profile::default(),
             dressed: None,
         }
@@ -297,20 +323,37 @@ impl CohortOptions {
     /// # Errors
     /// For speeds outside the norms' range or given twice, and as [`Profile::check`].
     pub fn check(&self) -> Result<()> {
-        let mut speeds = self.speeds_kmh.iter();
-        if let Some(speed) = speeds.find(|speed| !(3.0..=12.0).contains(*speed)) {
-            return Err(Error::Usage(format!(
-                "a speed of {speed} km/h: expected 3 to 12, the range of the norms"
-            )));
-        }
-        for (index, speed) in self.speeds_kmh.iter().enumerate() {
-            if self.speeds_kmh[..index].contains(speed) {
+        for speeds in self.sessions() {
+            if let Some(speed) = speeds.iter().find(|speed| !(3.0..=12.0).contains(*speed)) {
                 return Err(Error::Usage(format!(
-                    "a speed of {speed} km/h twice: expected each once, since it identifies the walk"
+                    "a speed of {speed} km/h: expected 3 to 12, the range of the norms"
                 )));
+            }
+            for (index, speed) in speeds.iter().enumerate() {
+                if speeds[..index].contains(speed) {
+                    return Err(Error::Usage(format!(
+                        "a speed of {speed} km/h twice: expected each once in a session, since it identifies the walk"
+                    )));
+                }
             }
         }
         self.profile.check()
+    }
+
+    /// Returns the options of the built-in cohort: a second session at [`LATER_KMH`].
+    #[must_use]
+    pub fn built_in() -> Self {
+        Self {
+            later_kmh: vec![LATER_KMH.to_vec()],
+            ..Self::default()
+        }
+    }
+
+    /// Returns the speeds of each session.
+    pub fn sessions(&self) -> impl Iterator<Item = &[f64]> {
+        std::iter::once(&self.speeds_kmh)
+            .chain(&self.later_kmh)
+            .map(Vec::as_slice)
     }
 
     /// Returns the numbers of the people.
@@ -318,6 +361,16 @@ impl CohortOptions {
     pub const fn numbers(&self) -> Range<usize> {
         self.first..self.first + self.people
     }
+}
+
+/// Returns the name of a take in a session, from 0: `walk-5kmh` in the first, `s2-walk-5kmh` in the
+/// second.
+#[must_use]
+pub fn take_of(session: usize, take: &str) -> String {
+    if session == 0 {
+        return take.to_owned();
+    }
+    format!("s{}-{take}", session + 1)
 }
 
 /// Generates the cohort: every person at every speed.
@@ -343,12 +396,16 @@ pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
         Some(_) => Some(bare.dressed(options.seed, number, take)),
     };
     let (person, body) = dressed(0).unwrap_or_else(|| (bare.clone(), bare.body.clone()));
-    let walks = options.speeds_kmh.iter().enumerate().map(|(take, &speed)| {
+    let sessions = options.sessions().enumerate();
+    let walks =
+        sessions.flat_map(|(session, speeds)| speeds.iter().map(move |&speed| (session, speed)));
+    let walks = walks.enumerate().map(|(take, (session, speed))| {
         let changed = if take > 0 { dressed(take) } else { None };
         let walker = changed.as_ref().map_or(&person, |(person, _)| person);
+        let walker = walker.in_session(options.seed, number, session);
         let gait = gait_at(speed);
         Walk {
-            name: format!("{}-{speed}kmh", gait.name()),
+            name: take_of(session, &format!("{}-{speed}kmh", gait.name())),
             cycle: 0,
             gait,
             speed_mps: speed / 3.6,
