@@ -40,7 +40,7 @@ pub(super) struct CohortArgs {
     speeds_kmh: Option<Vec<f64>>,
     /// Number of sessions, each on another day, with the walks s2-walk-5kmh, s3-... [default: 1, and
     /// without --speeds-kmh 2, of which the second has 3, 5 and 7 km/h]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=100))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=9))]
     sessions: Option<u8>,
     /// Population whose statures, masses and shoulders people have
     #[arg(long, value_name = "NAME", value_enum, default_value_t)]

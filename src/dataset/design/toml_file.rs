@@ -6,6 +6,7 @@ use super::{CYCLES_OF_A_TAKE, Design, DesignTake, Population, Speeds, Split};
 use crate::draw::confounders::{Condition, Conditions};
 use crate::error::Error;
 use crate::people::cohort::{Dressing, ReferencePopulation};
+use crate::people::session::MOST_SESSIONS;
 use edgegait_core::pack::Sex;
 use serde::Deserialize;
 use serde::de::value::SeqAccessDeserializer;
@@ -259,6 +260,11 @@ impl WrittenDesign {
             );
             return Err((at_walks, problem));
         }
+        let sessions = walks.sessions.0;
+        if sessions > MOST_SESSIONS {
+            let problem = format!("expected at most {MOST_SESSIONS} sessions, found {sessions}");
+            return Err((at_walks, problem));
+        }
         let settings = images.settings(self.seed);
         let wanted = images.images();
         let people = population
@@ -274,7 +280,7 @@ impl WrittenDesign {
             splits,
             population: Population {
                 speeds: walks.speeds_kmh.0,
-                sessions: walks.sessions.0,
+                sessions,
                 ..people
             },
         };

@@ -28,6 +28,7 @@ mod swing;
 mod wardrobe;
 
 use crate::error::{Error, Result};
+use crate::people::session::name_in_session;
 use crate::people::{Body, Cycle, Subject, Track, Walk};
 use angles::gait_at;
 use anthropometry::{DIMENSIONS, Dimensions};
@@ -363,16 +364,6 @@ impl CohortOptions {
     }
 }
 
-/// Returns the name of a take in a session, from 0: `walk-5kmh` in the first, `s2-walk-5kmh` in the
-/// second.
-#[must_use]
-pub fn take_of(session: usize, take: &str) -> String {
-    if session == 0 {
-        return take.to_owned();
-    }
-    format!("s{}-{take}", session + 1)
-}
-
 /// Generates the cohort: every person at every speed.
 ///
 /// # Errors
@@ -405,7 +396,7 @@ pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
         let walker = walker.in_session(options.seed, number, session);
         let gait = gait_at(speed);
         Walk {
-            name: take_of(session, &format!("{}-{speed}kmh", gait.name())),
+            name: name_in_session(session + 1, &format!("{}-{speed}kmh", gait.name())),
             cycle: 0,
             gait,
             speed_mps: speed / 3.6,
