@@ -21,7 +21,7 @@ pub enum EvaluateError {
     },
     /// All people have one take, and the protocol makes no others.
     #[error(
-        "protocol {0}: every person has one take, and it does not state which takes to make from it (add \"made\")"
+        "protocol {0}: expected several takes of a person, found one of each (make sessions with `edgegait cohort --sessions 2`, or state takes to make of one in the protocol: \"made\")"
     )]
     NothingMade(String),
     /// A made cycle would be beyond the last variation.
