@@ -31,14 +31,17 @@ const MAX_STRIPS: usize = MAX_HULLS / 2 + MOST_STRIPS;
 /// Steps of the grid in a pixel.
 const UNIT: f32 = 64.0;
 
+/// Two columns, 1/65,536 pixel: lines inside the window are that far from 0 at least.
+const MARGIN: u32 = 2 << 16;
+
 /// Up to sixteen lines of one hull in fixed point, as [`Skia`](super::Skia) steps along them.
 #[derive(Clone, Debug)]
 struct FixedStrip {
     /// The first row that each crosses, and how many.
     first: [u32; LANES],
     rows: [u32; LANES],
-    /// Where it crosses the first row, 1/65,536 pixel, half a pixel to the right, and how much
-    /// further right for each row below.
+    /// Where it crosses the first row, 1/65,536 pixel, half a pixel and [`MARGIN`] to the right, and
+    /// how much further right for each row below.
     place: [u32; LANES],
     slope: [u32; LANES],
     /// The first row that any line crosses, and the first one below.
@@ -347,7 +350,10 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut FixedStri
             l.mul_words(l.down::<16>(slope), down),
             l.down::<16>(l.mul_words(l.and_words(slope, l.splat_word(0xffff)), down)),
         );
-        let place = l.add_words(l.up::<10>(l.add_words(x, across)), l.splat_word(1 << 15));
+        let place = l.add_words(
+            l.up::<10>(l.add_words(x, across)),
+            l.splat_word(MARGIN + (1 << 15)),
+        );
         // Lanes after the last line hold old values.
         #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
         let is_line = l.less_words(numbers, l.splat_word((strip.len - first) as u32));
@@ -370,54 +376,80 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut FixedStri
     (strip.top, strip.bottom) = l.ends_of(top, bottom);
 }
 
-/// Fills `N` rows at a time between the lines of a hull: two cross a row, or none.
+/// Fills the rows between the lines of a hull: two cross a row, or none.
 #[inline(always)]
 fn fill_hull<const N: usize, L: Lanes<N>>(
     l: L,
     hull: &[FixedStrip],
     rows: &mut [u64; MAX_ROWS + LANES],
 ) {
-    let numbers = first_numbers(l);
     let mut row = hull.iter().fold(i32::MAX, |top, strip| top.min(strip.top));
     let bottom = hull
         .iter()
         .fold(0, |bottom, strip| bottom.max(strip.bottom));
     #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_possible_wrap,
+        reason = "16 at most"
+    )]
+    let at_once = N as i32;
+    while row < bottom {
+        // A line is loaded once for all rows that registers have room for.
+        row = match (bottom - row + at_once - 1) / at_once {
+            1 => fill_rows::<1, N, L>(l, hull, row, rows),
+            2 => fill_rows::<2, N, L>(l, hull, row, rows),
+            _ => fill_rows::<3, N, L>(l, hull, row, rows),
+        };
+    }
+}
+
+/// Fills `B` times `N` rows from `row` on, and returns the next one.
+#[inline(always)]
+fn fill_rows<const B: usize, const N: usize, L: Lanes<N>>(
+    l: L,
+    hull: &[FixedStrip],
+    mut row: i32,
+    rows: &mut [u64; MAX_ROWS + LANES],
+) -> i32 {
+    #[expect(
         clippy::cast_sign_loss,
         clippy::cast_possible_truncation,
         clippy::cast_possible_wrap,
-        reason = "below 64"
+        reason = "below 128"
     )]
-    while row < bottom {
-        let here = l.add_words(numbers, l.splat_word(row as u32));
-        // No columns.
-        let mut left = l.splat_word(64 << 16);
-        let mut right = l.splat_word(0);
-        for strip in hull {
-            let lines = strip
-                .first
-                .iter()
-                .zip(&strip.rows)
-                .zip(&strip.place)
-                .zip(&strip.slope);
-            for (((&first, &rows), &place), &slope) in lines.take(strip.len) {
-                let below = l.sub_words(here, l.splat_word(first));
-                let crosses = l.within(below, l.splat_word(rows));
-                let at = l.add_words(l.splat_word(place), l.mul_words(l.splat_word(slope), below));
-                left = l.choose(crosses, l.min_words(left, at), left);
-                right = l.choose(crosses, l.max_words(right, at), right);
+    let (first_row, at_once, step) = (row as u32, N as i32, N as u32);
+    let here = l.add_words(first_numbers(l), l.splat_word(first_row));
+    let step = l.splat_word(step);
+    let mut spans = [(l.splat_word(i32::MAX.cast_unsigned()), l.splat_word(0)); B];
+    for strip in hull {
+        let lines = strip
+            .first
+            .iter()
+            .zip(&strip.rows)
+            .zip(&strip.place)
+            .zip(&strip.slope);
+        for (((&first, &rows), &place), &slope) in lines.take(strip.len) {
+            let (rows, slope) = (l.splat_word(rows), l.splat_word(slope));
+            let mut below = l.sub_words(here, l.splat_word(first));
+            let mut at = l.add_words(l.splat_word(place), l.mul_words(slope, below));
+            let further = l.mul_words(slope, step);
+            for span in &mut spans {
+                *span = l.widen(*span, at, [below, rows]);
+                (below, at) = (l.add_words(below, step), l.add_words(at, further));
             }
         }
-        let left = l.max_words(left, l.splat_word(0));
-        let Some(rows) = rows
-            .get_mut(row as usize..)
-            .and_then(<[u64]>::first_chunk_mut)
-        else {
-            return;
-        };
-        l.fill_rows(l.down::<16>(left), l.down::<16>(right), rows);
-        row += N as i32;
     }
+    let (zero, margin) = (l.splat_word(0), l.splat_word(MARGIN));
+    for (left, right) in spans {
+        let left = l.max_words(l.sub_words(left, margin), zero);
+        let right = l.max_words(l.sub_words(right, margin), zero);
+        let rows = usize::try_from(row).ok().and_then(|row| rows.get_mut(row..));
+        if let Some(rows) = rows.and_then(<[u64]>::first_chunk_mut) {
+            l.fill_rows(l.down::<16>(left), l.down::<16>(right), rows);
+        }
+        row += at_once;
+    }
+    row
 }
 
 /// The points of a hull in the window, pixels; NaN after the last one.

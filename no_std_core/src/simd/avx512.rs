@@ -216,8 +216,19 @@ impl Lanes<LANES> for Avx512 {
         with!(_mm512_min_epi32(a, b))
     }
     #[inline(always)]
-    fn within(self, words: __m512i, len: __m512i) -> __mmask16 {
-        with!(_mm512_cmplt_epu32_mask(words, len))
+    fn widen(
+        self,
+        (left, right): (__m512i, __m512i),
+        at: __m512i,
+        [below, rows]: [__m512i; 2],
+    ) -> (__m512i, __m512i) {
+        with! {
+            let crosses = _mm512_cmplt_epu32_mask(below, rows);
+            (
+                _mm512_mask_min_epu32(left, crosses, left, at),
+                _mm512_mask_max_epi32(right, crosses, right, at),
+            )
+        }
     }
     #[inline(always)]
     fn ends_of(self, low: __m512i, high: __m512i) -> (i32, i32) {

@@ -221,8 +221,14 @@ pub(crate) trait Lanes<const N: usize>: Copy {
     fn slopes(self, across: Self::Words, down: Self::Words) -> Self::Words;
     /// Returns the less of signed numbers.
     fn min_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
-    /// Returns whether `0 <= words < len`, for a `len` that is not negative.
-    fn within(self, words: Self::Words, len: Self::Words) -> Self::Mask;
+    /// Extends the span from the first number to the second, all below 2^31, to `at` where
+    /// `0 <= below < rows`, signed.
+    fn widen(
+        self,
+        span: (Self::Words, Self::Words),
+        at: Self::Words,
+        rows: [Self::Words; 2],
+    ) -> (Self::Words, Self::Words);
     /// Turns on the bits of rows from each first number, below 65, on and before the other.
     #[inline(always)]
     fn fill_rows(self, from: Self::Words, to: Self::Words, rows: &mut [u64; N]) {

@@ -200,11 +200,19 @@ impl<H: Lanes<HALF>> Lanes<LANES> for TwoHalves<H> {
         [self.0.min_words(a[0], b[0]), self.0.min_words(a[1], b[1])]
     }
     #[inline(always)]
-    fn within(self, words: Self::Words, len: Self::Words) -> Self::Mask {
-        [
-            self.0.within(words[0], len[0]),
-            self.0.within(words[1], len[1]),
-        ]
+    fn widen(
+        self,
+        (left, right): (Self::Words, Self::Words),
+        at: Self::Words,
+        [below, rows]: [Self::Words; 2],
+    ) -> (Self::Words, Self::Words) {
+        let (first, last) = (
+            self.0
+                .widen((left[0], right[0]), at[0], [below[0], rows[0]]),
+            self.0
+                .widen((left[1], right[1]), at[1], [below[1], rows[1]]),
+        );
+        ([first.0, last.0], [first.1, last.1])
     }
     #[inline(always)]
     fn bits_from(self, words: Self::Words) -> Self::Words {

@@ -170,8 +170,19 @@ impl Lanes<8> for Avx512Half {
         with!(_mm256_min_epi32(a, b))
     }
     #[inline(always)]
-    fn within(self, words: __m256i, len: __m256i) -> __mmask8 {
-        with!(_mm256_cmplt_epu32_mask(words, len))
+    fn widen(
+        self,
+        (left, right): (__m256i, __m256i),
+        at: __m256i,
+        [below, rows]: [__m256i; 2],
+    ) -> (__m256i, __m256i) {
+        with! {
+            let crosses = _mm256_cmplt_epu32_mask(below, rows);
+            (
+                _mm256_mask_min_epu32(left, crosses, left, at),
+                _mm256_mask_max_epi32(right, crosses, right, at),
+            )
+        }
     }
     #[inline(always)]
     fn fill_rows(self, from: __m256i, to: __m256i, rows: &mut [u64; 8]) {
