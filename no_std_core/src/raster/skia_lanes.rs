@@ -37,10 +37,10 @@ const MARGIN: u32 = 2 << 16;
 /// Up to sixteen lines of one hull in fixed point, as [`Skia`](super::Skia) steps along them.
 #[derive(Clone, Debug)]
 struct FixedStrip {
-    /// The first row that each crosses, and how many.
+    /// The first row that each crosses, and the first one below.
     first: [u32; LANES],
-    rows: [u32; LANES],
-    /// Where it crosses the first row, 1/65,536 pixel, half a pixel and [`MARGIN`] to the right, and
+    end: [u32; LANES],
+    /// Where it would cross row 0, 1/65,536 pixel, half a pixel and [`MARGIN`] to the right, and
     /// how much further right for each row below.
     place: [u32; LANES],
     slope: [u32; LANES],
@@ -56,7 +56,7 @@ struct FixedStrip {
 impl FixedStrip {
     const EMPTY: Self = Self {
         first: [0; LANES],
-        rows: [0; LANES],
+        end: [0; LANES],
         place: [0; LANES],
         slope: [0; LANES],
         top: 0,
@@ -332,7 +332,8 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut FixedStri
     let (half, none) = (l.splat_word(32), l.splat_word(0));
     let mut top = l.splat_word(i32::MAX.cast_unsigned());
     let mut bottom = none;
-    for first in (0..strip.len).step_by(N) {
+    // All lanes, as their number is hard to predict.
+    for first in (0..LANES).step_by(N) {
         let (from, to) = (&ends.from, &ends.to);
         let ax = l.cut_off(part(l, &from[0], first));
         let ay = l.cut_off(part(l, &from[1], first));
@@ -354,16 +355,18 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut FixedStri
             l.up::<10>(l.add_words(x, across)),
             l.splat_word(MARGIN + (1 << 15)),
         );
+        // In row 0.
+        let place = l.sub_words(place, l.mul_words(slope, start));
         // Lanes after the last line hold old values.
         #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
-        let is_line = l.less_words(numbers, l.splat_word((strip.len - first) as u32));
+        let is_line = l.less_words(numbers, l.splat_word(strip.len.saturating_sub(first) as u32));
         let rows = l.choose(is_line, l.sub_words(end, start), none);
         let crosses = l.less_words(none, rows);
         top = l.choose(crosses, l.min_words(top, start), top);
         bottom = l.choose(crosses, l.max_words(bottom, end), bottom);
         let all = [
             (&mut strip.first, start),
-            (&mut strip.rows, rows),
+            (&mut strip.end, l.add_words(start, rows)),
             (&mut strip.place, place),
             (&mut strip.slope, slope),
         ];
@@ -418,24 +421,26 @@ fn fill_rows<const B: usize, const N: usize, L: Lanes<N>>(
         reason = "below 128"
     )]
     let (first_row, at_once, step) = (row as u32, N as i32, N as u32);
-    let here = l.add_words(first_numbers(l), l.splat_word(first_row));
     let step = l.splat_word(step);
+    let mut here = [l.add_words(first_numbers(l), l.splat_word(first_row)); B];
+    for after in 1..B {
+        here[after] = l.add_words(here[after - 1], step);
+    }
     let mut spans = [(l.splat_word(i32::MAX.cast_unsigned()), l.splat_word(0)); B];
     for strip in hull {
         let lines = strip
             .first
             .iter()
-            .zip(&strip.rows)
+            .zip(&strip.end)
             .zip(&strip.place)
             .zip(&strip.slope);
-        for (((&first, &rows), &place), &slope) in lines.take(strip.len) {
-            let (rows, slope) = (l.splat_word(rows), l.splat_word(slope));
-            let mut below = l.sub_words(here, l.splat_word(first));
-            let mut at = l.add_words(l.splat_word(place), l.mul_words(slope, below));
+        for (((&first, &end), &place), &slope) in lines.take(strip.len) {
+            let (rows, slope) = ([l.splat_word(first), l.splat_word(end)], l.splat_word(slope));
             let further = l.mul_words(slope, step);
-            for span in &mut spans {
-                *span = l.widen(*span, at, [below, rows]);
-                (below, at) = (l.add_words(below, step), l.add_words(at, further));
+            let mut at = l.add_words(l.splat_word(place), l.mul_words(slope, here[0]));
+            for (span, &here) in spans.iter_mut().zip(&here) {
+                *span = l.widen(*span, at, here, rows);
+                at = l.add_words(at, further);
             }
         }
     }

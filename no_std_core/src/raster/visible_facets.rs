@@ -67,20 +67,14 @@ pub fn look<L: Wide, const CLEAR: bool>(
     }
     for (number, hull) in figure.hull_parts().enumerate() {
         let number = number % MAX_HULLS;
-        for facing in facing.iter_mut().take(views.len()) {
-            facing[number] = ALWAYS;
-        }
-        if CLEAR && hull.clearances.is_empty() {
-            doubtful
-                .iter_mut()
-                .for_each(|doubtful| *doubtful |= 1 << number);
-        }
-        for (chunk, facets) in hull.facets.iter().enumerate() {
-            let facets = (facets, hull.clearances.get(chunk).unwrap_or(&[-1.0; LANES]));
-            let seen = views.iter().zip(&*eyes).zip(&mut *facing);
-            for (((view, [x, y, z]), facing), doubtful) in seen.zip(&mut *doubtful) {
-                let eye = [x[number], y[number], z[number]];
-                let is_near = view.camera.eye().is_some();
+        let seen = views.iter().zip(&*eyes).zip(&mut *facing);
+        for (((view, [x, y, z]), facing), doubtful) in seen.zip(&mut *doubtful) {
+            let eye = [x[number], y[number], z[number]];
+            let is_near = view.camera.eye().is_some();
+            let mut is_unclear = CLEAR && hull.clearances.is_empty();
+            let mut bits = ALWAYS;
+            for (chunk, facets) in hull.facets.iter().enumerate() {
+                let facets = (facets, hull.clearances.get(chunk).unwrap_or(&[-1.0; LANES]));
                 let [seen, unclear] = if L::IS_ONE {
                     seen_by::<_, _, CLEAR>(l, facets, 0, eye, is_near)
                 } else {
@@ -89,9 +83,11 @@ pub fn look<L: Wide, const CLEAR: bool>(
                     let last = seen_by::<_, _, CLEAR>(half, facets, middle, eye, is_near);
                     [first[0] | last[0] << middle, first[1] | last[1]]
                 };
-                facing[number] |= u64::from(seen) << (LANES * chunk);
-                *doubtful |= u32::from(unclear != 0) << number;
+                bits |= u64::from(seen) << (LANES * chunk);
+                is_unclear |= unclear != 0;
             }
+            facing[number] = bits;
+            *doubtful |= u32::from(is_unclear) << number;
         }
     }
 }

@@ -205,12 +205,14 @@ impl Lanes<8> for Avx2 {
         self,
         (left, right): (__m256i, __m256i),
         at: __m256i,
-        [below, rows]: [__m256i; 2],
+        row: __m256i,
+        [first, end]: [__m256i; 2],
     ) -> (__m256i, __m256i) {
         with! {
-            let is_outside = _mm256_cmpeq_epi32(_mm256_max_epu32(below, rows), below);
+            let is_above = _mm256_cmpgt_epi32(first, row);
+            let is_below = _mm256_cmpgt_epi32(row, _mm256_add_epi32(end, _mm256_set1_epi32(-1)));
             // With all bits set, it is the greatest unsigned number, and below 0 as a signed one.
-            let at = _mm256_or_si256(at, is_outside);
+            let at = _mm256_or_si256(at, _mm256_or_si256(is_above, is_below));
             (_mm256_min_epu32(left, at), _mm256_max_epi32(right, at))
         }
     }

@@ -220,10 +220,12 @@ impl Lanes<LANES> for Avx512 {
         self,
         (left, right): (__m512i, __m512i),
         at: __m512i,
-        [below, rows]: [__m512i; 2],
+        row: __m512i,
+        [first, end]: [__m512i; 2],
     ) -> (__m512i, __m512i) {
         with! {
-            let crosses = _mm512_cmplt_epu32_mask(below, rows);
+            let is_below = _mm512_cmple_epi32_mask(first, row);
+            let crosses = _mm512_mask_cmplt_epi32_mask(is_below, row, end);
             (
                 _mm512_mask_min_epu32(left, crosses, left, at),
                 _mm512_mask_max_epi32(right, crosses, right, at),

@@ -221,12 +221,13 @@ pub(crate) trait Lanes<const N: usize>: Copy {
     fn slopes(self, across: Self::Words, down: Self::Words) -> Self::Words;
     /// Returns the less of signed numbers.
     fn min_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
-    /// Extends the span from the first number to the second, all below 2^31, to `at` where
-    /// `0 <= below < rows`, signed.
+    /// Extends the span from the first number to the second to `at` where the row is one of `rows`,
+    /// from the first one on and before the other. There, all numbers are from 0 to 2^31.
     fn widen(
         self,
         span: (Self::Words, Self::Words),
         at: Self::Words,
+        row: Self::Words,
         rows: [Self::Words; 2],
     ) -> (Self::Words, Self::Words);
     /// Turns on the bits of rows from each first number, below 65, on and before the other.

@@ -210,9 +210,10 @@ impl Lanes<8> for Neon {
         self,
         (left, right): (Self::Words, Self::Words),
         at: Self::Words,
-        [below, rows]: [Self::Words; 2],
+        row: Self::Words,
+        [first, end]: [Self::Words; 2],
     ) -> (Self::Words, Self::Words) {
-        let is_inside = both!(k => vcltq_u32(below[k], rows[k]));
+        let is_inside = both!(k => vandq_u32(vcleq_u32(first[k], row[k]), vcltq_u32(row[k], end[k])));
         (
             both!(k => vminq_u32(left[k], vornq_u32(at[k], is_inside[k]))),
             both!(k => vmaxq_u32(right[k], vandq_u32(at[k], is_inside[k]))),

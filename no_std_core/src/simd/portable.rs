@@ -190,12 +190,13 @@ impl<const N: usize> Lanes<N> for Portable {
         self,
         (left, right): (Self::Words, Self::Words),
         at: Self::Words,
-        [below, rows]: [Self::Words; 2],
+        row: Self::Words,
+        [first, end]: [Self::Words; 2],
     ) -> (Self::Words, Self::Words) {
         // SSE2 compares signed numbers only.
         let is_inside = each!(0; k => {
-            let is_less = below[k].cast_signed() < rows[k].cast_signed();
-            if is_less & (below[k].cast_signed() >= 0) { u32::MAX } else { 0 }
+            let [first, row, end] = [first[k], row[k], end[k]].map(u32::cast_signed);
+            if (first <= row) & (row < end) { u32::MAX } else { 0 }
         });
         let last = each!(0; k => at[k] & is_inside[k]);
         let first = each!(0; k => last[k] | !is_inside[k] >> 1);

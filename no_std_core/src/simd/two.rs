@@ -204,13 +204,14 @@ impl<H: Lanes<HALF>> Lanes<LANES> for TwoHalves<H> {
         self,
         (left, right): (Self::Words, Self::Words),
         at: Self::Words,
-        [below, rows]: [Self::Words; 2],
+        row: Self::Words,
+        [first, end]: [Self::Words; 2],
     ) -> (Self::Words, Self::Words) {
         let (first, last) = (
             self.0
-                .widen((left[0], right[0]), at[0], [below[0], rows[0]]),
+                .widen((left[0], right[0]), at[0], row[0], [first[0], end[0]]),
             self.0
-                .widen((left[1], right[1]), at[1], [below[1], rows[1]]),
+                .widen((left[1], right[1]), at[1], row[1], [first[1], end[1]]),
         );
         ([first.0, last.0], [first.1, last.1])
     }

@@ -174,10 +174,12 @@ impl Lanes<8> for Avx512Half {
         self,
         (left, right): (__m256i, __m256i),
         at: __m256i,
-        [below, rows]: [__m256i; 2],
+        row: __m256i,
+        [first, end]: [__m256i; 2],
     ) -> (__m256i, __m256i) {
         with! {
-            let crosses = _mm256_cmplt_epu32_mask(below, rows);
+            let is_below = _mm256_cmple_epi32_mask(first, row);
+            let crosses = _mm256_mask_cmplt_epi32_mask(is_below, row, end);
             (
                 _mm256_mask_min_epu32(left, crosses, left, at),
                 _mm256_mask_max_epi32(right, crosses, right, at),
