@@ -16,17 +16,12 @@ use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
 use crate::body::Figure;
 use crate::body::clearance::{CLEAR, CLEAR_PLACE_M, CLEAR_SCALE};
-use crate::budget::{
-    LANES, MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, SKIA_WINDOW_COLUMNS,
-};
+use crate::budget::{LANES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, SKIA_WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::silhouette::{Silhouette, Size};
-use crate::simd::{Lanes, LineEnds, Simd, Wide, compiled, dispatch};
+use crate::simd::{Lanes, LineEnds, MAX_LINES, Simd, Wide, compiled, dispatch};
+use core::ops::Range;
 use glam::Vec2;
-
-/// As many as all edges of a hull take.
-const MOST_STRIPS: usize = MAX_HULL_EDGES.div_ceil(LANES);
-const MAX_STRIPS: usize = MAX_HULLS / 2 + MOST_STRIPS;
 
 /// Steps of the grid in a pixel.
 const UNIT: f32 = 64.0;
@@ -34,35 +29,24 @@ const UNIT: f32 = 64.0;
 /// Two columns, 1/65,536 pixel: lines inside the window are that far from 0 at least.
 const MARGIN: u32 = 2 << 16;
 
-/// Up to sixteen lines of one hull in fixed point, as [`Skia`](super::Skia) steps along them.
+/// Lines in fixed point, as [`Skia`](super::Skia) steps along them.
 #[derive(Clone, Debug)]
-struct FixedStrip {
+struct Lines {
     /// The first row that each crosses, and the first one below.
-    first: [u32; LANES],
-    end: [u32; LANES],
-    /// Where it would cross row 0, 1/65,536 pixel, half a pixel and [`MARGIN`] to the right, and
-    /// how much further right for each row below.
-    place: [u32; LANES],
-    slope: [u32; LANES],
-    /// The first row that any line crosses, and the first one below.
-    top: i32,
-    bottom: i32,
-    /// The number of lines.
-    len: usize,
-    /// Whether the next strip is another hull's.
-    is_last: bool,
+    first: [u32; MAX_LINES],
+    end: [u32; MAX_LINES],
+    /// Where it would cross row 0, 1/65,536 pixel, half a pixel and [`MARGIN`] to the right, and how
+    /// much further right for each row below.
+    place: [u32; MAX_LINES],
+    slope: [u32; MAX_LINES],
 }
 
-impl FixedStrip {
-    const EMPTY: Self = Self {
-        first: [0; LANES],
-        end: [0; LANES],
-        place: [0; LANES],
-        slope: [0; LANES],
-        top: 0,
-        bottom: 0,
-        len: 0,
-        is_last: true,
+impl Lines {
+    const NONE: Self = Self {
+        first: [0; _],
+        end: [0; _],
+        place: [0; _],
+        slope: [0; _],
     };
 }
 
@@ -77,8 +61,8 @@ pub(super) struct SkiaLanes {
     /// The points in the window, 1/64 pixel, cut off.
     grid: ImagePoints,
     /// The outlines of hulls that are not filled yet: the ends of lines on the grid, and the lines.
-    ends: [LineEnds; MAX_STRIPS],
-    strips: [FixedStrip; MAX_STRIPS],
+    ends: LineEnds,
+    lines: Lines,
     /// Bit `c` is column `c`. Rows below the window may be anything.
     rows: [u64; MAX_ROWS + LANES],
 }
@@ -92,8 +76,8 @@ impl SkiaLanes {
             points: ImagePoints::ZERO,
             extent: Extent::NONE,
             grid: ImagePoints::ZERO,
-            ends: [const { LineEnds::NONE }; _],
-            strips: [const { FixedStrip::EMPTY }; _],
+            ends: LineEnds::NONE,
+            lines: Lines::NONE,
             rows: [0; _],
         }
     }
@@ -206,11 +190,14 @@ fn fill<L: Wide>(
     } else {
         place(l.half(), &window.points, count, placement, grid);
     }
-    let mut strips = 0;
+    // Where the lines of each hull end.
+    let mut hulls = heapless::Vec::<usize, MAX_HULLS>::new();
+    let mut count = 0;
     for (number, hull) in figure.hull_parts().enumerate() {
-        if strips + MOST_STRIPS > MAX_STRIPS {
-            fill_strips(l, window, strips);
-            strips = 0;
+        if !LineEnds::has_room(count) {
+            fill_hulls(l, window, &hulls);
+            hulls.clear();
+            count = 0;
         }
         let (Some(points), Some(grid)) = (
             window.points.of_hull(hull.points.start),
@@ -219,7 +206,7 @@ fn fill<L: Wide>(
             return;
         };
         let facing = window.looks.facing(view, number);
-        let ends = window.ends.get_mut(strips..).unwrap_or_default();
+        let ends = &mut window.ends;
         let place = match is_inside {
             true => Where::Inside,
             false => place_of(grid, hull.points.len(), height),
@@ -231,42 +218,40 @@ fn fill<L: Wide>(
         if place == Where::Across || is_doubtful {
             let rows = window.rows.get_mut(..height).unwrap_or_default();
             let pixels = HullPixels::new(points, hull.points.len(), placement);
-            let lines = l.ends(facing, hull.edges, pixels.axes.each_ref(), ends);
-            let is_clear = !is_doubtful || pixels.is_clear(l, ends, lines);
+            let lines = l.ends(facing, hull.edges, pixels.axes.each_ref(), (ends, count));
+            let lines = || (count..count + lines).map(|line| ends.get(line));
+            let is_clear = !is_doubtful || pixels.is_clear(l, lines());
             if !is_clear || place == Where::Across {
-                if !(is_clear && skia::fill_between(pixels.turned(ends, lines), rows)) {
+                if !(is_clear && skia::fill_between(pixels.turned(lines()), rows)) {
                     skia::fill(&skia::outline_in_window(pixels.points(), height), rows);
                 }
                 continue;
             }
         }
-        let count = l.ends(facing, hull.edges, grid, ends);
-        if let Some([strip, next, ..]) = window.strips.get_mut(strips..) {
-            (strip.len, strip.is_last) = (count.min(LANES), count <= LANES);
-            (next.len, next.is_last) = (count.saturating_sub(LANES).min(LANES), true);
-        }
-        strips += 1 + usize::from(count > LANES);
+        count += l.ends(facing, hull.edges, grid, (ends, count));
+        // No figure has more hulls.
+        let _ = hulls.push(count);
     }
-    fill_strips(l, window, strips);
+    fill_hulls(l, window, &hulls);
 }
 
-/// Fills the hulls of the first `count` strips.
+/// Fills hulls whose lines end at these numbers.
 #[inline(always)]
-fn fill_strips<L: Wide>(l: L, window: &mut SkiaLanes, count: usize) {
-    for (strip, ends) in window.strips.iter_mut().zip(&window.ends).take(count) {
-        if L::IS_ONE {
-            lay(l, ends, strip);
-        } else {
-            lay(l.half(), ends, strip);
-        }
+fn fill_hulls<L: Wide>(l: L, window: &mut SkiaLanes, hulls: &[usize]) {
+    let count = hulls.last().copied().unwrap_or(0);
+    if L::IS_ONE {
+        lay(l, &window.ends, &mut window.lines, count);
+    } else {
+        lay(l.half(), &window.ends, &mut window.lines, count);
     }
-    let strips = window.strips.get(..count).unwrap_or_default();
-    for hull in strips.split_inclusive(|strip| strip.is_last) {
+    let mut start = 0;
+    for &end in hulls {
         if L::IS_ONE {
-            fill_hull(l, hull, &mut window.rows);
+            fill_hull(l, &window.lines, start..end, &mut window.rows);
         } else {
-            fill_hull(l.half(), hull, &mut window.rows);
+            fill_hull(l.half(), &window.lines, start..end, &mut window.rows);
         }
+        start = end;
     }
 }
 
@@ -325,15 +310,11 @@ fn place_of(grid: [&[f32; MAX_HULL_POINTS]; 2], count: usize, height: usize) -> 
     place
 }
 
-/// Computes the lines of a strip between ends on the grid.
+/// Computes the first `count` lines, between ends on the grid.
 #[inline(always)]
-fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut FixedStrip) {
-    let numbers = first_numbers(l);
-    let (half, none) = (l.splat_word(32), l.splat_word(0));
-    let mut top = l.splat_word(i32::MAX.cast_unsigned());
-    let mut bottom = none;
-    // All lanes, as their number is hard to predict.
-    for first in (0..LANES).step_by(N) {
+fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, lines: &mut Lines, count: usize) {
+    let half = l.splat_word(32);
+    for first in (0..count).step_by(N) {
         let (from, to) = (&ends.from, &ends.to);
         let ax = l.cut_off(part(l, &from[0], first));
         let ay = l.cut_off(part(l, &from[1], first));
@@ -355,20 +336,14 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut FixedStri
             l.up::<10>(l.add_words(x, across)),
             l.splat_word(MARGIN + (1 << 15)),
         );
-        // In row 0.
-        let place = l.sub_words(place, l.mul_words(slope, start));
-        // Lanes after the last line hold old values.
-        #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
-        let is_line = l.less_words(numbers, l.splat_word(strip.len.saturating_sub(first) as u32));
-        let rows = l.choose(is_line, l.sub_words(end, start), none);
-        let crosses = l.less_words(none, rows);
-        top = l.choose(crosses, l.min_words(top, start), top);
-        bottom = l.choose(crosses, l.max_words(bottom, end), bottom);
         let all = [
-            (&mut strip.first, start),
-            (&mut strip.end, l.add_words(start, rows)),
-            (&mut strip.place, place),
-            (&mut strip.slope, slope),
+            (&mut lines.first, start),
+            (&mut lines.end, end),
+            (
+                &mut lines.place,
+                l.sub_words(place, l.mul_words(slope, start)),
+            ),
+            (&mut lines.slope, slope),
         ];
         for (to, words) in all {
             if let Some(to) = to.get_mut(first..).and_then(<[u32]>::first_chunk_mut) {
@@ -376,20 +351,29 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut FixedStri
             }
         }
     }
-    (strip.top, strip.bottom) = l.ends_of(top, bottom);
 }
 
 /// Fills the rows between the lines of a hull: two cross a row, or none.
 #[inline(always)]
 fn fill_hull<const N: usize, L: Lanes<N>>(
     l: L,
-    hull: &[FixedStrip],
+    lines: &Lines,
+    hull: Range<usize>,
     rows: &mut [u64; MAX_ROWS + LANES],
 ) {
-    let mut row = hull.iter().fold(i32::MAX, |top, strip| top.min(strip.top));
-    let bottom = hull
-        .iter()
-        .fold(0, |bottom, strip| bottom.max(strip.bottom));
+    let (mut top, mut bottom) = (l.splat_word(i32::MAX.cast_unsigned()), l.splat_word(0));
+    for at in hull.clone().step_by(N) {
+        let chunk = |of: &[u32; MAX_LINES]| match of.get(at..).and_then(<[u32]>::first_chunk) {
+            Some(words) => l.load_words(words),
+            None => l.splat_word(0),
+        };
+        let (first, end) = (chunk(&lines.first), chunk(&lines.end));
+        #[expect(clippy::cast_possible_truncation, reason = "at most 96")]
+        let is_line = l.less_words(first_numbers(l), l.splat_word((hull.end - at) as u32));
+        top = l.choose(is_line, l.min_words(top, first), top);
+        bottom = l.choose(is_line, l.max_words(bottom, end), bottom);
+    }
+    let (mut row, bottom) = l.ends_of(top, bottom);
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_possible_wrap,
@@ -399,9 +383,9 @@ fn fill_hull<const N: usize, L: Lanes<N>>(
     while row < bottom {
         // A line is loaded once for all rows that registers have room for.
         row = match (bottom - row + at_once - 1) / at_once {
-            1 => fill_rows::<1, N, L>(l, hull, row, rows),
-            2 => fill_rows::<2, N, L>(l, hull, row, rows),
-            _ => fill_rows::<3, N, L>(l, hull, row, rows),
+            1 => fill_rows::<1, N, L>(l, lines, hull.clone(), row, rows),
+            2 => fill_rows::<2, N, L>(l, lines, hull.clone(), row, rows),
+            _ => fill_rows::<3, N, L>(l, lines, hull.clone(), row, rows),
         };
     }
 }
@@ -410,7 +394,8 @@ fn fill_hull<const N: usize, L: Lanes<N>>(
 #[inline(always)]
 fn fill_rows<const B: usize, const N: usize, L: Lanes<N>>(
     l: L,
-    hull: &[FixedStrip],
+    lines: &Lines,
+    hull: Range<usize>,
     mut row: i32,
     rows: &mut [u64; MAX_ROWS + LANES],
 ) -> i32 {
@@ -427,21 +412,15 @@ fn fill_rows<const B: usize, const N: usize, L: Lanes<N>>(
         here[after] = l.add_words(here[after - 1], step);
     }
     let mut spans = [(l.splat_word(i32::MAX.cast_unsigned()), l.splat_word(0)); B];
-    for strip in hull {
-        let lines = strip
-            .first
-            .iter()
-            .zip(&strip.end)
-            .zip(&strip.place)
-            .zip(&strip.slope);
-        for (((&first, &end), &place), &slope) in lines.take(strip.len) {
-            let (rows, slope) = ([l.splat_word(first), l.splat_word(end)], l.splat_word(slope));
-            let further = l.mul_words(slope, step);
-            let mut at = l.add_words(l.splat_word(place), l.mul_words(slope, here[0]));
-            for (span, &here) in spans.iter_mut().zip(&here) {
-                *span = l.widen(*span, at, here, rows);
-                at = l.add_words(at, further);
-            }
+    let all = [&lines.first, &lines.end, &lines.place, &lines.slope];
+    let [firsts, ends, places, slopes] = all.map(|of| of.get(hull.clone()).unwrap_or_default());
+    for (((&first, &end), &place), &slope) in firsts.iter().zip(ends).zip(places).zip(slopes) {
+        let (rows, slope) = ([l.splat_word(first), l.splat_word(end)], l.splat_word(slope));
+        let further = l.mul_words(slope, step);
+        let mut at = l.add_words(l.splat_word(place), l.mul_words(slope, here[0]));
+        for (span, &here) in spans.iter_mut().zip(&here) {
+            *span = l.widen(*span, at, here, rows);
+            at = l.add_words(at, further);
         }
     }
     let (zero, margin) = (l.splat_word(0), l.splat_word(MARGIN));
@@ -480,7 +459,7 @@ impl HullPixels {
 
     /// Returns whether each line has all points but its own ends clearly on one side.
     #[inline(always)]
-    fn is_clear<L: Wide>(&self, l: L, ends: &[LineEnds], lines: usize) -> bool {
+    fn is_clear<L: Wide>(&self, l: L, lines: impl ExactSizeIterator<Item = [Vec2; 2]>) -> bool {
         let [min, max] = skia::bounds(self.points());
         let across = max - min;
         if across.min_element() <= NEARLY_ZERO {
@@ -492,8 +471,8 @@ impl HullPixels {
             x.iter().zip(y)
         };
         let others = self.len.saturating_sub(2);
-        let mut all_clear = lines >= 3;
-        for [from, to] in each_end(ends, lines) {
+        let mut all_clear = lines.len() >= 3;
+        for [from, to] in lines {
             let along = to - from;
             let clear = l.splat(wide * along.abs().element_sum());
             let minus = l.sub(l.splat(0.0), clear);
@@ -511,27 +490,15 @@ impl HullPixels {
     }
 
     /// Returns clear lines, each in the direction in which [`crate::outline::convex`] turns.
-    fn turned<'a>(
+    fn turned(
         &self,
-        ends: &'a [LineEnds],
-        lines: usize,
-    ) -> impl Iterator<Item = [Vec2; 2]> + use<'a> {
+        lines: impl Iterator<Item = [Vec2; 2]>,
+    ) -> impl Iterator<Item = [Vec2; 2]> {
         let sum = self.points().fold(Vec2::ZERO, |sum, point| sum + point);
         let middle = sum / as_pixels(self.len.max(1));
-        each_end(ends, lines).map(move |[from, to]| {
-            match (to - from).perp_dot(middle - from) > 0.0 {
-                true => [from, to],
-                false => [to, from],
-            }
+        lines.map(move |[from, to]| match (to - from).perp_dot(middle - from) > 0.0 {
+            true => [from, to],
+            false => [to, from],
         })
     }
-}
-
-/// Returns the ends of lines.
-#[inline(always)]
-fn each_end(ends: &[LineEnds], lines: usize) -> impl Iterator<Item = [Vec2; 2]> {
-    let lanes = ends.iter().flat_map(|LineEnds { from, to }| {
-        (0..LANES).map(move |lane| [from, to].map(|end| Vec2::new(end[0][lane], end[1][lane])))
-    });
-    lanes.take(lines)
 }

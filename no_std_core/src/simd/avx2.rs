@@ -4,7 +4,7 @@
     reason = "intrinsics; a value of the type exists only after the processor was checked"
 )]
 
-use super::{Edges, LANES, Lanes, LineEnds, TwoHalves, Wide};
+use super::{Edges, Lanes, LineEnds, TwoHalves, Wide};
 use crate::budget::MAX_HULL_POINTS;
 use core::arch::x86_64::*;
 
@@ -401,7 +401,7 @@ impl Wide for TwoHalves<Avx2> {
         bits: u64,
         edges: &[Edges],
         points: [&[f32; MAX_HULL_POINTS]; 2],
-        ends: &mut [LineEnds],
+        (ends, at): (&mut LineEnds, usize),
     ) -> usize {
         // The numbers of points at which outline edges begin and end, and room for a store.
         let mut outline = [[0u8; 2 * 64 + 8]; 2];
@@ -423,17 +423,15 @@ impl Wide for TwoHalves<Avx2> {
             }
         }
         for first in (0..count).step_by(8) {
-            let Some(ends) = ends.get_mut(first / LANES) else {
-                break;
-            };
-            let lanes = first % LANES;
             for (outline, ends) in outline.iter().zip([&mut ends.from, &mut ends.to]) {
+                let numbers = with! {
+                    let numbers = _mm_loadl_epi64(outline.as_ptr().add(first).cast());
+                    _mm256_cvtepu8_epi32(numbers)
+                };
                 for (ends, points) in ends.iter_mut().zip(points) {
-                    with! {
-                        let numbers = _mm_loadl_epi64(outline.as_ptr().add(first).cast());
-                        let numbers = _mm256_cvtepu8_epi32(numbers);
-                        let picked = self.pick(numbers, points);
-                        _mm256_storeu_ps(ends.as_mut_ptr().add(lanes), picked);
+                    let ends = ends.get_mut(at + first..);
+                    if let Some(ends) = ends.and_then(<[f32]>::first_chunk_mut) {
+                        self.0.store(self.pick(numbers, points), ends);
                     }
                 }
             }

@@ -390,7 +390,7 @@ impl Wide for Avx512 {
         bits: u64,
         edges: &[Edges],
         points: [&[f32; MAX_HULL_POINTS]; 2],
-        ends: &mut [LineEnds],
+        (ends, at): (&mut LineEnds, usize),
     ) -> usize {
         let mut from = self.splat_word(0);
         let (mut to, mut count) = (from, 0);
@@ -403,14 +403,16 @@ impl Wide for Avx512 {
         }
         // A convex outline has at most 32 edges; only rounding could give more than 64.
         if count > 64 {
-            return super::ends_one_by_one(self, bits, edges, points, ends);
+            return super::ends_one_by_one(self, bits, edges, points, (ends, at));
         }
         let count = count as usize;
-        for ends in ends.iter_mut().take(count.div_ceil(LANES)) {
-            let axes = ends.from.iter_mut().zip(&mut ends.to).zip(points);
-            for ((from_axis, to_axis), points) in axes {
-                self.store(self.pick(from, points), from_axis);
-                self.store(self.pick(to, points), to_axis);
+        for first in (at..at + count).step_by(LANES) {
+            for (numbers, ends) in [(from, &mut ends.from), (to, &mut ends.to)] {
+                for (ends, points) in ends.iter_mut().zip(points) {
+                    if let Some(ends) = ends.get_mut(first..).and_then(<[f32]>::first_chunk_mut) {
+                        self.store(self.pick(numbers, points), ends);
+                    }
+                }
             }
             (from, to) = (self.without_sixteen(from), self.without_sixteen(to));
         }

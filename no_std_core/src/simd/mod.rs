@@ -27,7 +27,7 @@ pub(crate) use portable::Portable;
 pub(crate) use two::TwoHalves;
 
 use edges::ends_one_by_one;
-pub(crate) use edges::{Edges, LineEnds};
+pub(crate) use edges::{Edges, LineEnds, MAX_LINES};
 
 pub(crate) use crate::budget::LANES;
 use crate::budget::MAX_HULL_POINTS;
@@ -327,17 +327,18 @@ pub(crate) trait Wide: Lanes<16> {
         beside
     }
 
-    /// Writes the ends of the edges that have exactly one facet of the set `bits` on their sides,
-    /// as many as there is room for, and returns the number of such edges.
+    /// Writes the ends of the edges that have exactly one facet of the set `bits` on their sides
+    /// from line number `at` on, and returns the number of such edges. Lines after them may change,
+    /// too.
     #[inline(always)]
     fn ends(
         self,
         bits: u64,
         edges: &[Edges],
         points: [&[f32; MAX_HULL_POINTS]; 2],
-        ends: &mut [LineEnds],
+        (ends, at): (&mut LineEnds, usize),
     ) -> usize {
-        ends_one_by_one(self, bits, edges, points, ends)
+        ends_one_by_one(self, bits, edges, points, (ends, at))
     }
 
     /// Returns the lowest eight bits, a byte each, the lowest one first.
