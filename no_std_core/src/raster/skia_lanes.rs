@@ -32,9 +32,9 @@ const MARGIN: u32 = 2 << 16;
 /// Lines in fixed point, as [`Skia`](super::Skia) steps along them.
 #[derive(Clone, Debug)]
 struct Lines {
-    /// The first row that each crosses, and the first one below.
+    /// The first row that each crosses, and the last one: the one before it if it crosses none.
     first: [u32; MAX_LINES],
-    end: [u32; MAX_LINES],
+    last: [u32; MAX_LINES],
     /// Where it would cross row 0, 1/65,536 pixel, half a pixel and [`MARGIN`] to the right, and how
     /// much further right for each row below.
     place: [u32; MAX_LINES],
@@ -44,7 +44,7 @@ struct Lines {
 impl Lines {
     const NONE: Self = Self {
         first: [0; _],
-        end: [0; _],
+        last: [0; _],
         place: [0; _],
         slope: [0; _],
     };
@@ -324,7 +324,7 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, lines: &mut Lines, co
         let (x, other) = (l.choose(goes_up, bx, ax), l.choose(goes_up, ax, bx));
         let (y, other_y) = (l.min_words(ay, by), l.max_words(ay, by));
         let start = l.down::<6>(l.add_words(y, half));
-        let end = l.down::<6>(l.add_words(other_y, half));
+        let last = l.down::<6>(l.sub_words(other_y, half));
         let slope = l.slopes(l.sub_words(other, x), l.sub_words(other_y, y));
         let down = l.sub_words(l.add_words(l.up::<6>(start), half), y);
         // slope * down / 65,536, in two parts.
@@ -338,7 +338,7 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, lines: &mut Lines, co
         );
         let all = [
             (&mut lines.first, start),
-            (&mut lines.end, end),
+            (&mut lines.last, last),
             (
                 &mut lines.place,
                 l.sub_words(place, l.mul_words(slope, start)),
@@ -361,17 +361,17 @@ fn fill_hull<const N: usize, L: Lanes<N>>(
     hull: Range<usize>,
     rows: &mut [u64; MAX_ROWS + LANES],
 ) {
-    let (mut top, mut bottom) = (l.splat_word(i32::MAX.cast_unsigned()), l.splat_word(0));
+    let (mut top, mut bottom) = (l.splat_word(i32::MAX.cast_unsigned()), l.splat_word(u32::MAX));
     for at in hull.clone().step_by(N) {
         let chunk = |of: &[u32; MAX_LINES]| match of.get(at..).and_then(<[u32]>::first_chunk) {
             Some(words) => l.load_words(words),
             None => l.splat_word(0),
         };
-        let (first, end) = (chunk(&lines.first), chunk(&lines.end));
+        let (first, last) = (chunk(&lines.first), chunk(&lines.last));
         #[expect(clippy::cast_possible_truncation, reason = "at most 96")]
         let is_line = l.less_words(first_numbers(l), l.splat_word((hull.end - at) as u32));
         top = l.choose(is_line, l.min_words(top, first), top);
-        bottom = l.choose(is_line, l.max_words(bottom, end), bottom);
+        bottom = l.choose(is_line, l.max_words(bottom, last), bottom);
     }
     let (mut row, bottom) = l.ends_of(top, bottom);
     #[expect(
@@ -380,11 +380,11 @@ fn fill_hull<const N: usize, L: Lanes<N>>(
         reason = "16 at most"
     )]
     let at_once = N as i32;
-    while row < bottom {
+    while row <= bottom {
         // A line is loaded once for all rows that registers have room for.
-        row = match (bottom - row + at_once - 1) / at_once {
-            1 => fill_rows::<1, N, L>(l, lines, hull.clone(), row, rows),
-            2 => fill_rows::<2, N, L>(l, lines, hull.clone(), row, rows),
+        row = match (bottom - row) / at_once {
+            0 => fill_rows::<1, N, L>(l, lines, hull.clone(), row, rows),
+            1 => fill_rows::<2, N, L>(l, lines, hull.clone(), row, rows),
             _ => fill_rows::<3, N, L>(l, lines, hull.clone(), row, rows),
         };
     }
@@ -412,10 +412,10 @@ fn fill_rows<const B: usize, const N: usize, L: Lanes<N>>(
         here[after] = l.add_words(here[after - 1], step);
     }
     let mut spans = [(l.splat_word(i32::MAX.cast_unsigned()), l.splat_word(0)); B];
-    let all = [&lines.first, &lines.end, &lines.place, &lines.slope];
-    let [firsts, ends, places, slopes] = all.map(|of| of.get(hull.clone()).unwrap_or_default());
-    for (((&first, &end), &place), &slope) in firsts.iter().zip(ends).zip(places).zip(slopes) {
-        let (rows, slope) = ([l.splat_word(first), l.splat_word(end)], l.splat_word(slope));
+    let all = [&lines.first, &lines.last, &lines.place, &lines.slope];
+    let [firsts, lasts, places, slopes] = all.map(|of| of.get(hull.clone()).unwrap_or_default());
+    for (((&first, &last), &place), &slope) in firsts.iter().zip(lasts).zip(places).zip(slopes) {
+        let (rows, slope) = ([l.splat_word(first), l.splat_word(last)], l.splat_word(slope));
         let further = l.mul_words(slope, step);
         let mut at = l.add_words(l.splat_word(place), l.mul_words(slope, here[0]));
         for (span, &here) in spans.iter_mut().zip(&here) {

@@ -206,11 +206,11 @@ impl Lanes<8> for Avx2 {
         (left, right): (__m256i, __m256i),
         at: __m256i,
         row: __m256i,
-        [first, end]: [__m256i; 2],
+        [first, last]: [__m256i; 2],
     ) -> (__m256i, __m256i) {
         with! {
             let is_above = _mm256_cmpgt_epi32(first, row);
-            let is_below = _mm256_cmpgt_epi32(row, _mm256_add_epi32(end, _mm256_set1_epi32(-1)));
+            let is_below = _mm256_cmpgt_epi32(row, last);
             // With all bits set, it is the greatest unsigned number, and below 0 as a signed one.
             let at = _mm256_or_si256(at, _mm256_or_si256(is_above, is_below));
             (_mm256_min_epu32(left, at), _mm256_max_epi32(right, at))
@@ -409,7 +409,8 @@ impl Wide for TwoHalves<Avx2> {
         for edges in edges.iter().take(2) {
             let [left, right] = &edges.sides;
             let is_outline = self.look_up(bits, left) ^ self.look_up(bits, right);
-            for first in (0..edges.len.min(64)).step_by(8) {
+            for chunk in 0..edges.len.div_ceil(8) {
+                let first = 8 * chunk % 64;
                 let chosen = (is_outline >> first) as usize % 256;
                 with! {
                     let order = _mm_loadl_epi64(TOGETHER[chosen].as_ptr().cast());

@@ -221,11 +221,11 @@ impl Lanes<LANES> for Avx512 {
         (left, right): (__m512i, __m512i),
         at: __m512i,
         row: __m512i,
-        [first, end]: [__m512i; 2],
+        [first, last]: [__m512i; 2],
     ) -> (__m512i, __m512i) {
         with! {
             let is_below = _mm512_cmple_epi32_mask(first, row);
-            let crosses = _mm512_mask_cmplt_epi32_mask(is_below, row, end);
+            let crosses = _mm512_mask_cmple_epi32_mask(is_below, row, last);
             (
                 _mm512_mask_min_epu32(left, crosses, left, at),
                 _mm512_mask_max_epi32(right, crosses, right, at),

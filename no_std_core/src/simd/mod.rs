@@ -221,8 +221,8 @@ pub(crate) trait Lanes<const N: usize>: Copy {
     fn slopes(self, across: Self::Words, down: Self::Words) -> Self::Words;
     /// Returns the less of signed numbers.
     fn min_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
-    /// Extends the span from the first number to the second to `at` where the row is one of `rows`,
-    /// from the first one on and before the other. There, all numbers are from 0 to 2^31.
+    /// Extends the span from the first number to the second to `at` where the row is one from
+    /// the first of `rows` to the last. There, all numbers are from 0 to 2^31.
     fn widen(
         self,
         span: (Self::Words, Self::Words),

@@ -211,9 +211,12 @@ impl Lanes<8> for Neon {
         (left, right): (Self::Words, Self::Words),
         at: Self::Words,
         row: Self::Words,
-        [first, end]: [Self::Words; 2],
+        [first, last]: [Self::Words; 2],
     ) -> (Self::Words, Self::Words) {
-        let is_inside = both!(k => vandq_u32(vcleq_u32(first[k], row[k]), vcltq_u32(row[k], end[k])));
+        let is_inside = both!(k => {
+            let [first, row, last] = [first[k], row[k], last[k]].map(|of| vreinterpretq_s32_u32(of));
+            vandq_u32(vcleq_s32(first, row), vcleq_s32(row, last))
+        });
         (
             both!(k => vminq_u32(left[k], vornq_u32(at[k], is_inside[k]))),
             both!(k => vmaxq_u32(right[k], vandq_u32(at[k], is_inside[k]))),

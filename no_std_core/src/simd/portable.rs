@@ -191,18 +191,18 @@ impl<const N: usize> Lanes<N> for Portable {
         (left, right): (Self::Words, Self::Words),
         at: Self::Words,
         row: Self::Words,
-        [first, end]: [Self::Words; 2],
+        [first, last]: [Self::Words; 2],
     ) -> (Self::Words, Self::Words) {
         // SSE2 compares signed numbers only.
         let is_inside = each!(0; k => {
-            let [first, row, end] = [first[k], row[k], end[k]].map(u32::cast_signed);
-            if (first <= row) & (row < end) { u32::MAX } else { 0 }
+            let [first, row, last] = [first[k], row[k], last[k]].map(u32::cast_signed);
+            if (first <= row) & (row <= last) { u32::MAX } else { 0 }
         });
-        let last = each!(0; k => at[k] & is_inside[k]);
-        let first = each!(0; k => last[k] | !is_inside[k] >> 1);
+        let high = each!(0; k => at[k] & is_inside[k]);
+        let low = each!(0; k => high[k] | !is_inside[k] >> 1);
         (
-            Lanes::<N>::min_words(self, left, first),
-            Lanes::<N>::max_words(self, right, last),
+            Lanes::<N>::min_words(self, left, low),
+            Lanes::<N>::max_words(self, right, high),
         )
     }
     #[inline(always)]

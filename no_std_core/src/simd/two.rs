@@ -205,15 +205,15 @@ impl<H: Lanes<HALF>> Lanes<LANES> for TwoHalves<H> {
         (left, right): (Self::Words, Self::Words),
         at: Self::Words,
         row: Self::Words,
-        [first, end]: [Self::Words; 2],
+        [first, last]: [Self::Words; 2],
     ) -> (Self::Words, Self::Words) {
-        let (first, last) = (
+        let (low, high) = (
             self.0
-                .widen((left[0], right[0]), at[0], row[0], [first[0], end[0]]),
+                .widen((left[0], right[0]), at[0], row[0], [first[0], last[0]]),
             self.0
-                .widen((left[1], right[1]), at[1], row[1], [first[1], end[1]]),
+                .widen((left[1], right[1]), at[1], row[1], [first[1], last[1]]),
         );
-        ([first.0, last.0], [first.1, last.1])
+        ([low.0, high.0], [low.1, high.1])
     }
     #[inline(always)]
     fn bits_from(self, words: Self::Words) -> Self::Words {

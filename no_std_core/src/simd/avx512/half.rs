@@ -175,11 +175,11 @@ impl Lanes<8> for Avx512Half {
         (left, right): (__m256i, __m256i),
         at: __m256i,
         row: __m256i,
-        [first, end]: [__m256i; 2],
+        [first, last]: [__m256i; 2],
     ) -> (__m256i, __m256i) {
         with! {
             let is_below = _mm256_cmple_epi32_mask(first, row);
-            let crosses = _mm256_mask_cmplt_epi32_mask(is_below, row, end);
+            let crosses = _mm256_mask_cmple_epi32_mask(is_below, row, last);
             (
                 _mm256_mask_min_epu32(left, crosses, left, at),
                 _mm256_mask_max_epi32(right, crosses, right, at),
