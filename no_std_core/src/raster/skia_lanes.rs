@@ -19,7 +19,7 @@ use crate::body::clearance::{CLEAR, CLEAR_PLACE_M, CLEAR_SCALE};
 use crate::budget::{LANES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, SKIA_WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::silhouette::{Silhouette, Size};
-use crate::simd::{Lanes, LineEnds, MAX_LINES, Simd, Wide, compiled, dispatch};
+use crate::simd::{Edges, Lanes, LineEnds, MAX_LINES, Simd, Wide, compiled, dispatch};
 use core::ops::Range;
 use glam::Vec2;
 
@@ -214,15 +214,22 @@ fn fill<L: Wide>(
         if place == Where::Outside {
             continue;
         }
-        let is_doubtful = !may_be_clear || window.looks.is_doubtful(view, number);
-        if place == Where::Across || is_doubtful {
-            let rows = window.rows.get_mut(..height).unwrap_or_default();
+        let unclear = match may_be_clear {
+            true => window.looks.unclear(view, number),
+            false => u64::MAX,
+        };
+        if place == Where::Across || unclear != 0 {
             let pixels = HullPixels::new(points, hull.points.len(), placement);
-            let lines = l.ends(facing, hull.edges, pixels.axes.each_ref(), (ends, count));
-            let lines = || (count..count + lines).map(|line| ends.get(line));
-            let is_clear = !is_doubtful || pixels.is_clear(l, lines());
+            let is_clear = unclear == 0 || pixels.is_clear(l, [facing, unclear], hull.edges);
             if !is_clear || place == Where::Across {
-                if !(is_clear && skia::fill_between(pixels.turned(lines()), rows)) {
+                let rows = window.rows.get_mut(..height).unwrap_or_default();
+                let axes = pixels.axes.each_ref();
+                let is_filled = is_clear && {
+                    let lines = l.ends(facing, hull.edges, axes, (ends, count));
+                    let lines = (count..count + lines).map(|line| ends.get(line));
+                    skia::fill_between(pixels.turned(lines), rows)
+                };
+                if !is_filled {
                     skia::fill(&skia::outline_in_window(pixels.points(), height), rows);
                 }
                 continue;
@@ -457,9 +464,10 @@ impl HullPixels {
         both.take(self.len).map(|(&x, &y)| Vec2::new(x, y))
     }
 
-    /// Returns whether each line has all points but its own ends clearly on one side.
+    /// Returns whether each line of the outline has all points but its own ends clearly on one side.
+    /// That is asked of lines beside facets that are not clear.
     #[inline(always)]
-    fn is_clear<L: Wide>(&self, l: L, lines: impl ExactSizeIterator<Item = [Vec2; 2]>) -> bool {
+    fn is_clear<L: Wide>(&self, l: L, [facing, unclear]: [u64; 2], edges: &[Edges]) -> bool {
         let [min, max] = skia::bounds(self.points());
         let across = max - min;
         if across.min_element() <= NEARLY_ZERO {
@@ -470,23 +478,36 @@ impl HullPixels {
             let [x, y] = self.axes.each_ref().map(|axis| axis.as_chunks::<LANES>().0);
             x.iter().zip(y)
         };
+        let [xs, ys] = self.axes;
+        let corner = |number: u8| {
+            let number = usize::from(number) % MAX_HULL_POINTS;
+            Vec2::new(xs[number], ys[number])
+        };
         let others = self.len.saturating_sub(2);
-        let mut all_clear = lines.len() >= 3;
-        for [from, to] in lines {
-            let along = to - from;
-            let clear = l.splat(wide * along.abs().element_sum());
-            let minus = l.sub(l.splat(0.0), clear);
-            let (mut left, mut right) = (0, 0);
-            for (x, y) in sixteens() {
-                let x = l.sub(l.load(x), l.splat(from.x));
-                let y = l.sub(l.load(y), l.splat(from.y));
-                let area = l.sub(l.mul(l.splat(along.x), y), l.mul(l.splat(along.y), x));
-                left += l.bits(l.less(clear, area)).count_ones();
-                right += l.bits(l.less(area, minus)).count_ones();
+        let (mut lines, mut all_clear) = (0, true);
+        for edges in edges {
+            let [left, right] = &edges.sides;
+            let outline = l.look_up(facing, left) ^ l.look_up(facing, right);
+            let mut asked = outline & (l.look_up(unclear, left) | l.look_up(unclear, right));
+            lines += outline.count_ones();
+            while asked != 0 {
+                let [from, to] = edges.get(asked.trailing_zeros() as usize)[0].map(corner);
+                asked &= asked - 1;
+                let along = to - from;
+                let clear = l.splat(wide * along.abs().element_sum());
+                let minus = l.sub(l.splat(0.0), clear);
+                let (mut left, mut right) = (0, 0);
+                for (x, y) in sixteens() {
+                    let x = l.sub(l.load(x), l.splat(from.x));
+                    let y = l.sub(l.load(y), l.splat(from.y));
+                    let area = l.sub(l.mul(l.splat(along.x), y), l.mul(l.splat(along.y), x));
+                    left += l.bits(l.less(clear, area)).count_ones();
+                    right += l.bits(l.less(area, minus)).count_ones();
+                }
+                all_clear &= left as usize == others || right as usize == others;
             }
-            all_clear &= left as usize == others || right as usize == others;
         }
-        all_clear
+        all_clear && lines >= 3
     }
 
     /// Returns clear lines, each in the direction in which [`crate::outline::convex`] turns.

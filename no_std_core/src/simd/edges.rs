@@ -1,12 +1,12 @@
 //! Edges of hulls, and the ends of outline edges.
 
 use super::Wide;
-use crate::budget::{LANES, MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS};
+use crate::budget::{LANES, MAX_HULL_EDGES, MAX_HULL_POINTS};
 use glam::Vec2;
 
 /// The maximum number of lines of one hull, whole registers, and of hulls that wait to be filled.
 const HULL_LINES: usize = MAX_HULL_EDGES.next_multiple_of(LANES);
-pub(crate) const MAX_LINES: usize = LANES * MAX_HULLS / 2 + HULL_LINES;
+pub(crate) const MAX_LINES: usize = 8 * LANES + HULL_LINES;
 
 /// Up to 64 edges of one hull.
 #[derive(Clone, Debug)]
