@@ -43,7 +43,9 @@ pub(crate) enum SimdKind {
     #[cfg(target_arch = "x86_64")]
     Avx2(TwoHalves<Avx2>),
     #[cfg(target_arch = "x86_64")]
-    Avx512(Avx512),
+    Avx512Bw(Avx512<false>),
+    #[cfg(target_arch = "x86_64")]
+    Avx512(Avx512<true>),
     #[cfg(target_arch = "aarch64")]
     Neon(TwoHalves<Neon>),
 }
@@ -63,6 +65,7 @@ impl Simd {
         #[cfg(target_arch = "x86_64")]
         let wider = [
             Avx2::detect().map(|half| SimdKind::Avx2(TwoHalves(half))),
+            Avx512::detect().map(SimdKind::Avx512Bw),
             Avx512::detect().map(SimdKind::Avx512),
         ];
         #[cfg(target_arch = "aarch64")]
@@ -79,6 +82,8 @@ impl Simd {
             SimdKind::Portable(_) => "portable",
             #[cfg(target_arch = "x86_64")]
             SimdKind::Avx2(_) => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            SimdKind::Avx512Bw(_) => "avx512bw",
             #[cfg(target_arch = "x86_64")]
             SimdKind::Avx512(_) => "avx512",
             #[cfg(target_arch = "aarch64")]
@@ -115,10 +120,20 @@ macro_rules! compiled {
             }
 
             #[target_feature(
+                enable = "avx2,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512dq,avx512vl"
+            )]
+            pub fn avx512bw(
+                lanes: crate::simd::Avx512<false>,
+                $($argument: $type),*
+            ) $(-> $result)? {
+                super::$name(lanes, $($argument),*)
+            }
+
+            #[target_feature(
                 enable = "avx2,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512dq,avx512vl,avx512vpopcntdq,avx512vbmi,avx512vbmi2,avx512bitalg,gfni"
             )]
             pub fn avx512(
-                lanes: crate::simd::Avx512,
+                lanes: crate::simd::Avx512<true>,
                 $($argument: $type),*
             ) $(-> $result)? {
                 super::$name(lanes, $($argument),*)
@@ -135,6 +150,12 @@ macro_rules! dispatch {
             #[expect(unsafe_code, reason = "such a value exists only after detection")]
             // SAFETY: such a value exists only where the processor has the instructions.
             crate::simd::SimdKind::Avx2(lanes) => unsafe { $name::avx2(lanes, $($argument),*) },
+            #[cfg(target_arch = "x86_64")]
+            #[expect(unsafe_code, reason = "such a value exists only after detection")]
+            // SAFETY: such a value exists only where the processor has the instructions.
+            crate::simd::SimdKind::Avx512Bw(lanes) => unsafe {
+                $name::avx512bw(lanes, $($argument),*)
+            },
             #[cfg(target_arch = "x86_64")]
             #[expect(unsafe_code, reason = "such a value exists only after detection")]
             // SAFETY: such a value exists only where the processor has the instructions.

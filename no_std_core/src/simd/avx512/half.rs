@@ -1,9 +1,9 @@
 //! Operations on eight of the sixteen lanes.
 
-use super::{Avx512Half, Lanes};
+use super::{Avx512, Avx512Half, Lanes};
 use core::arch::x86_64::*;
 
-impl Lanes<8> for Avx512Half {
+impl<const BYTES: bool> Lanes<8> for Avx512Half<BYTES> {
     type Floats = __m256;
     type Words = __m256i;
     type Mask = __mmask8;
@@ -116,7 +116,13 @@ impl Lanes<8> for Avx512Half {
     }
     #[inline(always)]
     fn count_ones(self, words: __m256i) -> __m256i {
-        with!(_mm256_popcnt_epi32(words))
+        with! {
+            if BYTES {
+                return _mm256_popcnt_epi32(words);
+            }
+            let both = Avx512::<false>(()).count_ones(_mm512_castsi256_si512(words));
+            _mm512_castsi512_si256(both)
+        }
     }
 
     #[inline(always)]
