@@ -29,9 +29,9 @@ const UNIT: f32 = 64.0;
 /// Two columns, 1/65,536 pixel: lines inside the window are that far from 0 at least.
 const MARGIN: u32 = 2 << 16;
 
-/// Lines in fixed point, as [`Skia`](super::Skia) steps along them.
+/// FixedLines in fixed point, as [`Skia`](super::Skia) steps along them.
 #[derive(Clone, Debug)]
-struct Lines {
+struct FixedLines {
     /// The first row that each crosses, and the last one: the one before it if it crosses none.
     first: [u32; MAX_LINES],
     last: [u32; MAX_LINES],
@@ -41,7 +41,7 @@ struct Lines {
     slope: [u32; MAX_LINES],
 }
 
-impl Lines {
+impl FixedLines {
     const NONE: Self = Self {
         first: [0; _],
         last: [0; _],
@@ -50,7 +50,7 @@ impl Lines {
     };
 }
 
-/// The window of [`Rasterizer::Skia`] for unpacked figures. 29 kB.
+/// The window of [`Rasterizer::Skia`] for unpacked figures. 28 kB.
 #[derive(Clone, Debug)]
 pub(super) struct SkiaLanes {
     simd: Simd,
@@ -62,7 +62,7 @@ pub(super) struct SkiaLanes {
     grid: ImagePoints,
     /// The outlines of hulls that are not filled yet: the ends of lines on the grid, and the lines.
     ends: LineEnds,
-    lines: Lines,
+    lines: FixedLines,
     /// Bit `c` is column `c`. Rows below the window may be anything.
     rows: [u64; MAX_ROWS + LANES],
 }
@@ -77,7 +77,7 @@ impl SkiaLanes {
             extent: Extent::NONE,
             grid: ImagePoints::ZERO,
             ends: LineEnds::NONE,
-            lines: Lines::NONE,
+            lines: FixedLines::NONE,
             rows: [0; _],
         }
     }
@@ -319,7 +319,7 @@ fn place_of(grid: [&[f32; MAX_HULL_POINTS]; 2], count: usize, height: usize) -> 
 
 /// Computes the first `count` lines, between ends on the grid.
 #[inline(always)]
-fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, lines: &mut Lines, count: usize) {
+fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, lines: &mut FixedLines, count: usize) {
     let half = l.splat_word(32);
     for first in (0..count).step_by(N) {
         let (from, to) = (&ends.from, &ends.to);
@@ -364,11 +364,14 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, lines: &mut Lines, co
 #[inline(always)]
 fn fill_hull<const N: usize, L: Lanes<N>>(
     l: L,
-    lines: &Lines,
+    lines: &FixedLines,
     hull: Range<usize>,
     rows: &mut [u64; MAX_ROWS + LANES],
 ) {
-    let (mut top, mut bottom) = (l.splat_word(i32::MAX.cast_unsigned()), l.splat_word(u32::MAX));
+    let (mut top, mut bottom) = (
+        l.splat_word(i32::MAX.cast_unsigned()),
+        l.splat_word(u32::MAX),
+    );
     for at in hull.clone().step_by(N) {
         let chunk = |of: &[u32; MAX_LINES]| match of.get(at..).and_then(<[u32]>::first_chunk) {
             Some(words) => l.load_words(words),
@@ -401,7 +404,7 @@ fn fill_hull<const N: usize, L: Lanes<N>>(
 #[inline(always)]
 fn fill_rows<const B: usize, const N: usize, L: Lanes<N>>(
     l: L,
-    lines: &Lines,
+    lines: &FixedLines,
     hull: Range<usize>,
     mut row: i32,
     rows: &mut [u64; MAX_ROWS + LANES],
@@ -422,7 +425,10 @@ fn fill_rows<const B: usize, const N: usize, L: Lanes<N>>(
     let all = [&lines.first, &lines.last, &lines.place, &lines.slope];
     let [firsts, lasts, places, slopes] = all.map(|of| of.get(hull.clone()).unwrap_or_default());
     for (((&first, &last), &place), &slope) in firsts.iter().zip(lasts).zip(places).zip(slopes) {
-        let (rows, slope) = ([l.splat_word(first), l.splat_word(last)], l.splat_word(slope));
+        let (rows, slope) = (
+            [l.splat_word(first), l.splat_word(last)],
+            l.splat_word(slope),
+        );
         let further = l.mul_words(slope, step);
         let mut at = l.add_words(l.splat_word(place), l.mul_words(slope, here[0]));
         for (span, &here) in spans.iter_mut().zip(&here) {
@@ -434,7 +440,9 @@ fn fill_rows<const B: usize, const N: usize, L: Lanes<N>>(
     for (left, right) in spans {
         let left = l.max_words(l.sub_words(left, margin), zero);
         let right = l.max_words(l.sub_words(right, margin), zero);
-        let rows = usize::try_from(row).ok().and_then(|row| rows.get_mut(row..));
+        let rows = usize::try_from(row)
+            .ok()
+            .and_then(|row| rows.get_mut(row..));
         if let Some(rows) = rows.and_then(<[u64]>::first_chunk_mut) {
             l.fill_rows(l.down::<16>(left), l.down::<16>(right), rows);
         }
@@ -511,15 +519,14 @@ impl HullPixels {
     }
 
     /// Returns clear lines, each in the direction in which [`crate::outline::convex`] turns.
-    fn turned(
-        &self,
-        lines: impl Iterator<Item = [Vec2; 2]>,
-    ) -> impl Iterator<Item = [Vec2; 2]> {
+    fn turned(&self, lines: impl Iterator<Item = [Vec2; 2]>) -> impl Iterator<Item = [Vec2; 2]> {
         let sum = self.points().fold(Vec2::ZERO, |sum, point| sum + point);
         let middle = sum / as_pixels(self.len.max(1));
-        lines.map(move |[from, to]| match (to - from).perp_dot(middle - from) > 0.0 {
-            true => [from, to],
-            false => [to, from],
-        })
+        lines.map(
+            move |[from, to]| match (to - from).perp_dot(middle - from) > 0.0 {
+                true => [from, to],
+                false => [to, from],
+            },
+        )
     }
 }

@@ -59,7 +59,7 @@ impl Sampling {
 /// `c` is column `c` of the word. Rows below the window may be anything.
 type SampleBits = [[[u32; MAX_ROWS + LANES]; MAX_WORDS]; MAX_SAMPLES];
 
-/// A window of bits to draw into. 36 kB.
+/// A window of bits to draw into. 34 kB.
 #[derive(Clone, Debug)]
 pub(crate) struct BitWindow {
     simd: Simd,
