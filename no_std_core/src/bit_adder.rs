@@ -32,34 +32,3 @@ pub(crate) fn add_eight<W: Word>([one, two, four]: [W; 3], bits: [W; 8]) -> ([W;
     let (four, carry) = full_add(four, four_a, four_b);
     ([one, two, four], carry)
 }
-
-/// How many of up to 127 words have each of their bits, in digits.
-pub(crate) struct BitCounts<W> {
-    low: [W; 3],
-    high: [W; 4],
-}
-
-impl<W: Word + Default> BitCounts<W> {
-    pub fn new() -> Self {
-        Self {
-            low: [W::default(); 3],
-            high: [W::default(); 4],
-        }
-    }
-
-    /// Counts eight words.
-    #[inline(always)]
-    pub fn add(&mut self, words: [W; 8]) {
-        let (low, mut carry) = add_eight(self.low, words);
-        self.low = low;
-        for digit in &mut self.high {
-            (*digit, carry) = (*digit ^ carry, *digit & carry);
-        }
-    }
-
-    /// Returns the digits, the lowest one first.
-    #[inline(always)]
-    pub fn digits(self) -> impl Iterator<Item = W> {
-        self.low.into_iter().chain(self.high)
-    }
-}

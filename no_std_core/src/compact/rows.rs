@@ -2,7 +2,6 @@
 
 use super::CompactFigure;
 use super::body::{CompactSight, SeenHull};
-use crate::bit_adder::BitCounts;
 use crate::budget::{MAX_ROWS, WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::raster::moments::AreaMoments;
@@ -138,21 +137,23 @@ impl Pixels for CompactRows {
     }
 
     fn moments(&self) -> AreaMoments {
-        let mut moments = AreaMoments::default();
-        let rows = self.bits.get(..self.size.rows()).unwrap_or_default();
-        for word in 0..self.words.min(MAX_WORDS) {
-            let mut counts = BitCounts::new();
-            let (eights, rest) = rows.as_chunks::<8>();
-            eights
-                .iter()
-                .for_each(|rows| counts.add(rows.map(|row| row[word])));
-            counts.add(core::array::from_fn(|row| {
-                rest.get(row).map_or(0, |row| row[word])
-            }));
-            let digits = counts.digits().map(u64::from);
-            moments.add(AreaMoments::from_counts(digits, 1), WORD * word);
+        let (mut area, mut doubled) = (0, 0);
+        let words = self.words.min(MAX_WORDS);
+        for row in self.bits.iter().take(self.size.rows()) {
+            for (word, &bits) in (0..).zip(&row[..words]) {
+                let mut bits = bits;
+                while bits != 0 {
+                    let from = bits.trailing_zeros();
+                    let run = (bits >> from).trailing_ones();
+                    area += run;
+                    doubled += run * (2 * (32 * word + from) + run);
+                    // The carry passes through the run and ends after it.
+                    bits &= bits.wrapping_add(1 << from);
+                }
+            }
         }
-        moments
+        let (area, doubled) = (u64::from(area), u64::from(doubled));
+        AreaMoments { area, doubled }
     }
 
     /// Copies the columns from `left` on, and returns the number of pixels that are on.

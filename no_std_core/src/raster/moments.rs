@@ -10,31 +10,6 @@ pub struct AreaMoments {
 }
 
 impl AreaMoments {
-    /// Returns the moments of rows from how many are on in each column; a pixel counts `on`.
-    #[inline(always)]
-    pub fn from_counts(digits: impl Iterator<Item = u64>, on: u64) -> Self {
-        /// Columns whose number has bit 0, 1, 2, 3, 4 or 5.
-        const COLUMNS: [u64; 6] = [
-            0xaaaa_aaaa_aaaa_aaaa,
-            0xcccc_cccc_cccc_cccc,
-            0xf0f0_f0f0_f0f0_f0f0,
-            0xff00_ff00_ff00_ff00,
-            0xffff_0000_ffff_0000,
-            0xffff_ffff_0000_0000,
-        ];
-        let (mut area, mut columns) = (0, 0);
-        for (worth, digit) in digits.enumerate() {
-            area += u64::from(digit.count_ones()) << worth;
-            for (bit, those) in COLUMNS.into_iter().enumerate() {
-                columns += u64::from((digit & those).count_ones()) << (worth + bit);
-            }
-        }
-        Self {
-            area: on * area,
-            doubled: on * (2 * columns + area),
-        }
-    }
-
     /// Adds the moments of a window whose first column is column `left` of the row of windows.
     pub fn add(&mut self, window: Self, left: usize) {
         self.area += window.area;

@@ -9,7 +9,7 @@ use super::moments::AreaMoments;
 use super::placement::{Extent, Placement, as_pixels};
 use super::window::{Fill, Pixels, PosedHulls};
 use super::{DrawError, Rasterizer};
-use crate::bit_adder::BitCounts;
+use crate::bit_adder::add_eight;
 use crate::budget::{MAX_OUTLINE, MAX_ROWS, SKIA_WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::outline::{Outline, clipped, convex, crossing};
@@ -89,13 +89,37 @@ impl Pixels for Skia {
 /// Returns the moments of rows.
 #[inline(always)]
 pub(super) fn moments(rows: &[u64]) -> AreaMoments {
-    let mut counts = BitCounts::new();
+    /// Columns whose number has bit 0, 1, 2, 3, 4 or 5.
+    const COLUMNS: [u64; 6] = [
+        0xaaaa_aaaa_aaaa_aaaa,
+        0xcccc_cccc_cccc_cccc,
+        0xf0f0_f0f0_f0f0_f0f0,
+        0xff00_ff00_ff00_ff00,
+        0xffff_0000_ffff_0000,
+        0xffff_ffff_0000_0000,
+    ];
+    // The rows that are on in each column, as digits: up to 64.
+    let (mut low, mut high) = ([0; 3], [0; 4]);
     let (eights, rest) = rows.as_chunks();
-    eights.iter().for_each(|&eight| counts.add(eight));
-    counts.add(core::array::from_fn(|row| {
-        rest.get(row).copied().unwrap_or(0)
-    }));
-    AreaMoments::from_counts(counts.digits(), ON)
+    let rest = core::array::from_fn(|row| rest.get(row).copied().unwrap_or(0));
+    for &eight in eights.iter().chain([&rest]) {
+        let (sum, mut carry) = add_eight(low, eight);
+        low = sum;
+        for digit in &mut high {
+            (*digit, carry) = (*digit ^ carry, *digit & carry);
+        }
+    }
+    let (mut area, mut columns) = (0, 0);
+    for (worth, digit) in low.into_iter().chain(high).enumerate() {
+        area += u64::from(digit.count_ones()) << worth;
+        for (bit, those) in COLUMNS.into_iter().enumerate() {
+            columns += u64::from((digit & those).count_ones()) << (worth + bit);
+        }
+    }
+    AreaMoments {
+        area: ON * area,
+        doubled: ON * (2 * columns + area),
+    }
 }
 
 /// Cuts the columns from `left` on out of rows, and returns their area.
