@@ -4,8 +4,8 @@
 //! 180 with elevations 0, 15, ..., 75 in turn, `level` through those of elevation 0, as in the
 //! sweep's benchmark; `above` has the widest silhouette. `19-hulls-of-16` are the same hulls with
 //! at most 16 points. `skia` and `rows` are also measured with registers of each width: `portable`
-//! and those that the processor has (`avx2`, `avx512` or `neon`). `tiny-skia` is the library, whose
-//! pixels `skia` has.
+//! and those that the processor has (`avx2`, `avx512bw`, `avx512` or `neon`). `tiny-skia` is the
+//! library, whose pixels `skia` has.
 
 mod common;
 

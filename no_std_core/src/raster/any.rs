@@ -15,14 +15,14 @@ use crate::silhouette::Coverage;
 use crate::silhouette::{AnySilhouette, Silhouette, Size};
 use crate::simd::Simd;
 
-/// The window of any rasteriser, for figures of unpacked bodies. 36 kB.
+/// The window of any rasteriser, for figures of unpacked bodies. 34 kB.
 #[derive(Debug)]
 pub struct AnyWindow(AnyKind);
 
 #[derive(Debug)]
 #[expect(
     clippy::large_enum_variant,
-    reason = "36 kB once for a renderer; a box would need a heap"
+    reason = "34 kB once for a renderer; a box would need a heap"
 )]
 enum AnyKind {
     Skia(SkiaLanes),

@@ -6,8 +6,8 @@
 //!
 //! | window | figures | draws | RAM |
 //! |---|---|---|--:|
-//! | [`AnyWindow`] | [`crate::body::Figure`] | any [`Rasterizer`], chosen at run time | 36 kB |
-//! | [`SampleImages`] | [`crate::body::Figure`] | `rows-3x3`, the samples kept apart | 36 kB |
+//! | [`AnyWindow`] | [`crate::body::Figure`] | any [`Rasterizer`], chosen at run time | 34 kB |
+//! | [`SampleImages`] | [`crate::body::Figure`] | `rows-3x3`, the samples kept apart | 34 kB |
 //! | [`Skia`] | both | `skia` | 0.5 kB |
 //! | `TinySkia` | both | tiny-skia itself, also anti-aliased | 100 B, and a heap |
 //! | [`crate::compact::CompactRows`] | [`crate::compact::CompactFigure`] | `rows` | 1.5 kB |

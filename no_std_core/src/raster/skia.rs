@@ -9,6 +9,7 @@ use super::moments::AreaMoments;
 use super::placement::{Extent, Placement, as_pixels};
 use super::window::{Fill, Pixels, PosedHulls};
 use super::{DrawError, Rasterizer};
+use crate::bit_adder::add_eight;
 use crate::budget::{MAX_OUTLINE, MAX_ROWS, SKIA_WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::outline::{Outline, clipped, convex, crossing};
@@ -97,17 +98,27 @@ pub(super) fn moments(rows: &[u64]) -> AreaMoments {
         0xffff_0000_ffff_0000,
         0xffff_ffff_0000_0000,
     ];
-    let (mut area, mut counts) = (0, [0; COLUMNS.len()]);
-    for &row in rows {
-        area += u64::from(row.count_ones());
-        for (count, columns) in counts.iter_mut().zip(COLUMNS) {
-            *count += u64::from((row & columns).count_ones());
+    // The rows that are on in each column, as digits: up to 64.
+    let (mut low, mut high) = ([0; 3], [0; 4]);
+    let (eights, rest) = rows.as_chunks();
+    let rest = core::array::from_fn(|row| rest.get(row).copied().unwrap_or(0));
+    for &eight in eights.iter().chain([&rest]) {
+        let (sum, mut carry) = add_eight(low, eight);
+        low = sum;
+        for digit in &mut high {
+            (*digit, carry) = (*digit ^ carry, *digit & carry);
         }
     }
-    let columns = counts.iter().enumerate().map(|(bit, count)| count << bit);
+    let (mut area, mut columns) = (0, 0);
+    for (worth, digit) in low.into_iter().chain(high).enumerate() {
+        area += u64::from(digit.count_ones()) << worth;
+        for (bit, those) in COLUMNS.into_iter().enumerate() {
+            columns += u64::from((digit & those).count_ones()) << (worth + bit);
+        }
+    }
     AreaMoments {
         area: ON * area,
-        doubled: ON * (2 * columns.sum::<u64>() + area),
+        doubled: ON * (2 * columns + area),
     }
 }
 

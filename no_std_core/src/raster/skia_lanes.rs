@@ -16,54 +16,41 @@ use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
 use crate::body::Figure;
 use crate::body::clearance::{CLEAR, CLEAR_PLACE_M, CLEAR_SCALE};
-use crate::budget::{
-    LANES, MAX_HULL_EDGES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, SKIA_WINDOW_COLUMNS,
-};
+use crate::budget::{LANES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, SKIA_WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::silhouette::{Silhouette, Size};
-use crate::simd::{Lanes, LineEnds, Simd, Wide, compiled, dispatch};
+use crate::simd::{Edges, Lanes, LineEnds, MAX_LINES, Simd, Wide, compiled, dispatch};
+use core::ops::Range;
 use glam::Vec2;
-
-/// As many as all edges of a hull take.
-const MOST_STRIPS: usize = MAX_HULL_EDGES.div_ceil(LANES);
-const MAX_STRIPS: usize = MAX_HULLS / 2 + MOST_STRIPS;
 
 /// Steps of the grid in a pixel.
 const UNIT: f32 = 64.0;
 
-/// Up to sixteen lines of one hull in fixed point, as [`Skia`](super::Skia) steps along them.
+/// Two columns, 1/65,536 pixel: lines inside the window are that far from 0 at least.
+const MARGIN: u32 = 2 << 16;
+
+/// FixedLines in fixed point, as [`Skia`](super::Skia) steps along them.
 #[derive(Clone, Debug)]
-struct FixedStrip {
-    /// The first row that each crosses, and how many.
-    first: [u32; LANES],
-    rows: [u32; LANES],
-    /// Where it crosses the first row, 1/65,536 pixel, half a pixel to the right, and how much
-    /// further right for each row below.
-    place: [u32; LANES],
-    slope: [u32; LANES],
-    /// The first row that any line crosses, and the first one below.
-    top: i32,
-    bottom: i32,
-    /// The number of lines.
-    len: usize,
-    /// Whether the next strip is another hull's.
-    is_last: bool,
+struct FixedLines {
+    /// The first row that each crosses, and the last one: the one before it if it crosses none.
+    first: [u32; MAX_LINES],
+    last: [u32; MAX_LINES],
+    /// Where it would cross row 0, 1/65,536 pixel, half a pixel and [`MARGIN`] to the right, and how
+    /// much further right for each row below.
+    place: [u32; MAX_LINES],
+    slope: [u32; MAX_LINES],
 }
 
-impl FixedStrip {
-    const EMPTY: Self = Self {
-        first: [0; LANES],
-        rows: [0; LANES],
-        place: [0; LANES],
-        slope: [0; LANES],
-        top: 0,
-        bottom: 0,
-        len: 0,
-        is_last: true,
+impl FixedLines {
+    const NONE: Self = Self {
+        first: [0; _],
+        last: [0; _],
+        place: [0; _],
+        slope: [0; _],
     };
 }
 
-/// The window of [`Rasterizer::Skia`] for unpacked figures. 29 kB.
+/// The window of [`Rasterizer::Skia`] for unpacked figures. 28 kB.
 #[derive(Clone, Debug)]
 pub(super) struct SkiaLanes {
     simd: Simd,
@@ -74,8 +61,8 @@ pub(super) struct SkiaLanes {
     /// The points in the window, 1/64 pixel, cut off.
     grid: ImagePoints,
     /// The outlines of hulls that are not filled yet: the ends of lines on the grid, and the lines.
-    ends: [LineEnds; MAX_STRIPS],
-    strips: [FixedStrip; MAX_STRIPS],
+    ends: LineEnds,
+    lines: FixedLines,
     /// Bit `c` is column `c`. Rows below the window may be anything.
     rows: [u64; MAX_ROWS + LANES],
 }
@@ -89,8 +76,8 @@ impl SkiaLanes {
             points: ImagePoints::ZERO,
             extent: Extent::NONE,
             grid: ImagePoints::ZERO,
-            ends: [const { LineEnds::NONE }; _],
-            strips: [const { FixedStrip::EMPTY }; _],
+            ends: LineEnds::NONE,
+            lines: FixedLines::NONE,
             rows: [0; _],
         }
     }
@@ -203,11 +190,14 @@ fn fill<L: Wide>(
     } else {
         place(l.half(), &window.points, count, placement, grid);
     }
-    let mut strips = 0;
+    // Where the lines of each hull end.
+    let mut hulls = heapless::Vec::<usize, MAX_HULLS>::new();
+    let mut count = 0;
     for (number, hull) in figure.hull_parts().enumerate() {
-        if strips + MOST_STRIPS > MAX_STRIPS {
-            fill_strips(l, window, strips);
-            strips = 0;
+        if !LineEnds::has_room(count) {
+            fill_hulls(l, window, &hulls);
+            hulls.clear();
+            count = 0;
         }
         let (Some(points), Some(grid)) = (
             window.points.of_hull(hull.points.start),
@@ -216,7 +206,7 @@ fn fill<L: Wide>(
             return;
         };
         let facing = window.looks.facing(view, number);
-        let ends = window.ends.get_mut(strips..).unwrap_or_default();
+        let ends = &mut window.ends;
         let place = match is_inside {
             true => Where::Inside,
             false => place_of(grid, hull.points.len(), height),
@@ -224,46 +214,51 @@ fn fill<L: Wide>(
         if place == Where::Outside {
             continue;
         }
-        let is_doubtful = !may_be_clear || window.looks.is_doubtful(view, number);
-        if place == Where::Across || is_doubtful {
-            let rows = window.rows.get_mut(..height).unwrap_or_default();
+        let unclear = match may_be_clear {
+            true => window.looks.unclear(view, number),
+            false => u64::MAX,
+        };
+        if place == Where::Across || unclear != 0 {
             let pixels = HullPixels::new(points, hull.points.len(), placement);
-            let lines = l.ends(facing, hull.edges, pixels.axes.each_ref(), ends);
-            let is_clear = !is_doubtful || pixels.is_clear(l, ends, lines);
+            let is_clear = unclear == 0 || pixels.is_clear(l, [facing, unclear], hull.edges);
             if !is_clear || place == Where::Across {
-                if !(is_clear && skia::fill_between(pixels.turned(ends, lines), rows)) {
+                let rows = window.rows.get_mut(..height).unwrap_or_default();
+                let axes = pixels.axes.each_ref();
+                let is_filled = is_clear && {
+                    let lines = l.ends(facing, hull.edges, axes, (ends, count));
+                    let lines = (count..count + lines).map(|line| ends.get(line));
+                    skia::fill_between(pixels.turned(lines), rows)
+                };
+                if !is_filled {
                     skia::fill(&skia::outline_in_window(pixels.points(), height), rows);
                 }
                 continue;
             }
         }
-        let count = l.ends(facing, hull.edges, grid, ends);
-        if let Some([strip, next, ..]) = window.strips.get_mut(strips..) {
-            (strip.len, strip.is_last) = (count.min(LANES), count <= LANES);
-            (next.len, next.is_last) = (count.saturating_sub(LANES).min(LANES), true);
-        }
-        strips += 1 + usize::from(count > LANES);
+        count += l.ends(facing, hull.edges, grid, (ends, count));
+        // No figure has more hulls.
+        let _ = hulls.push(count);
     }
-    fill_strips(l, window, strips);
+    fill_hulls(l, window, &hulls);
 }
 
-/// Fills the hulls of the first `count` strips.
+/// Fills hulls whose lines end at these numbers.
 #[inline(always)]
-fn fill_strips<L: Wide>(l: L, window: &mut SkiaLanes, count: usize) {
-    for (strip, ends) in window.strips.iter_mut().zip(&window.ends).take(count) {
-        if L::IS_ONE {
-            lay(l, ends, strip);
-        } else {
-            lay(l.half(), ends, strip);
-        }
+fn fill_hulls<L: Wide>(l: L, window: &mut SkiaLanes, hulls: &[usize]) {
+    let count = hulls.last().copied().unwrap_or(0);
+    if L::IS_ONE {
+        lay(l, &window.ends, &mut window.lines, count);
+    } else {
+        lay(l.half(), &window.ends, &mut window.lines, count);
     }
-    let strips = window.strips.get(..count).unwrap_or_default();
-    for hull in strips.split_inclusive(|strip| strip.is_last) {
+    let mut start = 0;
+    for &end in hulls {
         if L::IS_ONE {
-            fill_hull(l, hull, &mut window.rows);
+            fill_hull(l, &window.lines, start..end, &mut window.rows);
         } else {
-            fill_hull(l.half(), hull, &mut window.rows);
+            fill_hull(l.half(), &window.lines, start..end, &mut window.rows);
         }
+        start = end;
     }
 }
 
@@ -322,14 +317,11 @@ fn place_of(grid: [&[f32; MAX_HULL_POINTS]; 2], count: usize, height: usize) -> 
     place
 }
 
-/// Computes the lines of a strip between ends on the grid.
+/// Computes the first `count` lines, between ends on the grid.
 #[inline(always)]
-fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut FixedStrip) {
-    let numbers = first_numbers(l);
-    let (half, none) = (l.splat_word(32), l.splat_word(0));
-    let mut top = l.splat_word(i32::MAX.cast_unsigned());
-    let mut bottom = none;
-    for first in (0..strip.len).step_by(N) {
+fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, lines: &mut FixedLines, count: usize) {
+    let half = l.splat_word(32);
+    for first in (0..count).step_by(N) {
         let (from, to) = (&ends.from, &ends.to);
         let ax = l.cut_off(part(l, &from[0], first));
         let ay = l.cut_off(part(l, &from[1], first));
@@ -339,7 +331,7 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut FixedStri
         let (x, other) = (l.choose(goes_up, bx, ax), l.choose(goes_up, ax, bx));
         let (y, other_y) = (l.min_words(ay, by), l.max_words(ay, by));
         let start = l.down::<6>(l.add_words(y, half));
-        let end = l.down::<6>(l.add_words(other_y, half));
+        let last = l.down::<6>(l.sub_words(other_y, half));
         let slope = l.slopes(l.sub_words(other, x), l.sub_words(other_y, y));
         let down = l.sub_words(l.add_words(l.up::<6>(start), half), y);
         // slope * down / 65,536, in two parts.
@@ -347,19 +339,18 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut FixedStri
             l.mul_words(l.down::<16>(slope), down),
             l.down::<16>(l.mul_words(l.and_words(slope, l.splat_word(0xffff)), down)),
         );
-        let place = l.add_words(l.up::<10>(l.add_words(x, across)), l.splat_word(1 << 15));
-        // Lanes after the last line hold old values.
-        #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
-        let is_line = l.less_words(numbers, l.splat_word((strip.len - first) as u32));
-        let rows = l.choose(is_line, l.sub_words(end, start), none);
-        let crosses = l.less_words(none, rows);
-        top = l.choose(crosses, l.min_words(top, start), top);
-        bottom = l.choose(crosses, l.max_words(bottom, end), bottom);
+        let place = l.add_words(
+            l.up::<10>(l.add_words(x, across)),
+            l.splat_word(MARGIN + (1 << 15)),
+        );
         let all = [
-            (&mut strip.first, start),
-            (&mut strip.rows, rows),
-            (&mut strip.place, place),
-            (&mut strip.slope, slope),
+            (&mut lines.first, start),
+            (&mut lines.last, last),
+            (
+                &mut lines.place,
+                l.sub_words(place, l.mul_words(slope, start)),
+            ),
+            (&mut lines.slope, slope),
         ];
         for (to, words) in all {
             if let Some(to) = to.get_mut(first..).and_then(<[u32]>::first_chunk_mut) {
@@ -367,57 +358,97 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, strip: &mut FixedStri
             }
         }
     }
-    (strip.top, strip.bottom) = l.ends_of(top, bottom);
 }
 
-/// Fills `N` rows at a time between the lines of a hull: two cross a row, or none.
+/// Fills the rows between the lines of a hull: two cross a row, or none.
 #[inline(always)]
 fn fill_hull<const N: usize, L: Lanes<N>>(
     l: L,
-    hull: &[FixedStrip],
+    lines: &FixedLines,
+    hull: Range<usize>,
     rows: &mut [u64; MAX_ROWS + LANES],
 ) {
-    let numbers = first_numbers(l);
-    let mut row = hull.iter().fold(i32::MAX, |top, strip| top.min(strip.top));
-    let bottom = hull
-        .iter()
-        .fold(0, |bottom, strip| bottom.max(strip.bottom));
+    let (mut top, mut bottom) = (
+        l.splat_word(i32::MAX.cast_unsigned()),
+        l.splat_word(u32::MAX),
+    );
+    for at in hull.clone().step_by(N) {
+        let chunk = |of: &[u32; MAX_LINES]| match of.get(at..).and_then(<[u32]>::first_chunk) {
+            Some(words) => l.load_words(words),
+            None => l.splat_word(0),
+        };
+        let (first, last) = (chunk(&lines.first), chunk(&lines.last));
+        #[expect(clippy::cast_possible_truncation, reason = "at most 96")]
+        let is_line = l.less_words(first_numbers(l), l.splat_word((hull.end - at) as u32));
+        top = l.choose(is_line, l.min_words(top, first), top);
+        bottom = l.choose(is_line, l.max_words(bottom, last), bottom);
+    }
+    let (mut row, bottom) = l.ends_of(top, bottom);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_possible_wrap,
+        reason = "16 at most"
+    )]
+    let at_once = N as i32;
+    while row <= bottom {
+        // A line is loaded once for all rows that registers have room for.
+        row = match (bottom - row) / at_once {
+            0 => fill_rows::<1, N, L>(l, lines, hull.clone(), row, rows),
+            1 => fill_rows::<2, N, L>(l, lines, hull.clone(), row, rows),
+            _ => fill_rows::<3, N, L>(l, lines, hull.clone(), row, rows),
+        };
+    }
+}
+
+/// Fills `B` times `N` rows from `row` on, and returns the next one.
+#[inline(always)]
+fn fill_rows<const B: usize, const N: usize, L: Lanes<N>>(
+    l: L,
+    lines: &FixedLines,
+    hull: Range<usize>,
+    mut row: i32,
+    rows: &mut [u64; MAX_ROWS + LANES],
+) -> i32 {
     #[expect(
         clippy::cast_sign_loss,
         clippy::cast_possible_truncation,
         clippy::cast_possible_wrap,
-        reason = "below 64"
+        reason = "below 128"
     )]
-    while row < bottom {
-        let here = l.add_words(numbers, l.splat_word(row as u32));
-        // No columns.
-        let mut left = l.splat_word(64 << 16);
-        let mut right = l.splat_word(0);
-        for strip in hull {
-            let lines = strip
-                .first
-                .iter()
-                .zip(&strip.rows)
-                .zip(&strip.place)
-                .zip(&strip.slope);
-            for (((&first, &rows), &place), &slope) in lines.take(strip.len) {
-                let below = l.sub_words(here, l.splat_word(first));
-                let crosses = l.within(below, l.splat_word(rows));
-                let at = l.add_words(l.splat_word(place), l.mul_words(l.splat_word(slope), below));
-                left = l.choose(crosses, l.min_words(left, at), left);
-                right = l.choose(crosses, l.max_words(right, at), right);
-            }
-        }
-        let left = l.max_words(left, l.splat_word(0));
-        let Some(rows) = rows
-            .get_mut(row as usize..)
-            .and_then(<[u64]>::first_chunk_mut)
-        else {
-            return;
-        };
-        l.fill_rows(l.down::<16>(left), l.down::<16>(right), rows);
-        row += N as i32;
+    let (first_row, at_once, step) = (row as u32, N as i32, N as u32);
+    let step = l.splat_word(step);
+    let mut here = [l.add_words(first_numbers(l), l.splat_word(first_row)); B];
+    for after in 1..B {
+        here[after] = l.add_words(here[after - 1], step);
     }
+    let mut spans = [(l.splat_word(i32::MAX.cast_unsigned()), l.splat_word(0)); B];
+    let all = [&lines.first, &lines.last, &lines.place, &lines.slope];
+    let [firsts, lasts, places, slopes] = all.map(|of| of.get(hull.clone()).unwrap_or_default());
+    for (((&first, &last), &place), &slope) in firsts.iter().zip(lasts).zip(places).zip(slopes) {
+        let (rows, slope) = (
+            [l.splat_word(first), l.splat_word(last)],
+            l.splat_word(slope),
+        );
+        let further = l.mul_words(slope, step);
+        let mut at = l.add_words(l.splat_word(place), l.mul_words(slope, here[0]));
+        for (span, &here) in spans.iter_mut().zip(&here) {
+            *span = l.widen(*span, at, here, rows);
+            at = l.add_words(at, further);
+        }
+    }
+    let (zero, margin) = (l.splat_word(0), l.splat_word(MARGIN));
+    for (left, right) in spans {
+        let left = l.max_words(l.sub_words(left, margin), zero);
+        let right = l.max_words(l.sub_words(right, margin), zero);
+        let rows = usize::try_from(row)
+            .ok()
+            .and_then(|row| rows.get_mut(row..));
+        if let Some(rows) = rows.and_then(<[u64]>::first_chunk_mut) {
+            l.fill_rows(l.down::<16>(left), l.down::<16>(right), rows);
+        }
+        row += at_once;
+    }
+    row
 }
 
 /// The points of a hull in the window, pixels; NaN after the last one.
@@ -441,9 +472,10 @@ impl HullPixels {
         both.take(self.len).map(|(&x, &y)| Vec2::new(x, y))
     }
 
-    /// Returns whether each line has all points but its own ends clearly on one side.
+    /// Returns whether each line of the outline has all points but its own ends clearly on one side.
+    /// That is asked of lines beside facets that are not clear.
     #[inline(always)]
-    fn is_clear<L: Wide>(&self, l: L, ends: &[LineEnds], lines: usize) -> bool {
+    fn is_clear<L: Wide>(&self, l: L, [facing, unclear]: [u64; 2], edges: &[Edges]) -> bool {
         let [min, max] = skia::bounds(self.points());
         let across = max - min;
         if across.min_element() <= NEARLY_ZERO {
@@ -454,47 +486,47 @@ impl HullPixels {
             let [x, y] = self.axes.each_ref().map(|axis| axis.as_chunks::<LANES>().0);
             x.iter().zip(y)
         };
+        let [xs, ys] = self.axes;
+        let corner = |number: u8| {
+            let number = usize::from(number) % MAX_HULL_POINTS;
+            Vec2::new(xs[number], ys[number])
+        };
         let others = self.len.saturating_sub(2);
-        let mut all_clear = lines >= 3;
-        for [from, to] in each_end(ends, lines) {
-            let along = to - from;
-            let clear = l.splat(wide * along.abs().element_sum());
-            let minus = l.sub(l.splat(0.0), clear);
-            let (mut left, mut right) = (0, 0);
-            for (x, y) in sixteens() {
-                let x = l.sub(l.load(x), l.splat(from.x));
-                let y = l.sub(l.load(y), l.splat(from.y));
-                let area = l.sub(l.mul(l.splat(along.x), y), l.mul(l.splat(along.y), x));
-                left += l.bits(l.less(clear, area)).count_ones();
-                right += l.bits(l.less(area, minus)).count_ones();
+        let (mut lines, mut all_clear) = (0, true);
+        for edges in edges {
+            let [left, right] = &edges.sides;
+            let outline = l.look_up(facing, left) ^ l.look_up(facing, right);
+            let mut asked = outline & (l.look_up(unclear, left) | l.look_up(unclear, right));
+            lines += outline.count_ones();
+            while asked != 0 {
+                let [from, to] = edges.get(asked.trailing_zeros() as usize)[0].map(corner);
+                asked &= asked - 1;
+                let along = to - from;
+                let clear = l.splat(wide * along.abs().element_sum());
+                let minus = l.sub(l.splat(0.0), clear);
+                let (mut left, mut right) = (0, 0);
+                for (x, y) in sixteens() {
+                    let x = l.sub(l.load(x), l.splat(from.x));
+                    let y = l.sub(l.load(y), l.splat(from.y));
+                    let area = l.sub(l.mul(l.splat(along.x), y), l.mul(l.splat(along.y), x));
+                    left += l.bits(l.less(clear, area)).count_ones();
+                    right += l.bits(l.less(area, minus)).count_ones();
+                }
+                all_clear &= left as usize == others || right as usize == others;
             }
-            all_clear &= left as usize == others || right as usize == others;
         }
-        all_clear
+        all_clear && lines >= 3
     }
 
     /// Returns clear lines, each in the direction in which [`crate::outline::convex`] turns.
-    fn turned<'a>(
-        &self,
-        ends: &'a [LineEnds],
-        lines: usize,
-    ) -> impl Iterator<Item = [Vec2; 2]> + use<'a> {
+    fn turned(&self, lines: impl Iterator<Item = [Vec2; 2]>) -> impl Iterator<Item = [Vec2; 2]> {
         let sum = self.points().fold(Vec2::ZERO, |sum, point| sum + point);
         let middle = sum / as_pixels(self.len.max(1));
-        each_end(ends, lines).map(move |[from, to]| {
-            match (to - from).perp_dot(middle - from) > 0.0 {
+        lines.map(
+            move |[from, to]| match (to - from).perp_dot(middle - from) > 0.0 {
                 true => [from, to],
                 false => [to, from],
-            }
-        })
+            },
+        )
     }
-}
-
-/// Returns the ends of lines.
-#[inline(always)]
-fn each_end(ends: &[LineEnds], lines: usize) -> impl Iterator<Item = [Vec2; 2]> {
-    let lanes = ends.iter().flat_map(|LineEnds { from, to }| {
-        (0..LANES).map(move |lane| [from, to].map(|end| Vec2::new(end[0][lane], end[1][lane])))
-    });
-    lanes.take(lines)
 }

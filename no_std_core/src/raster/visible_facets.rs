@@ -9,7 +9,7 @@ use crate::budget::{MAX_HULLS, VIEWS_AT_ONCE};
 use crate::camera::Camera;
 use crate::simd::{LANES, Lanes, Wide};
 
-/// The facets of a figure that cameras see. 5 kB.
+/// The facets of a figure that cameras see. 7 kB.
 #[derive(Clone, Debug)]
 pub struct VisibleFacets {
     /// The eyes in the frames of hulls: their positions, or their directions if they are infinitely
@@ -17,8 +17,8 @@ pub struct VisibleFacets {
     eyes: [[[f32; MAX_HULLS]; 3]; VIEWS_AT_ONCE],
     /// The visible facets of hulls, a bit each.
     facing: [[u64; MAX_HULLS]; VIEWS_AT_ONCE],
-    /// The hulls with facets that are not beyond their clearances, a bit each.
-    doubtful: [u32; VIEWS_AT_ONCE],
+    /// The facets of hulls that are not beyond their clearances, a bit each.
+    unclear: [[u64; MAX_HULLS]; VIEWS_AT_ONCE],
 }
 
 impl VisibleFacets {
@@ -26,7 +26,7 @@ impl VisibleFacets {
     pub const NONE: Self = Self {
         eyes: [[[0.0; MAX_HULLS]; 3]; VIEWS_AT_ONCE],
         facing: [[0; MAX_HULLS]; VIEWS_AT_ONCE],
-        doubtful: [0; VIEWS_AT_ONCE],
+        unclear: [[0; MAX_HULLS]; VIEWS_AT_ONCE],
     };
 
     /// Returns the facets of a hull that a camera sees, a bit each.
@@ -34,14 +34,15 @@ impl VisibleFacets {
         self.facing[view % VIEWS_AT_ONCE][hull % MAX_HULLS]
     }
 
-    /// Returns whether the outline of a hull may not be clear ([`crate::body::clearance`]).
-    pub const fn is_doubtful(&self, view: usize, hull: usize) -> bool {
-        self.doubtful[view % VIEWS_AT_ONCE] >> (hull % MAX_HULLS) & 1 != 0
+    /// Returns the facets of a hull along which its outline may not be clear, a bit each
+    /// ([`crate::body::clearance`]).
+    pub const fn unclear(&self, view: usize, hull: usize) -> u64 {
+        self.unclear[view % VIEWS_AT_ONCE][hull % MAX_HULLS]
     }
 }
 
 /// Finds the visible facets: those with the eye on their outer side. For an eye infinitely far away
-/// only the direction counts. With `CLEAR`, finds doubtful hulls, too: for an eye that is near, all.
+/// only the direction counts. With `CLEAR`, finds unclear facets, too: for an eye that is near, all.
 #[inline(always)]
 pub fn look<L: Wide, const CLEAR: bool>(
     l: L,
@@ -52,46 +53,36 @@ pub fn look<L: Wide, const CLEAR: bool>(
     let VisibleFacets {
         eyes,
         facing,
-        doubtful,
+        unclear,
     } = looks;
-    if CLEAR {
-        let is_far_away = !figure.places.is_within(CLEAR_REACH_M);
-        for (doubtful, view) in doubtful.iter_mut().zip(views) {
-            let is_doubtful = is_far_away || view.camera.eye().is_some();
-            *doubtful = if is_doubtful { u32::MAX } else { 0 };
-        }
-    }
+    let is_far_away = CLEAR && !figure.places.is_within(CLEAR_REACH_M);
     let views = views.get(..VIEWS_AT_ONCE).unwrap_or(views);
     for (view, eyes) in views.iter().zip(&mut *eyes) {
         turn_eye(l, &figure.places, &view.camera, eyes);
     }
     for (number, hull) in figure.hull_parts().enumerate() {
         let number = number % MAX_HULLS;
-        for facing in facing.iter_mut().take(views.len()) {
-            facing[number] = ALWAYS;
-        }
-        if CLEAR && hull.clearances.is_empty() {
-            doubtful
-                .iter_mut()
-                .for_each(|doubtful| *doubtful |= 1 << number);
-        }
-        for (chunk, facets) in hull.facets.iter().enumerate() {
-            let facets = (facets, hull.clearances.get(chunk).unwrap_or(&[-1.0; LANES]));
-            let seen = views.iter().zip(&*eyes).zip(&mut *facing);
-            for (((view, [x, y, z]), facing), doubtful) in seen.zip(&mut *doubtful) {
-                let eye = [x[number], y[number], z[number]];
-                let is_near = view.camera.eye().is_some();
-                let [seen, unclear] = if L::IS_ONE {
+        let seen = views.iter().zip(&*eyes).zip(&mut *facing);
+        for (((view, [x, y, z]), facing), unclear) in seen.zip(&mut *unclear) {
+            let eye = [x[number], y[number], z[number]];
+            let is_near = view.camera.eye().is_some();
+            let is_doubtful = is_near || is_far_away || hull.clearances.is_empty();
+            let mut bits = [ALWAYS, if is_doubtful { u64::MAX } else { 0 }];
+            for (chunk, facets) in hull.facets.iter().enumerate() {
+                let facets = (facets, hull.clearances.get(chunk).unwrap_or(&[-1.0; LANES]));
+                let found = if L::IS_ONE {
                     seen_by::<_, _, CLEAR>(l, facets, 0, eye, is_near)
                 } else {
                     let (half, middle) = (l.half(), LANES / 2);
                     let first = seen_by::<_, _, CLEAR>(half, facets, 0, eye, is_near);
                     let last = seen_by::<_, _, CLEAR>(half, facets, middle, eye, is_near);
-                    [first[0] | last[0] << middle, first[1] | last[1]]
+                    [first[0] | last[0] << middle, first[1] | last[1] << middle]
                 };
-                facing[number] |= u64::from(seen) << (LANES * chunk);
-                *doubtful |= u32::from(unclear != 0) << number;
+                for (bits, found) in bits.iter_mut().zip(found) {
+                    *bits |= u64::from(found) << (LANES * chunk);
+                }
             }
+            [facing[number], unclear[number]] = bits;
         }
     }
 }

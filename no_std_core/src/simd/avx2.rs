@@ -201,24 +201,74 @@ impl Lanes<8> for Avx2 {
         with!(_mm256_min_epi32(a, b))
     }
     #[inline(always)]
-    fn within(self, words: __m256i, len: __m256i) -> __m256 {
-        with!(_mm256_castsi256_ps(_mm256_and_si256(
-            _mm256_cmpgt_epi32(len, words),
-            _mm256_cmpgt_epi32(words, _mm256_set1_epi32(-1)),
-        )))
+    fn widen(
+        self,
+        (left, right): (__m256i, __m256i),
+        at: __m256i,
+        row: __m256i,
+        [first, last]: [__m256i; 2],
+    ) -> (__m256i, __m256i) {
+        with! {
+            let is_above = _mm256_cmpgt_epi32(first, row);
+            let is_below = _mm256_cmpgt_epi32(row, last);
+            // With all bits set, it is the greatest unsigned number, and below 0 as a signed one.
+            let at = _mm256_or_si256(at, _mm256_or_si256(is_above, is_below));
+            (_mm256_min_epu32(left, at), _mm256_max_epi32(right, at))
+        }
     }
     #[inline(always)]
     fn fill_rows(self, from: __m256i, to: __m256i, rows: &mut [u64; 8]) {
         with! {
             let ones = _mm256_set1_epi64x(-1);
-            let mut fill = |at: usize, from, to| {
-                let bits = |first| _mm256_sllv_epi64(ones, _mm256_cvtepu32_epi64(first));
+            let none = _mm256_setzero_si256();
+            let bits = |first| _mm256_sllv_epi64(ones, first);
+            // Rows 0, 1, 4 and 5, and the others.
+            let low = _mm256_andnot_si256(
+                bits(_mm256_unpacklo_epi32(to, none)),
+                bits(_mm256_unpacklo_epi32(from, none)),
+            );
+            let high = _mm256_andnot_si256(
+                bits(_mm256_unpackhi_epi32(to, none)),
+                bits(_mm256_unpackhi_epi32(from, none)),
+            );
+            let mut fill = |at: usize, filled| {
                 let rows = rows.as_mut_ptr().add(at).cast();
-                let filled = _mm256_andnot_si256(bits(to), bits(from));
                 _mm256_storeu_si256(rows, _mm256_or_si256(_mm256_loadu_si256(rows), filled));
             };
-            fill(0, _mm256_castsi256_si128(from), _mm256_castsi256_si128(to));
-            fill(4, _mm256_extracti128_si256::<1>(from), _mm256_extracti128_si256::<1>(to));
+            fill(0, _mm256_permute2x128_si256::<0x20>(low, high));
+            fill(4, _mm256_permute2x128_si256::<0x31>(low, high));
+        }
+    }
+    /// Computes both together: the greatest is the negated least of the negated numbers.
+    #[inline(always)]
+    fn ends_of(self, low: __m256i, high: __m256i) -> (i32, i32) {
+        with! {
+            let high = _mm256_sub_epi32(_mm256_setzero_si256(), high);
+            let four = _mm256_min_epi32(
+                _mm256_permute2x128_si256::<0x20>(low, high),
+                _mm256_permute2x128_si256::<0x31>(low, high),
+            );
+            let two = _mm256_min_epi32(four, _mm256_shuffle_epi32::<0b01_00_11_10>(four));
+            let one = _mm256_min_epi32(two, _mm256_shuffle_epi32::<0b10_11_00_01>(two));
+            (
+                _mm256_cvtsi256_si32(one),
+                -_mm_cvtsi128_si32(_mm256_extracti128_si256::<1>(one)),
+            )
+        }
+    }
+    /// Computes both together, as [`Self::ends_of`].
+    #[inline(always)]
+    fn bounds(self, low: __m256, high: __m256) -> (f32, f32) {
+        with! {
+            let high = _mm256_sub_ps(_mm256_set1_ps(-0.0), high);
+            let four = _mm256_min_ps(
+                _mm256_permute2f128_ps::<0x20>(low, high),
+                _mm256_permute2f128_ps::<0x31>(low, high),
+            );
+            let two = _mm256_min_ps(four, _mm256_permute_ps::<0b01_00_11_10>(four));
+            let one = _mm256_min_ps(two, _mm256_permute_ps::<0b10_11_00_01>(two));
+            let greatest = -_mm_cvtss_f32(_mm256_extractf128_ps::<1>(one));
+            (_mm256_cvtss_f32(one), greatest)
         }
     }
     #[inline(always)]
@@ -247,6 +297,45 @@ impl Lanes<8> for Avx2 {
         }
     }
 }
+
+impl TwoHalves<Avx2> {
+    /// Returns the points with these numbers, below 32.
+    #[inline(always)]
+    fn pick(self, numbers: __m256i, points: &[f32; MAX_HULL_POINTS]) -> __m256 {
+        with! {
+            let eight = |at: usize| {
+                _mm256_permutevar8x32_ps(_mm256_loadu_ps(points.as_ptr().add(at)), numbers)
+            };
+            // The sign chooses.
+            let is_odd = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(numbers));
+            let is_high = _mm256_castsi256_ps(_mm256_slli_epi32::<27>(numbers));
+            let low = _mm256_blendv_ps(eight(0), eight(8), is_odd);
+            if _mm256_movemask_ps(is_high) == 0 {
+                return low;
+            }
+            let high = _mm256_blendv_ps(eight(16), eight(24), is_odd);
+            _mm256_blendv_ps(low, high, is_high)
+        }
+    }
+}
+
+/// For each set of eight, its members in order.
+const TOGETHER: [[u8; 8]; 256] = {
+    let mut together = [[0; 8]; 256];
+    let mut set = 0;
+    while set < 256 {
+        let (mut member, mut count) = (0, 0);
+        while member < 8 {
+            if set >> member & 1 == 1 {
+                together[set][count] = member;
+                count += 1;
+            }
+            member += 1;
+        }
+        set += 1;
+    }
+    together
+};
 
 impl Wide for TwoHalves<Avx2> {
     type Half = Avx2;
@@ -312,17 +401,40 @@ impl Wide for TwoHalves<Avx2> {
         bits: u64,
         edges: &[Edges],
         points: [&[f32; MAX_HULL_POINTS]; 2],
-        ends: &mut [LineEnds],
+        (ends, at): (&mut LineEnds, usize),
     ) -> usize {
+        // The numbers of points at which outline edges begin and end, and room for a store.
+        let mut outline = [[0u8; 2 * 64 + 8]; 2];
         let mut count = 0;
-        for edges in edges {
+        for edges in edges.iter().take(2) {
             let [left, right] = &edges.sides;
-            let mut outline = self.look_up(bits, left) ^ self.look_up(bits, right);
-            while outline != 0 {
-                let edge = outline.trailing_zeros() as usize;
-                outline &= outline - 1;
-                LineEnds::set(ends, count, edges, edge, points);
-                count += 1;
+            let is_outline = self.look_up(bits, left) ^ self.look_up(bits, right);
+            for chunk in 0..edges.len.div_ceil(8) {
+                let first = 8 * chunk % 64;
+                let chosen = (is_outline >> first) as usize % 256;
+                with! {
+                    let order = _mm_loadl_epi64(TOGETHER[chosen].as_ptr().cast());
+                    for (numbers, outline) in [&edges.from, &edges.to].into_iter().zip(&mut outline) {
+                        let numbers = _mm_loadl_epi64(numbers.as_ptr().add(first).cast());
+                        let numbers = _mm_shuffle_epi8(numbers, order);
+                        _mm_storel_epi64(outline.as_mut_ptr().add(count).cast(), numbers);
+                    }
+                }
+                count += chosen.count_ones() as usize;
+            }
+        }
+        for first in (0..count).step_by(8) {
+            for (outline, ends) in outline.iter().zip([&mut ends.from, &mut ends.to]) {
+                let numbers = with! {
+                    let numbers = _mm_loadl_epi64(outline.as_ptr().add(first).cast());
+                    _mm256_cvtepu8_epi32(numbers)
+                };
+                for (ends, points) in ends.iter_mut().zip(points) {
+                    let ends = ends.get_mut(at + first..);
+                    if let Some(ends) = ends.and_then(<[f32]>::first_chunk_mut) {
+                        self.0.store(self.pick(numbers, points), ends);
+                    }
+                }
             }
         }
         count

@@ -1,4 +1,4 @@
-//! Sixteen numbers in one register of AVX-512, for processors since Ice Lake and Zen 4.
+//! Sixteen numbers in one register of AVX-512.
 #![expect(
     unsafe_code,
     reason = "intrinsics; a value of the type exists only after the processor was checked"
@@ -9,15 +9,10 @@ use crate::budget::MAX_HULL_POINTS;
 use core::arch::x86_64::*;
 
 cpufeatures::new!(
-    found,
-    "avx2",
-    "bmi1",
-    "bmi2",
-    "popcnt",
-    "avx512f",
-    "avx512bw",
-    "avx512dq",
-    "avx512vl",
+    found, "avx2", "bmi1", "bmi2", "popcnt", "avx512f", "avx512bw", "avx512dq", "avx512vl"
+);
+cpufeatures::new!(
+    found_bytes,
     "avx512vpopcntdq",
     "avx512vbmi",
     "avx512vbmi2",
@@ -25,17 +20,18 @@ cpufeatures::new!(
     "gfni"
 );
 
-/// A processor with AVX-512.
+/// A processor with AVX-512: with what sorts bytes and counts bits, since Ice Lake and Zen 4, or
+/// without, since Skylake's servers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Avx512(());
+pub(crate) struct Avx512<const BYTES: bool>(());
 
 /// A processor with AVX-512 that works on eight numbers at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Avx512Half(());
+pub(crate) struct Avx512Half<const BYTES: bool>(());
 
-impl Avx512 {
+impl<const BYTES: bool> Avx512<BYTES> {
     pub fn detect() -> Option<Self> {
-        found::get().then_some(Self(()))
+        (found::get() && (!BYTES || found_bytes::get())).then_some(Self(()))
     }
 }
 
@@ -53,7 +49,7 @@ mod planes;
 
 use cuts::WideCuts;
 
-impl Lanes<LANES> for Avx512 {
+impl<const BYTES: bool> Lanes<LANES> for Avx512<BYTES> {
     type Floats = __m512;
     type Words = __m512i;
     type Mask = __mmask16;
@@ -166,7 +162,21 @@ impl Lanes<LANES> for Avx512 {
     }
     #[inline(always)]
     fn count_ones(self, words: __m512i) -> __m512i {
-        with!(_mm512_popcnt_epi32(words))
+        with! {
+            if BYTES {
+                return _mm512_popcnt_epi32(words);
+            }
+            // By table, four bits at a time (Mula 2011).
+            let low = _mm512_set1_epi8(15);
+            let table = _mm512_broadcast_i32x4(_mm_setr_epi8(
+                0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4,
+            ));
+            let first = _mm512_shuffle_epi8(table, _mm512_and_si512(words, low));
+            let rest = _mm512_and_si512(_mm512_srli_epi16::<4>(words), low);
+            let bytes = _mm512_add_epi8(first, _mm512_shuffle_epi8(table, rest));
+            let pairs = _mm512_maddubs_epi16(bytes, _mm512_set1_epi8(1));
+            _mm512_madd_epi16(pairs, _mm512_set1_epi16(1))
+        }
     }
 
     #[inline(always)]
@@ -216,8 +226,21 @@ impl Lanes<LANES> for Avx512 {
         with!(_mm512_min_epi32(a, b))
     }
     #[inline(always)]
-    fn within(self, words: __m512i, len: __m512i) -> __mmask16 {
-        with!(_mm512_cmplt_epu32_mask(words, len))
+    fn widen(
+        self,
+        (left, right): (__m512i, __m512i),
+        at: __m512i,
+        row: __m512i,
+        [first, last]: [__m512i; 2],
+    ) -> (__m512i, __m512i) {
+        with! {
+            let is_below = _mm512_cmple_epi32_mask(first, row);
+            let crosses = _mm512_mask_cmple_epi32_mask(is_below, row, last);
+            (
+                _mm512_mask_min_epu32(left, crosses, left, at),
+                _mm512_mask_max_epi32(right, crosses, right, at),
+            )
+        }
     }
     #[inline(always)]
     fn ends_of(self, low: __m512i, high: __m512i) -> (i32, i32) {
@@ -303,7 +326,7 @@ impl Lanes<LANES> for Avx512 {
 }
 
 /// Operations on numbers of points, a byte each.
-impl Avx512 {
+impl Avx512<true> {
     /// Returns the numbers that the mask selects, without gaps.
     #[inline(always)]
     fn together(self, mask: u64, numbers: &[u8; 64]) -> __m512i {
@@ -334,28 +357,117 @@ impl Avx512 {
             _mm512_castsi512_si128(_mm512_maskz_compress_epi8(masks[1], numbers[1])),
         )))
     }
+}
 
-    /// Returns coordinates of the points with the first sixteen numbers.
+impl<const BYTES: bool> Avx512<BYTES> {
+    /// Returns coordinates of the points with these numbers, a byte each.
     #[inline(always)]
-    fn pick(self, numbers: __m512i, points: &[f32; MAX_HULL_POINTS]) -> __m512 {
+    fn pick(self, numbers: __m128i, points: &[f32; MAX_HULL_POINTS]) -> __m512 {
         with! {
             let low = _mm512_loadu_ps(points.as_ptr());
             let high = _mm512_loadu_ps(points.as_ptr().add(LANES));
-            _mm512_permutex2var_ps(low, _mm512_cvtepu8_epi32(_mm512_castsi512_si128(numbers)), high)
+            _mm512_permutex2var_ps(low, _mm512_cvtepu8_epi32(numbers), high)
         }
     }
 }
 
-impl Wide for Avx512 {
-    type Half = Avx512Half;
-    type Cuts = WideCuts;
+/// Implements the part of [`Wide`] that needs only what all processors with AVX-512 have.
+macro_rules! for_all {
+    ($bytes:literal) => {
+        type Half = Avx512Half<$bytes>;
 
-    const IS_ONE: bool = true;
+        const IS_ONE: bool = true;
 
+        #[inline(always)]
+        fn half(self) -> Self::Half {
+            Avx512Half(())
+        }
+
+        #[inline(always)]
+        fn spread(self, bits: u64) -> u64 {
+            with!(_pdep_u64(bits, 0x0101_0101_0101_0101))
+        }
+        #[inline(always)]
+        fn pair(self, floats: __m512, lane: usize) -> __m512 {
+            const FIRST: [u32; LANES] = [0, 0, 0, 0, 0, 0, 0, 0, 8, 8, 8, 8, 8, 8, 8, 8];
+            #[expect(clippy::cast_possible_truncation, reason = "below 8")]
+            let index = self.add_words(self.load_words(&FIRST), self.splat_word(lane as u32));
+            with!(_mm512_permutexvar_ps(index, floats))
+        }
+        #[inline(always)]
+        fn quads(self, floats: __m512, lane: usize) -> __m512 {
+            const FIRST: [u32; LANES] = [0, 0, 0, 0, 1, 1, 1, 1, 8, 8, 8, 8, 9, 9, 9, 9];
+            #[expect(clippy::cast_possible_truncation, reason = "below 8")]
+            let index = self.add_words(self.load_words(&FIRST), self.splat_word(lane as u32));
+            with!(_mm512_permutexvar_ps(index, floats))
+        }
+        #[inline(always)]
+        fn swapped(self, floats: __m512) -> __m512 {
+            with!(_mm512_shuffle_f32x4::<0b10_11_00_01>(floats, floats))
+        }
+        #[inline(always)]
+        fn numbers(self, digits: &[u64]) -> [u8; 64] {
+            planes::numbers(self, digits)
+        }
+    };
+}
+
+impl Wide for Avx512<false> {
+    for_all!(false);
+    super::cuts::edge_by_edge!();
+
+    /// Looks up the byte of each bit, and the bit in it, by tables.
     #[inline(always)]
-    fn half(self) -> Avx512Half {
-        Avx512Half(())
+    fn look_up(self, bits: u64, numbers: &[u8; 64]) -> u64 {
+        with! {
+            let seven = _mm512_set1_epi8(7);
+            let numbers = _mm512_loadu_si512(numbers.as_ptr().cast());
+            let byte = _mm512_and_si512(_mm512_srli_epi16::<3>(numbers), seven);
+            let byte = _mm512_shuffle_epi8(_mm512_set1_epi64(bits.cast_signed()), byte);
+            let powers = _mm512_set1_epi64(0x8040_2010_0804_0201u64.cast_signed());
+            let bit = _mm512_shuffle_epi8(powers, _mm512_and_si512(numbers, seven));
+            _mm512_test_epi8_mask(byte, bit)
+        }
     }
+
+    /// Finds the ends of sixteen edges, and moves those of the outline together.
+    #[inline(always)]
+    fn ends(
+        self,
+        bits: u64,
+        edges: &[Edges],
+        points: [&[f32; MAX_HULL_POINTS]; 2],
+        (ends, at): (&mut LineEnds, usize),
+    ) -> usize {
+        let mut count = 0;
+        for edges in edges {
+            let [left, right] = &edges.sides;
+            let outline = self.look_up(bits, left) ^ self.look_up(bits, right);
+            for quarter in 0..edges.len.div_ceil(LANES) {
+                let first = LANES * quarter % 64;
+                #[expect(clippy::cast_possible_truncation, reason = "sixteen of them")]
+                let chosen = (outline >> first) as u16;
+                for (numbers, ends) in [(&edges.from, &mut ends.from), (&edges.to, &mut ends.to)] {
+                    let numbers = with!(_mm_loadu_si128(numbers.as_ptr().add(first).cast()));
+                    for (ends, points) in ends.iter_mut().zip(points) {
+                        let ends = ends.get_mut(at + count..);
+                        if let Some(ends) = ends.and_then(<[f32]>::first_chunk_mut) {
+                            let all = self.pick(numbers, points);
+                            self.store(with!(_mm512_maskz_compress_ps(chosen, all)), ends);
+                        }
+                    }
+                }
+                count += chosen.count_ones() as usize;
+            }
+        }
+        count
+    }
+}
+
+impl Wide for Avx512<true> {
+    for_all!(true);
+
+    type Cuts = WideCuts;
 
     #[inline(always)]
     fn look_up(self, bits: u64, numbers: &[u8; 64]) -> u64 {
@@ -377,7 +489,7 @@ impl Wide for Avx512 {
         bits: u64,
         edges: &[Edges],
         points: [&[f32; MAX_HULL_POINTS]; 2],
-        ends: &mut [LineEnds],
+        (ends, at): (&mut LineEnds, usize),
     ) -> usize {
         let mut from = self.splat_word(0);
         let (mut to, mut count) = (from, 0);
@@ -390,42 +502,21 @@ impl Wide for Avx512 {
         }
         // A convex outline has at most 32 edges; only rounding could give more than 64.
         if count > 64 {
-            return super::ends_one_by_one(self, bits, edges, points, ends);
+            return super::ends_one_by_one(self, bits, edges, points, (ends, at));
         }
         let count = count as usize;
-        for ends in ends.iter_mut().take(count.div_ceil(LANES)) {
-            let axes = ends.from.iter_mut().zip(&mut ends.to).zip(points);
-            for ((from_axis, to_axis), points) in axes {
-                self.store(self.pick(from, points), from_axis);
-                self.store(self.pick(to, points), to_axis);
+        for first in (at..at + count).step_by(LANES) {
+            for (numbers, ends) in [(from, &mut ends.from), (to, &mut ends.to)] {
+                for (ends, points) in ends.iter_mut().zip(points) {
+                    if let Some(ends) = ends.get_mut(first..).and_then(<[f32]>::first_chunk_mut) {
+                        let numbers = with!(_mm512_castsi512_si128(numbers));
+                        self.store(self.pick(numbers, points), ends);
+                    }
+                }
             }
             (from, to) = (self.without_sixteen(from), self.without_sixteen(to));
         }
         count
-    }
-
-    #[inline(always)]
-    fn spread(self, bits: u64) -> u64 {
-        with!(_pdep_u64(bits, 0x0101_0101_0101_0101))
-    }
-    #[inline(always)]
-    fn pair(self, floats: __m512, lane: usize) -> __m512 {
-        const FIRST: [u32; LANES] = [0, 0, 0, 0, 0, 0, 0, 0, 8, 8, 8, 8, 8, 8, 8, 8];
-        #[expect(clippy::cast_possible_truncation, reason = "below 8")]
-        let index = self.add_words(self.load_words(&FIRST), self.splat_word(lane as u32));
-        with!(_mm512_permutexvar_ps(index, floats))
-    }
-
-    #[inline(always)]
-    fn quads(self, floats: __m512, lane: usize) -> __m512 {
-        const FIRST: [u32; LANES] = [0, 0, 0, 0, 1, 1, 1, 1, 8, 8, 8, 8, 9, 9, 9, 9];
-        #[expect(clippy::cast_possible_truncation, reason = "below 8")]
-        let index = self.add_words(self.load_words(&FIRST), self.splat_word(lane as u32));
-        with!(_mm512_permutexvar_ps(index, floats))
-    }
-    #[inline(always)]
-    fn swapped(self, floats: __m512) -> __m512 {
-        with!(_mm512_shuffle_f32x4::<0b10_11_00_01>(floats, floats))
     }
 
     #[inline(always)]
@@ -455,10 +546,6 @@ impl Wide for Avx512 {
     #[inline(always)]
     fn turn(self, columns: &[u32; 32]) -> [u32; 32] {
         planes::turn(self, columns)
-    }
-    #[inline(always)]
-    fn numbers(self, digits: &[u64]) -> [u8; 64] {
-        planes::numbers(self, digits)
     }
     #[inline(always)]
     fn find(self, table: &[u8; 128], numbers: &mut [u8; 64]) {

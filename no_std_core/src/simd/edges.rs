@@ -1,7 +1,12 @@
 //! Edges of hulls, and the ends of outline edges.
 
 use super::Wide;
-use crate::budget::{LANES, MAX_HULL_POINTS};
+use crate::budget::{LANES, MAX_HULL_EDGES, MAX_HULL_POINTS};
+use glam::Vec2;
+
+/// The maximum number of lines of one hull, whole registers, and of hulls that wait to be filled.
+const HULL_LINES: usize = MAX_HULL_EDGES.next_multiple_of(LANES);
+pub(crate) const MAX_LINES: usize = 8 * LANES + HULL_LINES;
 
 /// Up to 64 edges of one hull.
 #[derive(Clone, Debug)]
@@ -30,35 +35,46 @@ impl Edges {
     }
 }
 
-/// Both ends of up to sixteen lines.
+/// Both ends of lines, without gaps.
 #[derive(Clone, Debug)]
 pub(crate) struct LineEnds {
     /// The coordinates of the ends, by axis.
-    pub from: [[f32; LANES]; 2],
-    pub to: [[f32; LANES]; 2],
+    pub from: [[f32; MAX_LINES]; 2],
+    pub to: [[f32; MAX_LINES]; 2],
 }
 
 impl LineEnds {
     pub const NONE: Self = Self {
-        from: [[0.0; LANES]; 2],
-        to: [[0.0; LANES]; 2],
+        from: [[0.0; MAX_LINES]; 2],
+        to: [[0.0; MAX_LINES]; 2],
     };
 
-    /// Writes the ends of an edge of a hull of these points, as number `at` of all.
+    /// Returns whether there is room for the lines of one more hull after `count` of them.
+    pub const fn has_room(count: usize) -> bool {
+        count + HULL_LINES <= MAX_LINES
+    }
+
+    /// Returns the ends of a line.
+    #[inline(always)]
+    pub fn get(&self, line: usize) -> [Vec2; 2] {
+        [&self.from, &self.to].map(|[x, y]| Vec2::new(x[line % MAX_LINES], y[line % MAX_LINES]))
+    }
+
+    /// Writes the ends of an edge of a hull of these points as line number `at`.
     #[inline(always)]
     pub fn set(
-        all: &mut [Self],
+        &mut self,
         at: usize,
         edges: &Edges,
         edge: usize,
         points: [&[f32; MAX_HULL_POINTS]; 2],
     ) {
-        let (edge, lane) = (edge % 64, at % LANES);
+        let edge = edge % 64;
         let from = usize::from(edges.from[edge]) % MAX_HULL_POINTS;
         let to = usize::from(edges.to[edge]) % MAX_HULL_POINTS;
-        if let Some(ends) = all.get_mut(at / LANES) {
-            (ends.from[0][lane], ends.from[1][lane]) = (points[0][from], points[1][from]);
-            (ends.to[0][lane], ends.to[1][lane]) = (points[0][to], points[1][to]);
+        for (axis, points) in points.into_iter().enumerate() {
+            self.from[axis][at % MAX_LINES] = points[from];
+            self.to[axis][at % MAX_LINES] = points[to];
         }
     }
 }
@@ -70,7 +86,7 @@ pub fn ends_one_by_one<L: Wide>(
     bits: u64,
     edges: &[Edges],
     points: [&[f32; MAX_HULL_POINTS]; 2],
-    ends: &mut [LineEnds],
+    (ends, at): (&mut LineEnds, usize),
 ) -> usize {
     // An entry for each value of a byte, so that no index is out of bounds.
     let mut named = [0; 256];
@@ -88,7 +104,7 @@ pub fn ends_one_by_one<L: Wide>(
             len = len.wrapping_add(named[usize::from(left)] ^ named[usize::from(right)]);
         }
         for &edge in outline.iter().take(usize::from(len)) {
-            LineEnds::set(ends, count, edges, usize::from(edge), points);
+            ends.set(at + count, edges, usize::from(edge), points);
             count += 1;
         }
     }

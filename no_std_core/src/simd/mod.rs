@@ -27,7 +27,7 @@ pub(crate) use portable::Portable;
 pub(crate) use two::TwoHalves;
 
 use edges::ends_one_by_one;
-pub(crate) use edges::{Edges, LineEnds};
+pub(crate) use edges::{Edges, LineEnds, MAX_LINES};
 
 pub(crate) use crate::budget::LANES;
 use crate::budget::MAX_HULL_POINTS;
@@ -43,7 +43,9 @@ pub(crate) enum SimdKind {
     #[cfg(target_arch = "x86_64")]
     Avx2(TwoHalves<Avx2>),
     #[cfg(target_arch = "x86_64")]
-    Avx512(Avx512),
+    Avx512Bw(Avx512<false>),
+    #[cfg(target_arch = "x86_64")]
+    Avx512(Avx512<true>),
     #[cfg(target_arch = "aarch64")]
     Neon(TwoHalves<Neon>),
 }
@@ -63,6 +65,7 @@ impl Simd {
         #[cfg(target_arch = "x86_64")]
         let wider = [
             Avx2::detect().map(|half| SimdKind::Avx2(TwoHalves(half))),
+            Avx512::detect().map(SimdKind::Avx512Bw),
             Avx512::detect().map(SimdKind::Avx512),
         ];
         #[cfg(target_arch = "aarch64")]
@@ -79,6 +82,8 @@ impl Simd {
             SimdKind::Portable(_) => "portable",
             #[cfg(target_arch = "x86_64")]
             SimdKind::Avx2(_) => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            SimdKind::Avx512Bw(_) => "avx512bw",
             #[cfg(target_arch = "x86_64")]
             SimdKind::Avx512(_) => "avx512",
             #[cfg(target_arch = "aarch64")]
@@ -115,10 +120,20 @@ macro_rules! compiled {
             }
 
             #[target_feature(
+                enable = "avx2,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512dq,avx512vl"
+            )]
+            pub fn avx512bw(
+                lanes: crate::simd::Avx512<false>,
+                $($argument: $type),*
+            ) $(-> $result)? {
+                super::$name(lanes, $($argument),*)
+            }
+
+            #[target_feature(
                 enable = "avx2,bmi1,bmi2,popcnt,avx512f,avx512bw,avx512dq,avx512vl,avx512vpopcntdq,avx512vbmi,avx512vbmi2,avx512bitalg,gfni"
             )]
             pub fn avx512(
-                lanes: crate::simd::Avx512,
+                lanes: crate::simd::Avx512<true>,
                 $($argument: $type),*
             ) $(-> $result)? {
                 super::$name(lanes, $($argument),*)
@@ -135,6 +150,12 @@ macro_rules! dispatch {
             #[expect(unsafe_code, reason = "such a value exists only after detection")]
             // SAFETY: such a value exists only where the processor has the instructions.
             crate::simd::SimdKind::Avx2(lanes) => unsafe { $name::avx2(lanes, $($argument),*) },
+            #[cfg(target_arch = "x86_64")]
+            #[expect(unsafe_code, reason = "such a value exists only after detection")]
+            // SAFETY: such a value exists only where the processor has the instructions.
+            crate::simd::SimdKind::Avx512Bw(lanes) => unsafe {
+                $name::avx512bw(lanes, $($argument),*)
+            },
             #[cfg(target_arch = "x86_64")]
             #[expect(unsafe_code, reason = "such a value exists only after detection")]
             // SAFETY: such a value exists only where the processor has the instructions.
@@ -221,8 +242,15 @@ pub(crate) trait Lanes<const N: usize>: Copy {
     fn slopes(self, across: Self::Words, down: Self::Words) -> Self::Words;
     /// Returns the less of signed numbers.
     fn min_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
-    /// Returns whether `0 <= words < len`, for a `len` that is not negative.
-    fn within(self, words: Self::Words, len: Self::Words) -> Self::Mask;
+    /// Extends the span from the first number to the second to `at` where the row is one from
+    /// the first of `rows` to the last. There, all numbers are from 0 to 2^31.
+    fn widen(
+        self,
+        span: (Self::Words, Self::Words),
+        at: Self::Words,
+        row: Self::Words,
+        rows: [Self::Words; 2],
+    ) -> (Self::Words, Self::Words);
     /// Turns on the bits of rows from each first number, below 65, on and before the other.
     #[inline(always)]
     fn fill_rows(self, from: Self::Words, to: Self::Words, rows: &mut [u64; N]) {
@@ -320,17 +348,18 @@ pub(crate) trait Wide: Lanes<16> {
         beside
     }
 
-    /// Writes the ends of the edges that have exactly one facet of the set `bits` on their sides,
-    /// as many as there is room for, and returns the number of such edges.
+    /// Writes the ends of the edges that have exactly one facet of the set `bits` on their sides
+    /// from line number `at` on, and returns the number of such edges. Lines after them may change,
+    /// too.
     #[inline(always)]
     fn ends(
         self,
         bits: u64,
         edges: &[Edges],
         points: [&[f32; MAX_HULL_POINTS]; 2],
-        ends: &mut [LineEnds],
+        (ends, at): (&mut LineEnds, usize),
     ) -> usize {
-        ends_one_by_one(self, bits, edges, points, ends)
+        ends_one_by_one(self, bits, edges, points, (ends, at))
     }
 
     /// Returns the lowest eight bits, a byte each, the lowest one first.

@@ -206,8 +206,21 @@ impl Lanes<8> for Neon {
         )))
     }
     #[inline(always)]
-    fn within(self, words: Self::Words, len: Self::Words) -> Self::Mask {
-        both!(k => vcltq_u32(words[k], len[k]))
+    fn widen(
+        self,
+        (left, right): (Self::Words, Self::Words),
+        at: Self::Words,
+        row: Self::Words,
+        [first, last]: [Self::Words; 2],
+    ) -> (Self::Words, Self::Words) {
+        let is_inside = both!(k => {
+            let [first, row, last] = [first[k], row[k], last[k]].map(|of| vreinterpretq_s32_u32(of));
+            vandq_u32(vcleq_s32(first, row), vcleq_s32(row, last))
+        });
+        (
+            both!(k => vminq_u32(left[k], vornq_u32(at[k], is_inside[k]))),
+            both!(k => vmaxq_u32(right[k], vandq_u32(at[k], is_inside[k]))),
+        )
     }
     #[inline(always)]
     fn bits_from(self, first: Self::Words) -> Self::Words {

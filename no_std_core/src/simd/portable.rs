@@ -186,12 +186,24 @@ impl<const N: usize> Lanes<N> for Portable {
         each!(0; k => a[k].cast_signed().min(b[k].cast_signed()).cast_unsigned())
     }
     #[inline(always)]
-    fn within(self, words: Self::Words, len: Self::Words) -> Self::Mask {
+    fn widen(
+        self,
+        (left, right): (Self::Words, Self::Words),
+        at: Self::Words,
+        row: Self::Words,
+        [first, last]: [Self::Words; 2],
+    ) -> (Self::Words, Self::Words) {
         // SSE2 compares signed numbers only.
-        each!(0; k => {
-            let is_less = words[k].cast_signed() < len[k].cast_signed();
-            if is_less & (words[k].cast_signed() >= 0) { u32::MAX } else { 0 }
-        })
+        let is_inside = each!(0; k => {
+            let [first, row, last] = [first[k], row[k], last[k]].map(u32::cast_signed);
+            if (first <= row) & (row <= last) { u32::MAX } else { 0 }
+        });
+        let high = each!(0; k => at[k] & is_inside[k]);
+        let low = each!(0; k => high[k] | !is_inside[k] >> 1);
+        (
+            Lanes::<N>::min_words(self, left, low),
+            Lanes::<N>::max_words(self, right, high),
+        )
     }
     #[inline(always)]
     fn between(self, from: Self::Words, to: Self::Words) -> Self::Words {

@@ -200,11 +200,20 @@ impl<H: Lanes<HALF>> Lanes<LANES> for TwoHalves<H> {
         [self.0.min_words(a[0], b[0]), self.0.min_words(a[1], b[1])]
     }
     #[inline(always)]
-    fn within(self, words: Self::Words, len: Self::Words) -> Self::Mask {
-        [
-            self.0.within(words[0], len[0]),
-            self.0.within(words[1], len[1]),
-        ]
+    fn widen(
+        self,
+        (left, right): (Self::Words, Self::Words),
+        at: Self::Words,
+        row: Self::Words,
+        [first, last]: [Self::Words; 2],
+    ) -> (Self::Words, Self::Words) {
+        let (low, high) = (
+            self.0
+                .widen((left[0], right[0]), at[0], row[0], [first[0], last[0]]),
+            self.0
+                .widen((left[1], right[1]), at[1], row[1], [first[1], last[1]]),
+        );
+        ([low.0, high.0], [low.1, high.1])
     }
     #[inline(always)]
     fn bits_from(self, words: Self::Words) -> Self::Words {

@@ -42,7 +42,7 @@ impl fmt::Display for MachineNeed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Avx2 => "AVX2",
-            Self::Avx512f => "AVX-512",
+            Self::Avx512f => "AVX-512 with VBMI",
             Self::Neon => "NEON",
             Self::Ort => "ONNX Runtime",
             Self::TwoThreads => "idle second thread",

@@ -21,10 +21,10 @@ use super::visible_facets::{VisibleFacets, look};
 use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
 use crate::body::Figure;
-use crate::budget::{MAX_HULL_EDGES, MAX_HULLS, MAX_ROWS, WINDOW_COLUMNS};
+use crate::budget::{MAX_ROWS, WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::silhouette::{AnySilhouette, Silhouette, Size};
-use crate::simd::{LANES, LineEnds, Simd, Wide, compiled, dispatch};
+use crate::simd::{LANES, LineEnds, MAX_LINES, Simd, Wide, compiled, dispatch};
 use block::fill_hull;
 use outline::{Strip, lay};
 use read::{cut, moments};
@@ -35,9 +35,8 @@ const WORD: usize = 32;
 const MAX_WORDS: usize = WINDOW_COLUMNS / WORD;
 /// The maximum number of samples in one pixel.
 const MAX_SAMPLES: usize = 9;
-/// The maximum number of strips in one hull, and of all hulls that wait to be filled.
-const MOST_STRIPS: usize = MAX_HULL_EDGES.div_ceil(LANES);
-const MAX_STRIPS: usize = MAX_HULLS / 2 + MOST_STRIPS;
+/// The maximum number of strips of all hulls that wait to be filled.
+const MAX_STRIPS: usize = MAX_LINES / LANES;
 
 /// The samples of a pixel: one in its middle, or three by three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +59,7 @@ impl Sampling {
 /// `c` is column `c` of the word. Rows below the window may be anything.
 type SampleBits = [[[u32; MAX_ROWS + LANES]; MAX_WORDS]; MAX_SAMPLES];
 
-/// A window of bits to draw into. 36 kB.
+/// A window of bits to draw into. 34 kB.
 #[derive(Clone, Debug)]
 pub(crate) struct BitWindow {
     simd: Simd,
@@ -72,7 +71,7 @@ pub(crate) struct BitWindow {
     points: ImagePoints,
     /// The outlines of hulls that are not filled yet: the ends of lines in the image, metres, and
     /// the lines.
-    ends: [LineEnds; MAX_STRIPS],
+    ends: LineEnds,
     strips: [Strip; MAX_STRIPS],
     bits: SampleBits,
 }
@@ -86,7 +85,7 @@ impl BitWindow {
             words: 0,
             looks: VisibleFacets::NONE,
             points: ImagePoints::ZERO,
-            ends: [const { LineEnds::NONE }; _],
+            ends: LineEnds::NONE,
             strips: [const { Strip::EMPTY }; _],
             bits: [[[0; _]; MAX_WORDS]; MAX_SAMPLES],
         }
@@ -192,7 +191,7 @@ fn fill<L: Wide>(
     window.empty();
     let mut strips = 0;
     for (number, hull) in figure.hull_parts().enumerate() {
-        if strips + MOST_STRIPS > MAX_STRIPS {
+        if !LineEnds::has_room(LANES * strips) {
             fill_strips(l, window, strips, placement);
             strips = 0;
         }
@@ -200,7 +199,7 @@ fn fill<L: Wide>(
             return;
         };
         let facing = window.looks.facing(view, number);
-        let ends = window.ends.get_mut(strips..).unwrap_or_default();
+        let ends = (&mut window.ends, LANES * strips);
         let count = l.ends(facing, hull.edges, points, ends);
         for first in (0..count).step_by(LANES) {
             if let Some(strip) = window.strips.get_mut(strips) {
@@ -217,7 +216,8 @@ fn fill<L: Wide>(
 #[inline(always)]
 fn fill_strips<L: Wide>(l: L, window: &mut BitWindow, count: usize, placement: &Placement) {
     let (sampling, size) = (window.sampling, window.size);
-    for (strip, ends) in window.strips.iter_mut().zip(&window.ends).take(count) {
+    for (number, strip) in window.strips.iter_mut().enumerate().take(count) {
+        let ends = (&window.ends, LANES * number);
         if L::IS_ONE {
             lay(l, strip, ends, placement, sampling, size);
         } else {

@@ -47,7 +47,7 @@ impl Strip {
 pub fn lay<const N: usize, L: Lanes<N>>(
     l: L,
     strip: &mut Strip,
-    ends: &LineEnds,
+    (ends, start): (&LineEnds, usize),
     placement: &Placement,
     sampling: Sampling,
     size: Size,
@@ -65,10 +65,10 @@ pub fn lay<const N: usize, L: Lanes<N>>(
     let (mut least, mut most) = (l.splat_word(i32::MAX.cast_unsigned()), none);
     for first in (0..strip.len).step_by(N) {
         // Not a closure, which would not have the processor's instructions.
-        let [x, y] = &ends.from;
-        let [ax, ay] = placed(l, [part(l, x, first), part(l, y, first)], placement);
-        let [x, y] = &ends.to;
-        let [bx, by] = placed(l, [part(l, x, first), part(l, y, first)], placement);
+        let ([x, y], at) = (&ends.from, start + first);
+        let [ax, ay] = placed(l, [part(l, x, at), part(l, y, at)], placement);
+        let ([x, y], at) = (&ends.to, start + first);
+        let [bx, by] = placed(l, [part(l, x, at), part(l, y, at)], placement);
         let (top, bottom) = (l.min(ay, by), l.max(ay, by));
         let slope = l.div(l.sub(bx, ax), l.sub(by, ay));
         store(l, ax, &mut strip.x, first);

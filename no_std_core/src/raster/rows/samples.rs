@@ -11,7 +11,7 @@ use crate::raster::moments::AreaMoments;
 use crate::silhouette::{Silhouette, Size};
 
 /// The window of [`Rasterizer::Rows3x3`] with nine separate images, one for each place of samples
-/// in their pixels: the leftmost places first, from the top down. 36 kB.
+/// in their pixels: the leftmost places first, from the top down. 34 kB.
 ///
 /// Together they are an image of three times as many rows and columns, to which image effects can
 /// be applied.

@@ -7,7 +7,7 @@ use core::arch::x86_64::*;
 /// Sets a bit for each facet that is not in a set: if it is set for both sides of an edge, neither
 /// is.
 #[inline(always)]
-pub fn beside(l: Avx512, pairs: [[u64; 2]; 2], edges: &[Edges]) -> [[u64; 2]; 2] {
+pub fn beside(l: Avx512<true>, pairs: [[u64; 2]; 2], edges: &[Edges]) -> [[u64; 2]; 2] {
     let [[a, b], [c, d]] = pairs;
     let mut beside = [[0; 2]; 2];
     with! {
@@ -31,7 +31,7 @@ pub fn beside(l: Avx512, pairs: [[u64; 2]; 2], edges: &[Edges]) -> [[u64; 2]; 2]
 
 #[inline(always)]
 pub fn cuts(
-    l: Avx512,
+    l: Avx512<true>,
     edges: &[Edges],
     [upper, lower]: [[u64; 2]; 2],
     passed: &[u32; MAX_HULL_POINTS],
@@ -73,7 +73,7 @@ pub fn cuts(
     }
 }
 #[inline(always)]
-pub fn crossed(l: Avx512, cuts: &WideCuts, column: usize) -> [[u64; 2]; 2] {
+pub fn crossed(l: Avx512<true>, cuts: &WideCuts, column: usize) -> [[u64; 2]; 2] {
     #[expect(clippy::cast_possible_truncation, reason = "below 64")]
     let column = l.splat_byte(column as u8);
     let [upper, lower] = &cuts.sides;
@@ -91,7 +91,7 @@ pub fn crossed(l: Avx512, cuts: &WideCuts, column: usize) -> [[u64; 2]; 2] {
 /// Moves all edges of a mask together. The other masks are used when these are empty.
 #[inline(always)]
 pub fn corners(
-    l: Avx512,
+    l: Avx512<true>,
     cuts: &WideCuts,
     masks: &mut [[u64; 2]; 2],
     points: [&[f32; MAX_HULL_POINTS]; 3],
@@ -113,6 +113,7 @@ pub fn corners(
     let mut b = a;
     let from = l.eights([sides[0].from, sides[1].from], [upper, lower]);
     let to = l.eights([sides[0].to, sides[1].to], [upper, lower]);
+    let [from, to] = [from, to].map(|numbers| with!(_mm512_castsi512_si128(numbers)));
     for axis in 0..3 {
         a[axis] = l.pick(from, points[axis]);
         b[axis] = l.pick(to, points[axis]);
@@ -137,7 +138,7 @@ pub(crate) struct WideCuts {
     rest: Option<[CutSide; 2]>,
 }
 
-impl Avx512 {
+impl Avx512<true> {
     #[inline(always)]
     fn splat_byte(self, value: u8) -> __m512i {
         with!(_mm512_set1_epi8(value.cast_signed()))

@@ -1,9 +1,9 @@
 //! Operations on eight of the sixteen lanes.
 
-use super::{Avx512Half, Lanes};
+use super::{Avx512, Avx512Half, Lanes};
 use core::arch::x86_64::*;
 
-impl Lanes<8> for Avx512Half {
+impl<const BYTES: bool> Lanes<8> for Avx512Half<BYTES> {
     type Floats = __m256;
     type Words = __m256i;
     type Mask = __mmask8;
@@ -116,7 +116,13 @@ impl Lanes<8> for Avx512Half {
     }
     #[inline(always)]
     fn count_ones(self, words: __m256i) -> __m256i {
-        with!(_mm256_popcnt_epi32(words))
+        with! {
+            if BYTES {
+                return _mm256_popcnt_epi32(words);
+            }
+            let both = Avx512::<false>(()).count_ones(_mm512_castsi256_si512(words));
+            _mm512_castsi512_si256(both)
+        }
     }
 
     #[inline(always)]
@@ -170,8 +176,21 @@ impl Lanes<8> for Avx512Half {
         with!(_mm256_min_epi32(a, b))
     }
     #[inline(always)]
-    fn within(self, words: __m256i, len: __m256i) -> __mmask8 {
-        with!(_mm256_cmplt_epu32_mask(words, len))
+    fn widen(
+        self,
+        (left, right): (__m256i, __m256i),
+        at: __m256i,
+        row: __m256i,
+        [first, last]: [__m256i; 2],
+    ) -> (__m256i, __m256i) {
+        with! {
+            let is_below = _mm256_cmple_epi32_mask(first, row);
+            let crosses = _mm256_mask_cmple_epi32_mask(is_below, row, last);
+            (
+                _mm256_mask_min_epu32(left, crosses, left, at),
+                _mm256_mask_max_epi32(right, crosses, right, at),
+            )
+        }
     }
     #[inline(always)]
     fn fill_rows(self, from: __m256i, to: __m256i, rows: &mut [u64; 8]) {

@@ -33,7 +33,7 @@ const ROWS: [u8; 64] = {
 
 /// Transposes squares of bits by multiplying the one with ones in its diagonal by them.
 #[inline(always)]
-pub fn turn(_: Avx512, columns: &[u32; 32]) -> [u32; 32] {
+pub fn turn(_: Avx512<true>, columns: &[u32; 32]) -> [u32; 32] {
     let mut rows = [0; 32];
     with! {
         let diagonal = _mm512_set1_epi64(0x8040_2010_0804_0201u64.cast_signed());
@@ -55,7 +55,7 @@ pub fn turn(_: Avx512, columns: &[u32; 32]) -> [u32; 32] {
 }
 
 #[inline(always)]
-pub fn numbers(_: Avx512, digits: &[u64]) -> [u8; 64] {
+pub fn numbers<const BYTES: bool>(_: Avx512<BYTES>, digits: &[u64]) -> [u8; 64] {
     let mut numbers = [0; 64];
     with! {
         let (mut sum, mut worth) = (_mm512_setzero_si512(), _mm512_set1_epi8(1));
@@ -69,7 +69,7 @@ pub fn numbers(_: Avx512, digits: &[u64]) -> [u8; 64] {
 }
 
 #[inline(always)]
-pub fn find(_: Avx512, table: &[u8; 128], numbers: &mut [u8; 64]) {
+pub fn find(_: Avx512<true>, table: &[u8; 128], numbers: &mut [u8; 64]) {
     with! {
         let low = _mm512_loadu_si512(table.as_ptr().cast());
         let high = _mm512_loadu_si512(table.as_ptr().add(64).cast());

@@ -372,7 +372,7 @@ fn each_benchmark_is_compared_with_that_of_the_baseline() {
 fn the_shipped_limits_are_on_benchmarks_of_files_that_exist() {
     let limits = GateLimits::parse(Path::new("gates.toml"), SHIPPED).expect("shipped limits");
     let limits = limits.limits;
-    assert_eq!(limits.len(), 29);
+    assert_eq!(limits.len(), 26);
     let named: BTreeSet<&str> = limits
         .iter()
         .filter_map(|limit| limit.name.as_deref())

@@ -73,7 +73,7 @@ const STAGE_LIMITS: [u64; 3] = if cfg!(target_abi = "eabihf") {
         match (cfg!(feature = "skia"), IS_DRESSED) {
             (true, _) => 290_000,
             (false, true) => 440_000,
-            (false, false) => 98_000,
+            (false, false) => 97_000,
         },
     ]
 } else {
