@@ -4,8 +4,9 @@ use super::Wide;
 use crate::budget::{LANES, MAX_HULL_EDGES, MAX_HULL_POINTS};
 use glam::Vec2;
 
-/// The maximum number of lines of one hull, whole registers, and of hulls that wait to be filled.
-const HULL_LINES: usize = MAX_HULL_EDGES.next_multiple_of(LANES);
+/// The maximum number of lines of one hull, and room for a register behind them.
+const HULL_LINES: usize = (MAX_HULL_EDGES + LANES).next_multiple_of(LANES);
+/// The maximum number of lines of hulls that wait to be filled.
 pub(crate) const MAX_LINES: usize = 8 * LANES + HULL_LINES;
 
 /// Up to 64 edges of one hull.
