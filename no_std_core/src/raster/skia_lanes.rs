@@ -3,9 +3,10 @@
 //! Outlines are edges between visible facets and others, as in bit rows. An outline is clear if each
 //! of its edges has all other points of the hull on one side by more than rounding can tell: then
 //! its edges are those of [`crate::outline::convex`], too, and the fixed-point lines along them are
-//! those of [`Skia`](super::Skia). Most outlines are clear by what facets show
-//! ([`crate::body::clearance`]), the others are looked at point by point. Hulls for which neither
-//! shows it, and those that a side of the window cuts, are drawn by [`Skia`](super::Skia)'s code.
+//! those of [`Skia`](super::Skia). Most edges are clear by what facets show
+//! ([`crate::body::clearance`]), those beside unclear facets are looked at point by point. Hulls for
+//! which neither shows it, and those that a side of the window cuts, are drawn by
+//! [`Skia`](super::Skia)'s code.
 
 use super::image_points::{ImagePoints, first_numbers, part, placed};
 use super::moments::AreaMoments;
@@ -26,10 +27,10 @@ use glam::Vec2;
 /// Steps of the grid in a pixel.
 const UNIT: f32 = 64.0;
 
-/// Two columns, 1/65,536 pixel: lines inside the window are that far from 0 at least.
+/// Two columns, 1/65,536 pixel: with them, no place of a line inside the window is negative.
 const MARGIN: u32 = 2 << 16;
 
-/// FixedLines in fixed point, as [`Skia`](super::Skia) steps along them.
+/// Lines in fixed point, as [`Skia`](super::Skia) steps along them.
 #[derive(Clone, Debug)]
 struct FixedLines {
     /// The first row that each crosses, and the last one: the one before it if it crosses none.
@@ -378,7 +379,7 @@ fn fill_hull<const N: usize, L: Lanes<N>>(
             None => l.splat_word(0),
         };
         let (first, last) = (chunk(&lines.first), chunk(&lines.last));
-        #[expect(clippy::cast_possible_truncation, reason = "at most 96")]
+        #[expect(clippy::cast_possible_truncation, reason = "at most 90")]
         let is_line = l.less_words(first_numbers(l), l.splat_word((hull.end - at) as u32));
         top = l.choose(is_line, l.min_words(top, first), top);
         bottom = l.choose(is_line, l.max_words(bottom, last), bottom);

@@ -17,7 +17,7 @@ pub struct VisibleFacets {
     eyes: [[[f32; MAX_HULLS]; 3]; VIEWS_AT_ONCE],
     /// The visible facets of hulls, a bit each.
     facing: [[u64; MAX_HULLS]; VIEWS_AT_ONCE],
-    /// The facets of hulls that are not beyond their clearances, a bit each.
+    /// The facets of hulls that are not beyond their clearances, a bit each; only with `CLEAR`.
     unclear: [[u64; MAX_HULLS]; VIEWS_AT_ONCE],
 }
 
@@ -42,7 +42,8 @@ impl VisibleFacets {
 }
 
 /// Finds the visible facets: those with the eye on their outer side. For an eye infinitely far away
-/// only the direction counts. With `CLEAR`, finds unclear facets, too: for an eye that is near, all.
+/// only the direction counts. With `CLEAR`, finds unclear facets, too: all where clearances do not
+/// hold, for near eyes, far figures and hulls without them.
 #[inline(always)]
 pub fn look<L: Wide, const CLEAR: bool>(
     l: L,

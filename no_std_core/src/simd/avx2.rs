@@ -403,14 +403,13 @@ impl Wide for TwoHalves<Avx2> {
         points: [&[f32; MAX_HULL_POINTS]; 2],
         (ends, at): (&mut LineEnds, usize),
     ) -> usize {
-        // The numbers of points at which outline edges begin and end, and room for a store.
-        let mut outline = [[0u8; 2 * 64 + 8]; 2];
+        // The numbers of points at which outline edges begin and end.
+        let mut outline = [[0u8; 2 * 64]; 2];
         let mut count = 0;
         for edges in edges.iter().take(2) {
             let [left, right] = &edges.sides;
             let is_outline = self.look_up(bits, left) ^ self.look_up(bits, right);
-            for chunk in 0..edges.len.div_ceil(8) {
-                let first = 8 * chunk % 64;
+            for first in (0..edges.len.min(64)).step_by(8) {
                 let chosen = (is_outline >> first) as usize % 256;
                 with! {
                     let order = _mm_loadl_epi64(TOGETHER[chosen].as_ptr().cast());

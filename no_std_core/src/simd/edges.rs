@@ -36,7 +36,7 @@ impl Edges {
     }
 }
 
-/// Both ends of lines, without gaps.
+/// Both ends of lines; those of one hull have no gaps.
 #[derive(Clone, Debug)]
 pub(crate) struct LineEnds {
     /// The coordinates of the ends, by axis.

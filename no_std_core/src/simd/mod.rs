@@ -243,7 +243,7 @@ pub(crate) trait Lanes<const N: usize>: Copy {
     /// Returns the less of signed numbers.
     fn min_words(self, a: Self::Words, b: Self::Words) -> Self::Words;
     /// Extends the span from the first number to the second to `at` where the row is one from
-    /// the first of `rows` to the last. There, all numbers are from 0 to 2^31.
+    /// the first of `rows` to the last. The span, and `at` in these rows, are from 0 to 2^31 - 1.
     fn widen(
         self,
         span: (Self::Words, Self::Words),
@@ -251,7 +251,7 @@ pub(crate) trait Lanes<const N: usize>: Copy {
         row: Self::Words,
         rows: [Self::Words; 2],
     ) -> (Self::Words, Self::Words);
-    /// Turns on the bits of rows from each first number, below 65, on and before the other.
+    /// Turns on the bits of rows from each first number on and before the other: none from 64 on.
     #[inline(always)]
     fn fill_rows(self, from: Self::Words, to: Self::Words, rows: &mut [u64; N]) {
         let (mut froms, mut tos) = ([0; N], [0; N]);

@@ -11,7 +11,7 @@ use std::thread::available_parallelism;
 pub(crate) enum MachineNeed {
     /// A processor with AVX2.
     Avx2,
-    /// A processor with the parts of AVX-512 that bit rows use.
+    /// A processor with AVX-512 that moves bytes (VBMI, VBMI2).
     Avx512f,
     /// An ARM processor with NEON.
     Neon,
