@@ -205,12 +205,14 @@ impl Person {
         }
     }
 
-    /// Returns the same person in a session, from 0: on another day, as [`Style::on_another_day`].
+    /// Returns the same person in a session, from 1: each but the first is on another day, as
+    /// [`Style::on_another_day`].
     fn in_session(&self, seed: u64, number: usize, session: usize) -> Self {
-        if session == 0 {
+        if session == 1 {
             return self.clone();
         }
-        let mut rngs = [0, session].map(|day| {
+        // What all days share, and what is this one's.
+        let mut rngs = [0, session - 1].map(|day| {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             // Streams of people are below 2^32, those of takes have the highest bit, and those of days
             // the second highest.
@@ -387,7 +389,7 @@ pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
         Some(_) => Some(bare.dressed(options.seed, number, take)),
     };
     let (person, body) = dressed(0).unwrap_or_else(|| (bare.clone(), bare.body.clone()));
-    let sessions = options.sessions().enumerate();
+    let sessions = (1..).zip(options.sessions());
     let walks =
         sessions.flat_map(|(session, speeds)| speeds.iter().map(move |&speed| (session, speed)));
     let walks = walks.enumerate().map(|(take, (session, speed))| {
@@ -396,7 +398,7 @@ pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
         let walker = walker.in_session(options.seed, number, session);
         let gait = gait_at(speed);
         Walk {
-            name: name_in_session(session + 1, &format!("{}-{speed}kmh", gait.name())),
+            name: name_in_session(session, &format!("{}-{speed}kmh", gait.name())),
             cycle: 0,
             gait,
             speed_mps: speed / 3.6,
