@@ -219,7 +219,7 @@ fn inspect_says_what_drawing_takes_on_a_board_and_on_a_host() {
         assert_eq!(ram("rows"), lean + 2_072);
         // `skia` needs no facets.
         assert_eq!(ram("skia"), lean - (2 * facets).next_multiple_of(8) + 1_040);
-        let unpacked = walk + 89_016 + 20_104 + 40_392 + 40 + 16_408 + 64 * 64;
+        let unpacked = walk + 89_016 + 20_104 + 38_208 + 40 + 16_408 + 64 * 64;
         assert_eq!(ram("unpacked"), unpacked);
     }
     let people = done(at, &["inspect", "two.egp"]);
