@@ -27,17 +27,15 @@ use glam::Vec2;
 /// Steps of the grid in a pixel.
 const UNIT: f32 = 64.0;
 
-/// Two columns, 1/65,536 pixel: with them, no place of a line inside the window is negative.
-const MARGIN: u32 = 2 << 16;
-
 /// Lines in fixed point, as [`Skia`](super::Skia) steps along them.
 #[derive(Clone, Debug)]
 struct FixedLines {
     /// The first row that each crosses, and the last one: the one before it if it crosses none.
     first: [u32; MAX_LINES],
     last: [u32; MAX_LINES],
-    /// Where it would cross row 0, 1/65,536 pixel, half a pixel and [`MARGIN`] to the right, and how
-    /// much further right for each row below.
+    /// Where it would cross row 0, 1/65,536 pixel, half a pixel to the right, and how much further
+    /// right for each row below. In the rows that it crosses it is never negative, as hulls inside
+    /// the window reach less than that out of it.
     place: [u32; MAX_LINES],
     slope: [u32; MAX_LINES],
 }
@@ -246,19 +244,20 @@ fn fill<L: Wide>(
 /// Fills hulls whose lines end at these numbers.
 #[inline(always)]
 fn fill_hulls<L: Wide>(l: L, window: &mut SkiaLanes, hulls: &[usize]) {
-    let count = hulls.last().copied().unwrap_or(0);
     if L::IS_ONE {
-        lay(l, &window.ends, &mut window.lines, count);
+        fill_each(l, window, hulls);
     } else {
-        lay(l.half(), &window.ends, &mut window.lines, count);
+        fill_each(l.half(), window, hulls);
     }
+}
+
+#[inline(always)]
+fn fill_each<const N: usize, L: Lanes<N>>(l: L, window: &mut SkiaLanes, hulls: &[usize]) {
+    let count = hulls.last().copied().unwrap_or(0);
+    lay(l, &window.ends, &mut window.lines, count);
     let mut start = 0;
     for &end in hulls {
-        if L::IS_ONE {
-            fill_hull(l, &window.lines, start..end, &mut window.rows);
-        } else {
-            fill_hull(l.half(), &window.lines, start..end, &mut window.rows);
-        }
+        fill_hull(l, &window.lines, start..end, &mut window.rows);
         start = end;
     }
 }
@@ -340,10 +339,7 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, lines: &mut FixedLine
             l.mul_words(l.down::<16>(slope), down),
             l.down::<16>(l.mul_words(l.and_words(slope, l.splat_word(0xffff)), down)),
         );
-        let place = l.add_words(
-            l.up::<10>(l.add_words(x, across)),
-            l.splat_word(MARGIN + (1 << 15)),
-        );
+        let place = l.add_words(l.up::<10>(l.add_words(x, across)), l.splat_word(1 << 15));
         let all = [
             (&mut lines.first, start),
             (&mut lines.last, last),
@@ -437,10 +433,7 @@ fn fill_rows<const B: usize, const N: usize, L: Lanes<N>>(
             at = l.add_words(at, further);
         }
     }
-    let (zero, margin) = (l.splat_word(0), l.splat_word(MARGIN));
     for (left, right) in spans {
-        let left = l.max_words(l.sub_words(left, margin), zero);
-        let right = l.max_words(l.sub_words(right, margin), zero);
         let rows = usize::try_from(row)
             .ok()
             .and_then(|row| rows.get_mut(row..));
