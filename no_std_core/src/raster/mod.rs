@@ -16,6 +16,7 @@ mod any;
 pub mod columns;
 mod error;
 pub(crate) mod framing;
+mod hull_pixels;
 mod image_points;
 pub(crate) mod moments;
 pub(crate) mod placement;

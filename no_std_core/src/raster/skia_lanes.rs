@@ -8,27 +8,24 @@
 //! which neither shows it, and those that a side of the window cuts, are drawn by
 //! [`Skia`](super::Skia)'s code.
 
+use super::hull_pixels::HullPixels;
 use super::image_points::{ImagePoints, first_numbers, part, placed};
 use super::moments::AreaMoments;
 use super::placement::{Extent, Placement, as_pixels};
-use super::skia::{self, NEARLY_ZERO, OUTSIDE};
+use super::skia::{self, OUTSIDE};
 use super::visible_facets::{VisibleFacets, look};
 use super::window::{Fill, Pixels};
 use super::{DrawError, Rasterizer, RenderView};
 use crate::body::Figure;
-use crate::body::clearance::{CLEAR, CLEAR_PLACE_M, CLEAR_SCALE};
+use crate::body::clearance::{CLEAR_PLACE_M, CLEAR_SCALE};
 use crate::budget::{LANES, MAX_HULL_POINTS, MAX_HULLS, MAX_ROWS, SKIA_WINDOW_COLUMNS};
 use crate::camera::Camera;
 use crate::silhouette::{Silhouette, Size};
-use crate::simd::{Edges, Lanes, LineEnds, MAX_LINES, Simd, Wide, compiled, dispatch};
+use crate::simd::{Lanes, LineEnds, MAX_LINES, Simd, Wide, compiled, dispatch};
 use core::ops::Range;
-use glam::Vec2;
 
 /// Steps of the grid in a pixel.
 const UNIT: f32 = 64.0;
-
-/// Two columns, 1/65,536 pixel: with them, no place of a line inside the window is negative.
-const MARGIN: u32 = 2 << 16;
 
 /// Lines in fixed point, as [`Skia`](super::Skia) steps along them.
 #[derive(Clone, Debug)]
@@ -36,8 +33,9 @@ struct FixedLines {
     /// The first row that each crosses, and the last one: the one before it if it crosses none.
     first: [u32; MAX_LINES],
     last: [u32; MAX_LINES],
-    /// Where it would cross row 0, 1/65,536 pixel, half a pixel and [`MARGIN`] to the right, and how
-    /// much further right for each row below.
+    /// Where it would cross row 0, 1/65,536 pixel, half a pixel to the right, and how much further
+    /// right for each row below. In the rows that it crosses it is never negative, as hulls inside
+    /// the window reach less than that out of it.
     place: [u32; MAX_LINES],
     slope: [u32; MAX_LINES],
 }
@@ -246,19 +244,20 @@ fn fill<L: Wide>(
 /// Fills hulls whose lines end at these numbers.
 #[inline(always)]
 fn fill_hulls<L: Wide>(l: L, window: &mut SkiaLanes, hulls: &[usize]) {
-    let count = hulls.last().copied().unwrap_or(0);
     if L::IS_ONE {
-        lay(l, &window.ends, &mut window.lines, count);
+        fill_each(l, window, hulls);
     } else {
-        lay(l.half(), &window.ends, &mut window.lines, count);
+        fill_each(l.half(), window, hulls);
     }
+}
+
+#[inline(always)]
+fn fill_each<const N: usize, L: Lanes<N>>(l: L, window: &mut SkiaLanes, hulls: &[usize]) {
+    let count = hulls.last().copied().unwrap_or(0);
+    lay(l, &window.ends, &mut window.lines, count);
     let mut start = 0;
     for &end in hulls {
-        if L::IS_ONE {
-            fill_hull(l, &window.lines, start..end, &mut window.rows);
-        } else {
-            fill_hull(l.half(), &window.lines, start..end, &mut window.rows);
-        }
+        fill_hull(l, &window.lines, start..end, &mut window.rows);
         start = end;
     }
 }
@@ -340,10 +339,7 @@ fn lay<const N: usize, L: Lanes<N>>(l: L, ends: &LineEnds, lines: &mut FixedLine
             l.mul_words(l.down::<16>(slope), down),
             l.down::<16>(l.mul_words(l.and_words(slope, l.splat_word(0xffff)), down)),
         );
-        let place = l.add_words(
-            l.up::<10>(l.add_words(x, across)),
-            l.splat_word(MARGIN + (1 << 15)),
-        );
+        let place = l.add_words(l.up::<10>(l.add_words(x, across)), l.splat_word(1 << 15));
         let all = [
             (&mut lines.first, start),
             (&mut lines.last, last),
@@ -437,10 +433,7 @@ fn fill_rows<const B: usize, const N: usize, L: Lanes<N>>(
             at = l.add_words(at, further);
         }
     }
-    let (zero, margin) = (l.splat_word(0), l.splat_word(MARGIN));
     for (left, right) in spans {
-        let left = l.max_words(l.sub_words(left, margin), zero);
-        let right = l.max_words(l.sub_words(right, margin), zero);
         let rows = usize::try_from(row)
             .ok()
             .and_then(|row| rows.get_mut(row..));
@@ -450,84 +443,4 @@ fn fill_rows<const B: usize, const N: usize, L: Lanes<N>>(
         row += at_once;
     }
     row
-}
-
-/// The points of a hull in the window, pixels; NaN after the last one.
-struct HullPixels {
-    axes: [[f32; MAX_HULL_POINTS]; 2],
-    len: usize,
-}
-
-impl HullPixels {
-    fn new(points: [&[f32; MAX_HULL_POINTS]; 2], len: usize, placement: &Placement) -> Self {
-        let mut axes = [[f32::NAN; MAX_HULL_POINTS]; 2];
-        for (lane, (&x, &y)) in points[0].iter().zip(points[1]).enumerate().take(len) {
-            let pixel = placement.place(Vec2::new(x, y));
-            (axes[0][lane], axes[1][lane]) = (pixel.x, pixel.y);
-        }
-        Self { axes, len }
-    }
-
-    fn points(&self) -> impl Iterator<Item = Vec2> {
-        let both = self.axes[0].iter().zip(&self.axes[1]);
-        both.take(self.len).map(|(&x, &y)| Vec2::new(x, y))
-    }
-
-    /// Returns whether each line of the outline has all points but its own ends clearly on one side.
-    /// That is asked of lines beside facets that are not clear.
-    #[inline(always)]
-    fn is_clear<L: Wide>(&self, l: L, [facing, unclear]: [u64; 2], edges: &[Edges]) -> bool {
-        let [min, max] = skia::bounds(self.points());
-        let across = max - min;
-        if across.min_element() <= NEARLY_ZERO {
-            return false;
-        }
-        let wide = CLEAR * across.element_sum();
-        let sixteens = || {
-            let [x, y] = self.axes.each_ref().map(|axis| axis.as_chunks::<LANES>().0);
-            x.iter().zip(y)
-        };
-        let [xs, ys] = self.axes;
-        let corner = |number: u8| {
-            let number = usize::from(number) % MAX_HULL_POINTS;
-            Vec2::new(xs[number], ys[number])
-        };
-        let others = self.len.saturating_sub(2);
-        let (mut lines, mut all_clear) = (0, true);
-        for edges in edges {
-            let [left, right] = &edges.sides;
-            let outline = l.look_up(facing, left) ^ l.look_up(facing, right);
-            let mut asked = outline & (l.look_up(unclear, left) | l.look_up(unclear, right));
-            lines += outline.count_ones();
-            while asked != 0 {
-                let [from, to] = edges.get(asked.trailing_zeros() as usize)[0].map(corner);
-                asked &= asked - 1;
-                let along = to - from;
-                let clear = l.splat(wide * along.abs().element_sum());
-                let minus = l.sub(l.splat(0.0), clear);
-                let (mut left, mut right) = (0, 0);
-                for (x, y) in sixteens() {
-                    let x = l.sub(l.load(x), l.splat(from.x));
-                    let y = l.sub(l.load(y), l.splat(from.y));
-                    let area = l.sub(l.mul(l.splat(along.x), y), l.mul(l.splat(along.y), x));
-                    left += l.bits(l.less(clear, area)).count_ones();
-                    right += l.bits(l.less(area, minus)).count_ones();
-                }
-                all_clear &= left as usize == others || right as usize == others;
-            }
-        }
-        all_clear && lines >= 3
-    }
-
-    /// Returns clear lines, each in the direction in which [`crate::outline::convex`] turns.
-    fn turned(&self, lines: impl Iterator<Item = [Vec2; 2]>) -> impl Iterator<Item = [Vec2; 2]> {
-        let sum = self.points().fold(Vec2::ZERO, |sum, point| sum + point);
-        let middle = sum / as_pixels(self.len.max(1));
-        lines.map(
-            move |[from, to]| match (to - from).perp_dot(middle - from) > 0.0 {
-                true => [from, to],
-                false => [to, from],
-            },
-        )
-    }
 }

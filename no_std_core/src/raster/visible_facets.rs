@@ -83,7 +83,10 @@ pub fn look<L: Wide, const CLEAR: bool>(
                     *bits |= u64::from(found) << (LANES * chunk);
                 }
             }
-            [facing[number], unclear[number]] = bits;
+            facing[number] = bits[0];
+            if CLEAR {
+                unclear[number] = bits[1];
+            }
         }
     }
 }

@@ -43,11 +43,53 @@ macro_rules! with {
     };
 }
 
+/// Implements the part of [`Wide`] that needs only what all processors with AVX-512 have.
+macro_rules! for_all {
+    ($bytes:literal) => {
+        type Half = Avx512Half<$bytes>;
+
+        const IS_ONE: bool = true;
+
+        #[inline(always)]
+        fn half(self) -> Self::Half {
+            Avx512Half(())
+        }
+
+        #[inline(always)]
+        fn spread(self, bits: u64) -> u64 {
+            with!(_pdep_u64(bits, 0x0101_0101_0101_0101))
+        }
+        #[inline(always)]
+        fn pair(self, floats: __m512, lane: usize) -> __m512 {
+            self.moved(
+                floats,
+                &[0, 0, 0, 0, 0, 0, 0, 0, 8, 8, 8, 8, 8, 8, 8, 8],
+                lane,
+            )
+        }
+        #[inline(always)]
+        fn quads(self, floats: __m512, lane: usize) -> __m512 {
+            self.moved(
+                floats,
+                &[0, 0, 0, 0, 1, 1, 1, 1, 8, 8, 8, 8, 9, 9, 9, 9],
+                lane,
+            )
+        }
+        #[inline(always)]
+        fn swapped(self, floats: __m512) -> __m512 {
+            with!(_mm512_shuffle_f32x4::<0b10_11_00_01>(floats, floats))
+        }
+        #[inline(always)]
+        fn numbers(self, digits: &[u64]) -> [u8; 64] {
+            planes::numbers(self, digits)
+        }
+    };
+}
+
+mod bytes;
 mod cuts;
 mod half;
 mod planes;
-
-use cuts::WideCuts;
 
 impl<const BYTES: bool> Lanes<LANES> for Avx512<BYTES> {
     type Floats = __m512;
@@ -325,41 +367,16 @@ impl<const BYTES: bool> Lanes<LANES> for Avx512<BYTES> {
     }
 }
 
-/// Operations on numbers of points, a byte each.
-impl Avx512<true> {
-    /// Returns the numbers that the mask selects, without gaps.
-    #[inline(always)]
-    fn together(self, mask: u64, numbers: &[u8; 64]) -> __m512i {
-        with! {
-            let numbers = _mm512_loadu_si512(numbers.as_ptr().cast());
-            _mm512_maskz_compress_epi8(mask, numbers)
-        }
-    }
-
-    /// Returns the first `count` numbers of `first`, followed by `others`, 64 in all.
-    #[inline(always)]
-    fn append(self, first: __m512i, count: u32, others: __m512i) -> __m512i {
-        let behind = u64::MAX.checked_shl(count).unwrap_or(0);
-        with!(_mm512_mask_expand_epi8(first, behind, others))
-    }
-
-    /// Returns all numbers except the first sixteen.
-    #[inline(always)]
-    fn without_sixteen(self, numbers: __m512i) -> __m512i {
-        with!(_mm512_alignr_epi64::<2>(numbers, numbers))
-    }
-
-    /// Returns the first eight numbers that each mask selects.
-    #[inline(always)]
-    fn eights(self, numbers: [__m512i; 2], masks: [u64; 2]) -> __m512i {
-        with!(_mm512_castsi128_si512(_mm_unpacklo_epi64(
-            _mm512_castsi512_si128(_mm512_maskz_compress_epi8(masks[0], numbers[0])),
-            _mm512_castsi512_si128(_mm512_maskz_compress_epi8(masks[1], numbers[1])),
-        )))
-    }
-}
-
 impl<const BYTES: bool> Avx512<BYTES> {
+    /// Returns the lanes with these numbers, each `further` up.
+    #[inline(always)]
+    fn moved(self, floats: __m512, lanes: &[u32; LANES], further: usize) -> __m512 {
+        #[expect(clippy::cast_possible_truncation, reason = "below 8")]
+        let further = self.splat_word(further as u32);
+        let lanes = self.add_words(self.load_words(lanes), further);
+        with!(_mm512_permutexvar_ps(lanes, floats))
+    }
+
     /// Returns coordinates of the points with these numbers, a byte each.
     #[inline(always)]
     fn pick(self, numbers: __m128i, points: &[f32; MAX_HULL_POINTS]) -> __m512 {
@@ -369,47 +386,6 @@ impl<const BYTES: bool> Avx512<BYTES> {
             _mm512_permutex2var_ps(low, _mm512_cvtepu8_epi32(numbers), high)
         }
     }
-}
-
-/// Implements the part of [`Wide`] that needs only what all processors with AVX-512 have.
-macro_rules! for_all {
-    ($bytes:literal) => {
-        type Half = Avx512Half<$bytes>;
-
-        const IS_ONE: bool = true;
-
-        #[inline(always)]
-        fn half(self) -> Self::Half {
-            Avx512Half(())
-        }
-
-        #[inline(always)]
-        fn spread(self, bits: u64) -> u64 {
-            with!(_pdep_u64(bits, 0x0101_0101_0101_0101))
-        }
-        #[inline(always)]
-        fn pair(self, floats: __m512, lane: usize) -> __m512 {
-            const FIRST: [u32; LANES] = [0, 0, 0, 0, 0, 0, 0, 0, 8, 8, 8, 8, 8, 8, 8, 8];
-            #[expect(clippy::cast_possible_truncation, reason = "below 8")]
-            let index = self.add_words(self.load_words(&FIRST), self.splat_word(lane as u32));
-            with!(_mm512_permutexvar_ps(index, floats))
-        }
-        #[inline(always)]
-        fn quads(self, floats: __m512, lane: usize) -> __m512 {
-            const FIRST: [u32; LANES] = [0, 0, 0, 0, 1, 1, 1, 1, 8, 8, 8, 8, 9, 9, 9, 9];
-            #[expect(clippy::cast_possible_truncation, reason = "below 8")]
-            let index = self.add_words(self.load_words(&FIRST), self.splat_word(lane as u32));
-            with!(_mm512_permutexvar_ps(index, floats))
-        }
-        #[inline(always)]
-        fn swapped(self, floats: __m512) -> __m512 {
-            with!(_mm512_shuffle_f32x4::<0b10_11_00_01>(floats, floats))
-        }
-        #[inline(always)]
-        fn numbers(self, digits: &[u64]) -> [u8; 64] {
-            planes::numbers(self, digits)
-        }
-    };
 }
 
 impl Wide for Avx512<false> {
@@ -461,94 +437,5 @@ impl Wide for Avx512<false> {
             }
         }
         count
-    }
-}
-
-impl Wide for Avx512<true> {
-    for_all!(true);
-
-    type Cuts = WideCuts;
-
-    #[inline(always)]
-    fn look_up(self, bits: u64, numbers: &[u8; 64]) -> u64 {
-        with!(_mm512_bitshuffle_epi64_mask(
-            _mm512_set1_epi64(bits.cast_signed()),
-            _mm512_loadu_si512(numbers.as_ptr().cast()),
-        ))
-    }
-
-    #[inline(always)]
-    fn beside(self, pairs: [[u64; 2]; 2], edges: &[Edges]) -> [[u64; 2]; 2] {
-        cuts::beside(self, pairs, edges)
-    }
-
-    /// Moves the numbers of the points at the ends together, and writes their coordinates.
-    #[inline(always)]
-    fn ends(
-        self,
-        bits: u64,
-        edges: &[Edges],
-        points: [&[f32; MAX_HULL_POINTS]; 2],
-        (ends, at): (&mut LineEnds, usize),
-    ) -> usize {
-        let mut from = self.splat_word(0);
-        let (mut to, mut count) = (from, 0);
-        for edges in edges {
-            let [left, right] = &edges.sides;
-            let outline = self.look_up(bits, left) ^ self.look_up(bits, right);
-            from = self.append(from, count, self.together(outline, &edges.from));
-            to = self.append(to, count, self.together(outline, &edges.to));
-            count += outline.count_ones();
-        }
-        // A convex outline has at most 32 edges; only rounding could give more than 64.
-        if count > 64 {
-            return super::ends_one_by_one(self, bits, edges, points, (ends, at));
-        }
-        let count = count as usize;
-        for first in (at..at + count).step_by(LANES) {
-            for (numbers, ends) in [(from, &mut ends.from), (to, &mut ends.to)] {
-                for (ends, points) in ends.iter_mut().zip(points) {
-                    if let Some(ends) = ends.get_mut(first..).and_then(<[f32]>::first_chunk_mut) {
-                        let numbers = with!(_mm512_castsi512_si128(numbers));
-                        self.store(self.pick(numbers, points), ends);
-                    }
-                }
-            }
-            (from, to) = (self.without_sixteen(from), self.without_sixteen(to));
-        }
-        count
-    }
-
-    #[inline(always)]
-    fn cuts(
-        self,
-        (edges, _): (&[Edges], &[[u64; 2]]),
-        masks: [[u64; 2]; 2],
-        passed: &[u32; MAX_HULL_POINTS],
-    ) -> WideCuts {
-        cuts::cuts(self, edges, masks, passed)
-    }
-    #[inline(always)]
-    fn crossed(self, cuts: &mut WideCuts, column: usize) -> [[u64; 2]; 2] {
-        cuts::crossed(self, cuts, column)
-    }
-    #[inline(always)]
-    fn corners(
-        self,
-        (cuts, _): (&WideCuts, &[Edges]),
-        masks: &mut [[u64; 2]; 2],
-        points: [&[f32; MAX_HULL_POINTS]; 3],
-        plane: f32,
-    ) -> ([__m512; 2], usize) {
-        cuts::corners(self, cuts, masks, points, plane)
-    }
-
-    #[inline(always)]
-    fn turn(self, columns: &[u32; 32]) -> [u32; 32] {
-        planes::turn(self, columns)
-    }
-    #[inline(always)]
-    fn find(self, table: &[u8; 128], numbers: &mut [u8; 64]) {
-        planes::find(self, table, numbers);
     }
 }

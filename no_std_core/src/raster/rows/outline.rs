@@ -64,10 +64,11 @@ pub fn lay<const N: usize, L: Lanes<N>>(
     let none = l.splat_word(0);
     let (mut least, mut most) = (l.splat_word(i32::MAX.cast_unsigned()), none);
     for first in (0..strip.len).step_by(N) {
+        let at = start + first;
         // Not a closure, which would not have the processor's instructions.
-        let ([x, y], at) = (&ends.from, start + first);
+        let [x, y] = &ends.from;
         let [ax, ay] = placed(l, [part(l, x, at), part(l, y, at)], placement);
-        let ([x, y], at) = (&ends.to, start + first);
+        let [x, y] = &ends.to;
         let [bx, by] = placed(l, [part(l, x, at), part(l, y, at)], placement);
         let (top, bottom) = (l.min(ay, by), l.max(ay, by));
         let slope = l.div(l.sub(bx, ax), l.sub(by, ay));
