@@ -39,7 +39,7 @@ pub(super) struct CohortArgs {
     #[arg(long, value_name = "V[,V..]", value_delimiter = ',')]
     speeds_kmh: Option<Vec<f64>>,
     /// Number of sessions, each on another day, with the walks s2-walk-5kmh, s3-... [default: 1, and
-    /// without --speeds-kmh 2, of which the second has 3, 5 and 7 km/h]
+    /// without --speeds-kmh 2, of which the second has 4, 5 and 6 km/h]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=9))]
     sessions: Option<u8>,
     /// Population whose statures, masses and shoulders people have

@@ -13,6 +13,9 @@ const ALL: &[u8] = include_bytes!("cohort.egp");
 /// The pack of the walks at [`USUAL_KMH`] alone, whose encoding differs from that in [`ALL`].
 const USUAL: &[u8] = include_bytes!("cohort-5kmh.egp");
 
+// 26 people at 10 speeds, and their second session, fit into a board's memory next to its program.
+const _: () = assert!(ALL.len() <= 64 * 1024);
+
 /// Returns the stored pack for these options, encoded within [`crate::encode::MAX_ERROR_MM`], or
 /// `None` if it is not stored.
 #[must_use]

@@ -57,9 +57,9 @@ pub const PEOPLE: usize = 26;
 /// Speeds of the built-in cohort, km/h: those of the source paper.
 pub const SPEEDS_KMH: [f64; 10] = [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0];
 
-/// Speeds of the built-in cohort's second session, km/h: slow, usual and fast walking. All ten speeds
-/// would take the pack beyond 64 kB.
-pub const LATER_KMH: [f64; 3] = [3.0, 5.0, 7.0];
+/// Speeds of the built-in cohort's second session, km/h: people's usual speeds. All ten speeds
+/// would take the pack beyond 64 KiB.
+pub const LATER_KMH: [f64; 3] = [4.0, 5.0, 6.0];
 
 /// The requested properties of a synthetic person; those left open are drawn at random.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
