@@ -12,6 +12,8 @@ const USUAL_KMH: [f64; 1] = [5.0];
 const ALL: &[u8] = include_bytes!("cohort.egp");
 /// The pack of the walks at [`USUAL_KMH`] alone, whose encoding differs from that in [`ALL`].
 const USUAL: &[u8] = include_bytes!("cohort-5kmh.egp");
+/// The pack of [`CohortOptions::unseen`].
+const UNSEEN: &[u8] = include_bytes!("unseen.egp");
 
 // 26 people at 10 speeds, and their second session, fit into a board's memory next to its program.
 const _: () = assert!(ALL.len() <= 64 * 1024);
@@ -25,9 +27,13 @@ pub(crate) fn stored(options: &CohortOptions) -> Option<&'static [u8]> {
         speeds_kmh: USUAL_KMH.to_vec(),
         ..CohortOptions::default()
     };
-    [(all, ALL), (usual, USUAL)]
-        .into_iter()
-        .find_map(|(known, bytes)| (*options == known).then_some(bytes))
+    [
+        (all, ALL),
+        (usual, USUAL),
+        (CohortOptions::unseen(), UNSEEN),
+    ]
+    .into_iter()
+    .find_map(|(known, bytes)| (*options == known).then_some(bytes))
 }
 
 #[cfg(test)]
@@ -51,6 +57,7 @@ mod tests {
         for (file, options, stored) in [
             ("cohort.egp", CohortOptions::built_in(), ALL),
             ("cohort-5kmh.egp", of_speeds(USUAL_KMH.to_vec()), USUAL),
+            ("unseen.egp", CohortOptions::unseen(), UNSEEN),
         ] {
             let people = subjects(&options).expect("speeds within the norms");
             let made = encode_subjects(&people, MAX_ERROR_MM, &|| Ok(())).expect("a pack");
@@ -68,6 +75,7 @@ mod tests {
         let usual = built_in(&[BUILT_IN_WALK.to_owned()]);
         assert_eq!(stored(&usual), Some(USUAL));
         assert_eq!(stored(&CohortOptions::built_in()), Some(ALL));
+        assert_eq!(stored(&CohortOptions::unseen()), Some(UNSEEN));
         let others = [
             of_speeds(vec![5.0, 6.0]),
             of_speeds(vec![4.0]),

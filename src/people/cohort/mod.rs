@@ -61,6 +61,11 @@ pub const SPEEDS_KMH: [f64; 10] = [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0
 /// would take the pack beyond 64 KiB.
 pub const LATER_KMH: [f64; 3] = [4.0, 5.0, 6.0];
 
+/// The people of [`CohortOptions::unseen`]: the shipped models were trained on the first 26 of this
+/// seed, or on people of another. The number is our choice.
+const FIRST_UNSEEN_PERSON: usize = 500;
+const UNSEEN_PEOPLE: usize = 30;
+
 /// The requested properties of a synthetic person; those left open are drawn at random.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Profile {
@@ -348,6 +353,20 @@ impl CohortOptions {
     pub fn built_in() -> Self {
         Self {
             later_kmh: vec![LATER_KMH.to_vec()],
+            ..Self::default()
+        }
+    }
+
+    /// Returns the options of people whom no shipped model has seen, dressed, in two sessions at
+    /// 5 km/h.
+    #[must_use]
+    pub fn unseen() -> Self {
+        Self {
+            first: FIRST_UNSEEN_PERSON,
+            people: UNSEEN_PEOPLE,
+            speeds_kmh: vec![5.0],
+            later_kmh: vec![vec![5.0]],
+            dressed: Some(Dressing::ForGood),
             ..Self::default()
         }
     }
