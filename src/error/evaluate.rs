@@ -20,9 +20,7 @@ pub enum EvaluateError {
         takes: Vec<String>,
     },
     /// All people have one take, and the protocol makes no others.
-    #[error(
-        "protocol {0}: expected several takes of a person, found one of each (make sessions with `edgegait cohort --sessions 2`, or state takes to make of one in the protocol: \"made\")"
-    )]
+    #[error("protocol {0}: expected several takes of a person, found one of each")]
     NothingMade(String),
     /// A made cycle would be beyond the last variation.
     #[error(

@@ -20,7 +20,7 @@ const SIZE: (f64, f64) = (620.0, 300.0);
 const TITLE: &str = "Rank-1 against the time of an inference; the table has the numbers";
 
 /// A recognizer's place, with both coordinates 0..1.
-struct Mark<'a> {
+struct TimedRate<'a> {
     result: &'a RecognizerResult,
     us: f64,
     at: (f64, f64),
@@ -43,11 +43,11 @@ fn plot(results: &ScoreResults) -> Option<Markup> {
     timed.sort_by(|a, b| a.1.total_cmp(&b.1).then(b.0.rank1.total_cmp(&a.0.rank1)));
     let across = LogAxis::around(timed.iter().map(|(_, us)| *us));
     let mut best = f64::NEG_INFINITY;
-    let marks: Vec<Mark<'_>> = { timed.into_iter() }
+    let marks: Vec<TimedRate<'_>> = { timed.into_iter() }
         .map(|(result, us)| {
             let is_best = result.rank1 > best;
             best = best.max(result.rank1);
-            Mark {
+            TimedRate {
                 result,
                 us,
                 at: (across.place(us), result.rank1),
@@ -104,7 +104,7 @@ fn scope(results: &ScoreResults) -> &'static str {
 }
 
 /// Returns the height of each name beside the picture: that of its mark, or as near as there is room.
-fn names_y(marks: &[Mark<'_>]) -> Vec<f64> {
+fn names_y(marks: &[TimedRate<'_>]) -> Vec<f64> {
     let wanted = |at: usize| AXES.place(marks[at].at).1;
     let mut order: Vec<usize> = (0..marks.len()).collect();
     order.sort_by(|&a, &b| wanted(a).total_cmp(&wanted(b)));
@@ -126,8 +126,8 @@ fn names_y(marks: &[Mark<'_>]) -> Vec<f64> {
 }
 
 /// Draws a recognizer's mark, its interval and its name.
-fn drawn(mark: &Mark<'_>, name_y: f64) -> Markup {
-    let Mark { result, us, at, .. } = mark;
+fn drawn(mark: &TimedRate<'_>, name_y: f64) -> Markup {
+    let TimedRate { result, us, at, .. } = mark;
     let (low, high) = result.intervals.shown();
     let [(x, y), (_, low_y), (_, high_y)] = [at.1, low, high].map(|rate| AXES.place((at.0, rate)));
     let beside = AXES.left + AXES.width;
