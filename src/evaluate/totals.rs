@@ -9,8 +9,8 @@ use super::paired_results::{HitsByView, PersonResult};
 use super::protocol::{Decision, GalleryViews};
 use super::rank1::Tally;
 use super::results::{
-    Contestant, CrossViewResult, MAX_NAMED, ProbeAnswer, ProbeSetResult, RecognizerResult,
-    SameViewResult, VerificationResult,
+    Contestant, CrossViewResult, ProbeAnswer, ProbeSetResult, RecognizerResult, SameViewResult,
+    VerificationResult,
 };
 use super::trial::{ProbeComparison, Trial};
 use super::verification::{Pairs, Verification};
@@ -24,8 +24,6 @@ use std::collections::{BTreeMap, HashSet};
 
 /// The maximum number of distances that are kept for verification: 400 MB.
 const MAX_PAIRS: u64 = 10_000_000;
-/// The number of comparisons of a probe with a viewpoint's gallery that are kept at once: 40 MB.
-const AT_ONCE: usize = 1 << 18;
 
 /// Sums over one set of probes.
 struct ProbeSums {
@@ -237,8 +235,7 @@ fn sums(
         same_view: vec![Tally::default(); people],
     };
     // In chunks, so that distances are not kept twice.
-    let at_once = (AT_ONCE / views.max(1)).clamp(1, 4_096);
-    for probes in probes.chunks(at_once) {
+    for probes in probes.chunks(4_096) {
         let met: Vec<Vec<ProbeComparison>> = probes
             .par_iter()
             .map(|&probe| trial.meet(recognizer, answers, probe, keep_pairs))
@@ -349,10 +346,9 @@ fn cross_view(cells: &CrossView, sequences: &Sequences) -> CrossViewResult {
         (0..views).map(cell).collect()
     };
     let means = cells.means();
-    let listed = if views > MAX_NAMED { 0 } else { views };
     CrossViewResult {
         views: sequences.views.clone(),
-        rank1: (0..listed).map(row).collect(),
+        rank1: (0..views).map(row).collect(),
         note: means.as_ref().err().map(ToString::to_string),
         mean_percent: means.as_ref().ok().map(|means| means.mean),
         same_view: None,

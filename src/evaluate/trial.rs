@@ -13,8 +13,8 @@ use crate::inference::Recognizer;
 use crate::inference::answers::Answers;
 use std::ops::Neg;
 
-/// The maximum number of viewpoints of which all pairs are compared: those of the paper, and more.
-const MAX_CROSS_VIEWS: usize = 1_000;
+/// The maximum number of viewpoints of which all pairs are compared.
+const MAX_CROSS_VIEWS: usize = 64;
 
 /// The comparisons of one recognizer under a protocol.
 #[derive(Debug)]
