@@ -182,6 +182,7 @@ mod tests {
         let entrants = [Entrant {
             recognizer: Box::new(recognizer),
             settings: Settings::default(),
+            model_bytes: None,
         }];
         // Each viewpoint has two probes, one for each person.
         let all = Accuracy::pictures(&entrants, &scene, &views).expect("a contest");

@@ -89,6 +89,7 @@ pub(crate) fn measure(task: &Task<'_>) -> Result<ModelResult> {
     let entrants = [Entrant {
         recognizer: loaded.recognizer,
         settings: scene.settings,
+        model_bytes: None,
     }];
     let mut measured = MeasuredModel {
         task,

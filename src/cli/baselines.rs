@@ -20,6 +20,8 @@ pub(super) struct WantedBaselines {
     pub has_pixels: bool,
     /// Whether all baselines take part.
     pub has_all: bool,
+    /// Whether they are only those of the first recognizer's input.
+    pub is_of_first: bool,
 }
 
 impl WantedBaselines {
@@ -63,7 +65,9 @@ impl WantedBaselines {
                 (true, false) => (&[BaselineKind::Pixels], &[]),
                 (true, true) => (&[BaselineKind::Pixels], &[BaselineKind::Random]),
             };
-        let [before, after] = [of(before, entrants)?, of(after, entrants)?];
+        let count = if self.is_of_first { 1 } else { entrants.len() };
+        let like = &entrants[..count.min(entrants.len())];
+        let [before, after] = [of(before, like)?, of(after, like)?];
         entrants.splice(0..0, before);
         entrants.extend(after);
         Ok(())

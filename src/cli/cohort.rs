@@ -12,7 +12,7 @@ use crate::encode::within_error::EncodedPack;
 use crate::error::Result;
 use crate::files::{ResultHeader, write_bytes};
 use crate::people::cohort::{
-    self, CohortOptions, Dressing, PEOPLE, Profile, ReferencePopulation, SPEEDS_KMH,
+    self, CohortOptions, Dressing, LATER_KMH, PEOPLE, Profile, ReferencePopulation, SPEEDS_KMH,
 };
 use rayon::prelude::*;
 use std::fmt;
@@ -35,9 +35,13 @@ pub(super) struct CohortArgs {
     /// the same error limit, but walks take about two thirds more bytes
     #[arg(long)]
     quick: bool,
-    /// Speeds in km/h, 3 to 12; people run at 7.5 and above
-    #[arg(long, value_name = "V[,V..]", value_delimiter = ',', default_values_t = SPEEDS_KMH)]
-    speeds_kmh: Vec<f64>,
+    /// Speeds in km/h, 3 to 12; people run at 7.5 and above [default: 3, 4, ... 12]
+    #[arg(long, value_name = "V[,V..]", value_delimiter = ',')]
+    speeds_kmh: Option<Vec<f64>>,
+    /// Number of sessions, each on another day, with the walks s2-walk-5kmh, s3-... [default: 1, and
+    /// without --speeds-kmh 2, of which the second has 4, 5 and 6 km/h]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=9))]
+    sessions: Option<u8>,
     /// Population whose statures, masses and shoulders people have
     #[arg(long, value_name = "NAME", value_enum, default_value_t)]
     population: ReferencePopulation,
@@ -145,11 +149,18 @@ impl CohortArgs {
 /// Runs the subcommand.
 pub(super) fn run(args: &CohortArgs) -> Result<()> {
     args.encoding.check()?;
+    // Later sessions have the requested speeds, or else those of the built-in cohort.
+    let (speeds_kmh, later_kmh, usual) = match &args.speeds_kmh {
+        Some(speeds) => (speeds.clone(), speeds.clone(), 1),
+        None => (SPEEDS_KMH.to_vec(), LATER_KMH.to_vec(), 2),
+    };
+    let sessions = args.sessions.map_or(usual, usize::from);
     let options = CohortOptions {
         seed: args.common.seed,
         first: args.people.numbers().start,
         people: args.people.numbers().len(),
-        speeds_kmh: args.speeds_kmh.clone(),
+        speeds_kmh,
+        later_kmh: vec![later_kmh; sessions - 1],
         profile: Profile {
             reference: args.population,
             sex: args.sex.map(SexArg::sex),
@@ -163,7 +174,7 @@ pub(super) fn run(args: &CohortArgs) -> Result<()> {
     let known = stored(&options).filter(|_| args.encoding.is_usual());
     let encoded = match known {
         _ if args.people.is_population() || args.quick => {
-            let walks = options.people * options.speeds_kmh.len();
+            let walks = options.people * options.sessions().map(<[f64]>::len).sum::<usize>();
             let make = |number| cohort::subject(&options, number);
             let effort = if args.quick {
                 Effort::Quick
@@ -196,7 +207,8 @@ pub(super) fn run(args: &CohortArgs) -> Result<()> {
         .with("population", args.population.name())
         .with("quick", args.quick)
         .with("dressed", args.dressed.map(Dressing::name))
-        .with("speeds_kmh", args.speeds_kmh.clone());
+        .with("speeds_kmh", options.speeds_kmh.clone())
+        .with("later_kmh", options.later_kmh.clone());
     let mut header = args.encoding.stated(header, &encoded);
     header.warnings.extend(encoded.missed_errors()?);
     let summary = Summary::from_bytes(header, &args.out, &encoded.bytes)?;

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 /// The flags that choose the conditions.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct ConditionArgs {
-    /// Conditions: casia-b (NM, BG, CL), tum-iitkgp, domain-random (all together, sampled),
+    /// Conditions: casia-b (NM, BG, CL), bag-coat, tum-iitkgp, domain-random (all together, sampled),
     /// each (every confounder alone, at strength 1), or a .toml file
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "confound")]
     conditions: Option<String>,

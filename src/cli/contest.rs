@@ -20,18 +20,24 @@ use crate::evaluate::contest::{
 };
 use crate::evaluate::protocol::{PARTITION, Protocol};
 use crate::files::{InputFile, ResultHeader};
+use crate::people::cohort::CohortOptions;
 use edgegait_core::pack::Pack;
 use std::path::{Path, PathBuf};
+
+/// The protocol that without a pack has people whom no shipped model has seen, and their conditions.
+const SESSIONS: &str = "sessions";
+const UNSEEN_CONDITIONS: &str = "bag-coat";
 
 /// The flags that choose gallery, probes and viewpoints.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct ContestArgs {
     #[command(flatten)]
     selection: SelectionArgs,
-    /// Protocol: closed-set, first-take, leave-one-take-out, cross-view, verification, casia-b,
-    /// ou-mvlp, partition, or a .toml file with the same keys [default: closed-set if every model
-    /// has classes for all people, else first-take; partition if --partition names probes or
-    /// gallery]
+    /// Protocol: closed-set, first-take, sessions, leave-one-take-out, cross-view, verification,
+    /// casia-b, ou-mvlp, partition, or a .toml file with the same keys [default: closed-set if every
+    /// model has classes for all people, else first-take; partition if --partition names probes or
+    /// gallery]. Without a pack, sessions has 30 people whom no shipped model has seen, also with
+    /// bags and coats
     #[arg(long, value_name = "NAME|FILE")]
     protocol: Option<String>,
     /// Probe cycles of each walk, if they are seeded variations [default: 1]
@@ -95,6 +101,25 @@ impl ContestArgs {
             self.partition.clone(),
         ];
         files.into_iter().flatten()
+    }
+
+    /// Returns whether neither walks nor a protocol are chosen.
+    pub(super) const fn is_open(&self) -> bool {
+        self.protocol.is_none()
+            && self.held.is_none()
+            && self.cycles.is_none()
+            && self.partition.is_none()
+            && self.selection.subjects.is_empty()
+            && self.selection.walks.is_empty()
+    }
+
+    /// Returns the contest of people whom no shipped model has seen, enrolled in one session and
+    /// sought in another.
+    pub(super) fn of_sessions(&self) -> Self {
+        Self {
+            protocol: Some(SESSIONS.to_owned()),
+            ..self.clone()
+        }
     }
 
     /// Loads the recognizers, opens the pack or folder (or makes the built-in cohort), and passes
@@ -198,9 +223,13 @@ impl ContestArgs {
     ) -> Result<R> {
         let seed = field.common.seed;
         self.refuse_without_tree()?;
+        let is_unseen = pack.is_none()
+            && self.held.is_none()
+            && protocol.as_ref().is_some_and(|it| it.name == SESSIONS);
         let usual = protocol
             .as_ref()
             .and_then(|protocol| protocol.conditions.as_deref());
+        let usual = usual.or(is_unseen.then_some(UNSEEN_CONDITIONS));
         let conditions = self.conditions.load(usual, &mut header)?;
         let inputs = InputSource {
             draw: &self.draw,
@@ -208,8 +237,12 @@ impl ContestArgs {
             stored: None,
         };
         let mut entrants = (field.load)(inputs, &mut header)?;
+        let unseen = || PackSource::made(&CohortOptions::unseen(), &|| Ok(()));
         let source_args = SourceArgs {
-            held: self.held.clone(),
+            held: match &self.held {
+                None if is_unseen => Some(unseen()?),
+                held => held.clone(),
+            },
             ..SourceArgs::new(pack, self.selection.clone())
         };
         let source = source_args.load(field.common)?;

@@ -111,6 +111,9 @@ fn way_out(error: &Error, runtime: &str) -> Option<String> {
             EvaluateError::NoTake { .. } => {
                 "rename takes, choose one walk of each person so that takes are made from it, or use another --protocol"
             }
+            EvaluateError::NothingMade(_) => {
+                "make sessions with `edgegait cohort --sessions 2`, or state takes to make of one in the protocol: \"made\""
+            }
             EvaluateError::NoClass { .. } => "use --protocol first-take",
             EvaluateError::TooManyViews { .. } => "choose fewer with --views",
             _ => return None,

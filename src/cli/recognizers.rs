@@ -110,6 +110,7 @@ fn entrant_of(recognizer: Box<dyn Recognizer>, inputs: InputSource<'_>) -> Resul
     Ok(Entrant {
         recognizer,
         settings,
+        model_bytes: None,
     })
 }
 

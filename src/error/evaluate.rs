@@ -20,9 +20,7 @@ pub enum EvaluateError {
         takes: Vec<String>,
     },
     /// All people have one take, and the protocol makes no others.
-    #[error(
-        "protocol {0}: every person has one take, and it does not state which takes to make from it (add \"made\")"
-    )]
+    #[error("protocol {0}: expected several takes of a person, found one of each")]
     NothingMade(String),
     /// A made cycle would be beyond the last variation.
     #[error(

@@ -13,6 +13,7 @@ use crate::dataset::sequences::{MadeTake, SequenceTake};
 use crate::draw::confounders::{Condition, Conditions, NORMAL};
 use crate::error::{Error, EvaluateError, Result};
 use crate::files::named_or_file::toml_of;
+use crate::people::session::session_of;
 use crate::people::variation::CYCLES_OF_A_TAKE;
 
 /// The first variation that no training of this program uses. Variations of probes begin here.
@@ -21,9 +22,10 @@ pub const FIRST_UNSEEN: u32 = 1_000;
 pub const MAX_VARIATION: u32 = 1_000_000;
 
 /// Names of the built-in protocols.
-pub const NAMES: [&str; 8] = [
+pub const NAMES: [&str; 9] = [
     "closed-set",
     "first-take",
+    "sessions",
     "leave-one-take-out",
     "cross-view",
     "verification",
@@ -35,9 +37,10 @@ pub const NAMES: [&str; 8] = [
 /// Name of the protocol for a partition that lists the sequences of gallery and probes.
 pub const PARTITION: &str = "partition";
 
-const BUILT_IN: [&str; 8] = [
+const BUILT_IN: [&str; 9] = [
     include_str!("protocols/closed-set.toml"),
     include_str!("protocols/first-take.toml"),
+    include_str!("protocols/sessions.toml"),
     include_str!("protocols/leave-one-take-out.toml"),
     include_str!("protocols/cross-view.toml"),
     include_str!("protocols/verification.toml"),
@@ -117,6 +120,8 @@ pub enum GalleryViews {
 pub struct TakeChoice {
     /// Names, with `*` for any characters at the end; all names if empty.
     pub takes: Vec<String>,
+    /// Sessions, counted from 1; all if empty.
+    pub sessions: Vec<usize>,
     /// Conditions; all if empty.
     pub conditions: Vec<String>,
     /// Which of each person's matching takes.
@@ -145,6 +150,9 @@ pub struct ProbeSet {
     /// Names, as in [`TakeChoice`].
     #[serde(default)]
     pub takes: Vec<String>,
+    /// Sessions, as in [`TakeChoice`].
+    #[serde(default)]
+    pub sessions: Vec<usize>,
     /// Conditions, as in [`TakeChoice`].
     #[serde(default)]
     pub conditions: Vec<String>,
@@ -456,6 +464,7 @@ impl ProbeSet {
     fn choice(&self) -> TakeChoice {
         TakeChoice {
             takes: self.takes.clone(),
+            sessions: self.sessions.clone(),
             conditions: self.conditions.clone(),
             order: self.order,
         }
@@ -469,7 +478,10 @@ impl TakeChoice {
             let any = |list: &[String], name: &str| {
                 list.is_empty() || list.iter().any(|pattern| matches(pattern, name))
             };
-            any(&self.takes, &take.name) && any(&self.conditions, &take.condition)
+            let sessions = &self.sessions;
+            any(&self.takes, &take.name)
+                && any(&self.conditions, &take.condition)
+                && (sessions.is_empty() || sessions.contains(&session_of(&take.name)))
         };
         let mut seen = std::collections::HashSet::new();
         takes

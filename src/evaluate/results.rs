@@ -114,6 +114,9 @@ pub struct RecognizerResult {
     /// The latency of inference.
     #[serde(flatten)]
     pub latency: Option<Latency>,
+    /// Bytes of the model's file, if it has one.
+    #[serde(default)]
+    pub model_bytes: Option<u64>,
 }
 
 /// The results of a recognizer on one set of probes.
@@ -246,8 +249,22 @@ pub struct CrossViewResult {
     pub by_probe_view_percent: Vec<f64>,
     /// Mean of `by_probe_view_percent`.
     pub mean_percent: Option<f64>,
+    /// Rank-1 where the gallery has the probe's own viewpoint, which no other rate counts; none
+    /// without such a gallery.
+    #[serde(default)]
+    pub same_view: Option<SameViewResult>,
     /// Why there is no mean, if there is none.
     pub note: Option<String>,
+}
+
+/// Rank-1 where gallery and probe have the same viewpoint.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SameViewResult {
+    /// Share of hits, 0..1.
+    pub rank1: f64,
+    /// The 95 % intervals of Rank-1.
+    #[serde(flatten)]
+    pub intervals: Rank1Intervals,
 }
 
 /// Rank-1 at one viewpoint.
@@ -386,6 +403,7 @@ impl RecognizerResult {
             hits_by_view: HitsByView::default(),
             probe_sets: Vec::new(),
             latency: None,
+            model_bytes: None,
         }
     }
 

@@ -9,7 +9,8 @@ use super::paired_results::{HitsByView, PersonResult};
 use super::protocol::{Decision, GalleryViews};
 use super::rank1::Tally;
 use super::results::{
-    Contestant, CrossViewResult, ProbeAnswer, ProbeSetResult, RecognizerResult, VerificationResult,
+    Contestant, CrossViewResult, ProbeAnswer, ProbeSetResult, RecognizerResult, SameViewResult,
+    VerificationResult,
 };
 use super::trial::{ProbeComparison, Trial};
 use super::verification::{Pairs, Verification};
@@ -33,6 +34,9 @@ struct ProbeSums {
     tied: u64,
     pairs: Vec<Pairs>,
     cells: Option<CrossView>,
+    /// Tallies of each person where the gallery has the probe's own viewpoint, if viewpoints are
+    /// compared separately.
+    same_view: Vec<Tally>,
 }
 
 /// Returns a recognizer's results. `seed` is the seed for resampling people, and `tell` is called
@@ -228,6 +232,7 @@ fn sums(
         tied: 0,
         pairs: vec![Pairs::default(); if keep_pairs { people } else { 0 }],
         cells: (trial.protocol.gallery_views == GalleryViews::Each).then(|| CrossView::new(views)),
+        same_view: vec![Tally::default(); people],
     };
     // In chunks, so that distances are not kept twice.
     for probes in probes.chunks(4_096) {
@@ -241,6 +246,7 @@ fn sums(
                 if let (Some(cells), Some(gallery_view)) = (&mut sums.cells, meeting.gallery_view) {
                     cells.add(view, gallery_view, meeting.outcome());
                     if gallery_view == view {
+                        sums.same_view[person].add(meeting.outcome());
                         continue;
                     }
                 }
@@ -300,7 +306,10 @@ fn result_of(name: &str, trial: &Trial<'_>, sums: ProbeSums, seed: u64) -> Probe
         minp: all.minp(),
         by_person: PersonResult::list(&trial.sequences.subjects, &of_people, &sums.confused),
         verification: verification(&sums.pairs, seed),
-        cross_view: sums.cells.map(|cells| cross_view(&cells, trial.sequences)),
+        cross_view: sums.cells.map(|cells| CrossViewResult {
+            same_view: same_view(&sums.same_view, seed),
+            ..cross_view(&cells, trial.sequences)
+        }),
     }
 }
 
@@ -342,6 +351,16 @@ fn cross_view(cells: &CrossView, sequences: &Sequences) -> CrossViewResult {
         rank1: (0..views).map(row).collect(),
         note: means.as_ref().err().map(ToString::to_string),
         mean_percent: means.as_ref().ok().map(|means| means.mean),
+        same_view: None,
         by_probe_view_percent: means.map(|means| means.by_probe_view).unwrap_or_default(),
     }
+}
+
+/// Returns Rank-1 from the tallies of each person where gallery and probe have the same viewpoint.
+fn same_view(people: &[Tally], seed: u64) -> Option<SameViewResult> {
+    let rank1 = people.iter().copied().sum::<Tally>().rank1()?;
+    Some(SameViewResult {
+        rank1,
+        intervals: Rank1Intervals::from_tallies(people, seed),
+    })
 }

@@ -3,11 +3,11 @@
 use super::{Distance, Outputs, Recognizer};
 use crate::dataset::sequences::{Form, SequenceSource, ShownCounts};
 use crate::draw::template::Template;
-use crate::error::{InferenceError, Result};
+use crate::error::{Error, InferenceError, Result};
 
 /// The maximum number of values in a batch: 4 MB. Sequences of silhouettes are given one at a
-/// time: each is already a batch of frames, for which a large network needs 700 MB and a second,
-/// which is lost if the run is interrupted.
+/// time, and those of small networks one to each thread: each is already a batch of frames, for
+/// which a large network needs 700 MB and a second, which is lost if the run is interrupted.
 const MAX_NUMBERS: usize = 1 << 20;
 /// The maximum number of templates in a batch.
 const MAX_BATCH: usize = 512;
@@ -68,14 +68,17 @@ struct Listener<'a> {
     answers: Answers,
     waiting: Vec<usize>,
     input: Vec<f32>,
+    /// The end of each waiting sequence in the input.
+    ends: Vec<usize>,
 }
 
 impl Listener<'_> {
     fn take(&mut self, sequence: usize, bytes: &[u8], seen_from: Option<(f64, f64)>) -> Result<()> {
-        let most = match self.recognizer.contract().template {
-            Template::Silhouettes => 1,
-            _ => self.recognizer.at_once().clamp(1, MAX_BATCH),
+        let at_once = match self.recognizer.contract().template {
+            Template::Silhouettes => rayon::current_num_threads(),
+            _ => MAX_BATCH,
         };
+        let most = self.recognizer.at_once().clamp(1, at_once);
         if self.waiting.len() == most || self.input.len() + bytes.len() > MAX_NUMBERS {
             self.answer()?;
         }
@@ -83,6 +86,7 @@ impl Listener<'_> {
         contract.feed(bytes, &mut self.input);
         contract.feed_view(seen_from, &mut self.input)?;
         self.waiting.push(sequence);
+        self.ends.push(self.input.len());
         Ok(())
     }
 
@@ -90,6 +94,26 @@ impl Listener<'_> {
         if self.waiting.is_empty() {
             return Ok(());
         }
+        let waiting = std::mem::take(&mut self.waiting);
+        if self.recognizer.contract().template == Template::Silhouettes {
+            let begins = std::iter::once(0).chain(self.ends.iter().copied());
+            let each = begins.zip(self.ends.iter().copied());
+            let inputs: Vec<&[f32]> = each.map(|(begin, end)| &self.input[begin..end]).collect();
+            let outputs = at_the_same_time(self.recognizer, &inputs);
+            for (outputs, sequence) in outputs.into_iter().zip(waiting) {
+                self.keep(outputs?, &[sequence])?;
+            }
+        } else {
+            let outputs = self.recognizer.run(&self.input, waiting.len())?;
+            self.keep(outputs, &waiting)?;
+        }
+        self.input.clear();
+        self.ends.clear();
+        Ok(())
+    }
+
+    /// Keeps the answers to these sequences.
+    fn keep(&mut self, outputs: Outputs, sequences: &[usize]) -> Result<()> {
         let Outputs {
             embedding,
             embedding_dims,
@@ -97,7 +121,7 @@ impl Listener<'_> {
             scores,
             classes,
             ..
-        } = self.recognizer.run(&self.input, self.waiting.len())?;
+        } = outputs;
         let contract = self.recognizer.contract();
         let viewpoints = contract.training.viewpoints.len();
         if contract.distance == Distance::View && embedding_parts != viewpoints {
@@ -130,17 +154,36 @@ impl Listener<'_> {
             }
             .into());
         }
-        for (row, &sequence) in self.waiting.iter().enumerate() {
+        for (row, &sequence) in sequences.iter().enumerate() {
             answers.rows[sequence] = u32::try_from(answered + row).ok();
         }
         (answers.dims, answers.parts) = (embedding_dims, embedding_parts);
         answers.embeddings.extend(embedding);
         answers.classes = classes;
         answers.scores.extend(scores.into_iter().flatten());
-        self.waiting.clear();
-        self.input.clear();
         Ok(())
     }
+}
+
+/// Runs a recognizer on each input, on a thread for each.
+fn at_the_same_time(recognizer: &dyn Recognizer, inputs: &[&[f32]]) -> Vec<Result<Outputs>> {
+    if let [input] = inputs {
+        return vec![recognizer.run(input, 1)];
+    }
+    std::thread::scope(|scope| {
+        let start = |&input| {
+            std::thread::Builder::new().spawn_scoped(scope, move || recognizer.run(input, 1))
+        };
+        let started: Vec<_> = inputs.iter().map(start).collect();
+        let ended = started.into_iter().map(|thread| match thread {
+            Ok(thread) => match thread.join() {
+                Ok(outputs) => outputs,
+                Err(panic) => std::panic::resume_unwind(panic),
+            },
+            Err(error) => Err(Error::Threads(error)),
+        });
+        ended.collect()
+    })
 }
 
 /// Gives the sequences of these ascending numbers to all recognizers, in one form; each recognizer
@@ -166,6 +209,7 @@ pub(crate) fn ask(
             },
             waiting: Vec::new(),
             input: Vec::new(),
+            ends: Vec::new(),
         })
         .collect();
     let shown = source.show(wanted, form, &mut |sequence, bytes| {

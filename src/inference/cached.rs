@@ -107,24 +107,29 @@ impl Recognizer for CachedRecognizer {
             return self.recognizer.run(input, batch);
         }
         let hashes: Vec<Hash> = inputs.iter().map(|input| hash(input)).collect();
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        // Never held while the recognizer runs: other threads may ask it.
+        let file = || self.file.lock().unwrap_or_else(PoisonError::into_inner);
         let mut answers: Vec<Option<CachedAnswer>> = (0..batch).map(|_| None).collect();
         // At most twice: an answer in the file may be broken, or not be this model's.
         while answers.iter().any(Option::is_none) {
-            let is_lacking = |&at: &usize| answers[at].is_none() && !file.has(&hashes[at]);
+            let is_lacking = |&at: &usize| answers[at].is_none() && !file().has(&hashes[at]);
             let lacking: Vec<usize> = (0..batch).filter(is_lacking).collect();
+            let are_counts_known = file().counts.is_some();
             if !lacking.is_empty() {
                 let asked: Vec<f32> = lacking.iter().flat_map(|&at| inputs[at]).copied().collect();
                 let found = self.recognizer.run(&asked, lacking.len())?;
+                let mut file = file();
                 file.counts = Some(counts_of(&found));
                 for (row, &at) in lacking.iter().enumerate() {
                     let answer = CachedAnswer::from_row(&found, row);
                     file.add(&hashes[at], &answer);
                     answers[at] = Some(answer);
                 }
-            } else if file.counts.is_none() {
-                file.counts = Some(counts_of(&self.recognizer.run(inputs[0], 1)?));
+            } else if !are_counts_known {
+                let found = self.recognizer.run(inputs[0], 1)?;
+                file().counts = Some(counts_of(&found));
             }
+            let mut file = file();
             for (answer, hash) in answers.iter_mut().zip(&hashes) {
                 if answer.is_none() {
                     *answer = file.find(hash);

@@ -11,6 +11,7 @@ use super::provider::{Provider, RuntimeName};
 use super::{Contract, GivenInputs, ModelOutputs, OutputTensor, Outputs, Recognizer, run_batch};
 use crate::error::{Cause, Error, InferenceError, Remedy, Result};
 use rten::{ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueOrView, ValueView};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
 /// rten's version; a test compares it with `Cargo.lock`.
@@ -19,7 +20,11 @@ const VERSION: &str = "0.27.0";
 /// A model loaded by rten.
 pub(super) struct RtenRecognizer {
     model: rten::Model,
-    pool: Arc<ThreadPool>,
+    /// The threads that work on a call: the first for calls of rayon's workers, and in turns for calls
+    /// of other threads, so that these run at the same time. Each is made when it is first used.
+    pools: Vec<OnceLock<Arc<ThreadPool>>>,
+    turn: AtomicUsize,
+    threads: usize,
     runtime: RuntimeName,
     contract: Contract,
     at_once: usize,
@@ -92,8 +97,12 @@ impl RtenRecognizer {
         check_process(std::process::id())?;
         // It folds constants on threads of its own.
         check_threads(rten::thread_pool())?;
-        let pool = ThreadPool::with_num_threads(threads);
-        check_threads(&pool)?;
+        let pools: Vec<_> = (0..rayon::current_num_threads())
+            .map(|_| OnceLock::new())
+            .collect();
+        let first = ThreadPool::with_num_threads(threads);
+        check_threads(&first)?;
+        let _ = pools[0].set(Arc::new(first));
         let refuse =
             |problem: String| Error::input(model.path(), problem).with_remedy(Remedy::OnnxRuntime);
         for operator in model.graph().operators.keys() {
@@ -139,7 +148,9 @@ impl RtenRecognizer {
         }
         Ok(Self {
             model: loaded,
-            pool: Arc::new(pool),
+            pools,
+            turn: AtomicUsize::new(0),
+            threads,
             runtime: runtime_name(),
             contract: model.contract().clone(),
             at_once: model.at_once(),
@@ -148,6 +159,20 @@ impl RtenRecognizer {
             view,
             outputs,
         })
+    }
+
+    /// Returns the threads that work on a call of the current thread. A worker of rayon would take
+    /// other work while it waits for them.
+    fn pool(&self) -> &Arc<ThreadPool> {
+        let at = match rayon::current_thread_index() {
+            Some(_) => 0,
+            None => self.turn.fetch_add(1, Ordering::Relaxed) % self.pools.len(),
+        };
+        self.pool_at(at)
+    }
+
+    fn pool_at(&self, at: usize) -> &Arc<ThreadPool> {
+        self.pools[at].get_or_init(|| Arc::new(ThreadPool::with_num_threads(self.threads)))
     }
 
     fn run_once(&self, given: GivenInputs<'_>) -> Result<ModelOutputs> {
@@ -172,7 +197,7 @@ impl RtenRecognizer {
             let views = ValueView::from_shape(&given.views_shape(), given.views);
             inputs.push((view, views.map_err(|error| failed(error.into()))?.into()));
         }
-        let options = RunOptions::default().with_thread_pool(Some(Arc::clone(&self.pool)));
+        let options = RunOptions::default().with_thread_pool(Some(Arc::clone(self.pool())));
         let mut values = self
             .model
             .run(inputs, &self.outputs, Some(options))
@@ -232,7 +257,7 @@ impl Recognizer for RtenRecognizer {
     }
 
     fn beside(&self, work: &mut (dyn FnMut() + Send)) {
-        self.pool.run(work);
+        self.pool_at(0).run(work);
     }
 }
 

@@ -32,6 +32,7 @@ mod residual;
 pub mod retarget;
 #[cfg(feature = "import")]
 pub mod rigging;
+pub mod session;
 #[cfg(feature = "import")]
 mod trunk_lean;
 #[cfg(feature = "import")]

@@ -14,8 +14,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::Value;
 
 use super::summary::{finding, summary};
-use super::viewpoints::recognizer;
-use super::{THIN, chart, cmc_roc, grouped, paired, people, percent, png};
+use super::viewpoints::{recognizer, small_multiples};
+use super::{THIN, chart, cmc_roc, grouped, paired, people, percent, png, speed_error};
 use crate::draw::template::Template;
 use crate::error::{Error, ReportError, Result, visible};
 use crate::evaluate::results::ScoreResults;
@@ -92,6 +92,11 @@ pub(crate) fn page(results: &ScoreResults, samples: &[TemplateSample]) -> Result
                     (warnings(results))
                 }
                 main {
+                    @if let Some(picture) = speed_error::figure(results) {
+                        h2 { "Speed against error" }
+                        (picture)
+                    }
+                    (small_multiples(&results.recognizers))
                     (summary(results))
                     (paired::section(results))
                     (people::section(results))
@@ -103,7 +108,12 @@ pub(crate) fn page(results: &ScoreResults, samples: &[TemplateSample]) -> Result
                         h2 { "Identification and verification" }
                         (charts)
                     }
-                    @for result in &results.recognizers { (recognizer(result)) }
+                    @for result in &results.recognizers {
+                        details open[results.recognizers.len() == 1] {
+                            summary { h2 { (result.name) } }
+                            (recognizer(result))
+                        }
+                    }
                     @if let Some(first) = samples.first() {
                         h2 { "What the recognizers see" }
                         p.quiet { (name(first.template)) "s, " (first.rows) " rows by "

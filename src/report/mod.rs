@@ -12,6 +12,7 @@ mod chart;
 mod cmc_roc;
 #[cfg(feature = "plots")]
 mod confounders;
+mod contest_table;
 pub(crate) mod drawing;
 #[cfg(feature = "plots")]
 mod galleries;
@@ -27,6 +28,7 @@ mod people;
 mod picture;
 mod probe_sets;
 mod scatter;
+mod speed_error;
 pub(crate) mod standalone;
 #[cfg(feature = "plots")]
 mod strengths;
@@ -40,6 +42,7 @@ mod viewpoints;
 
 #[cfg(feature = "plots")]
 pub(crate) use confounders::{strength_table, write_strengths};
+pub(crate) use contest_table::contest_table;
 pub(crate) use drawing::SVG_START;
 #[cfg(feature = "plots")]
 pub(crate) use galleries::{condition_gallery, template_gallery};
@@ -47,6 +50,7 @@ pub(crate) use html::{TemplateSample, write_page};
 #[cfg(feature = "train")]
 pub(crate) use literature::{garments_table, literature_table};
 pub(crate) use picture::{cells, contact_sheet, is_own_png, png, write_png};
+pub(crate) use speed_error::speed_error_svg;
 #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
 pub(crate) use study::{study_tables, write_study};
 pub(crate) use table::table;

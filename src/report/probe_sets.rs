@@ -295,6 +295,7 @@ mod tests {
                 rank1: vec![vec![Some(1.0), Some(0.25)], vec![None, Some(1.0)]],
                 by_probe_view_percent: Vec::new(),
                 mean_percent: None,
+                same_view: None,
                 note: Some("a cell is empty".into()),
             }),
         }

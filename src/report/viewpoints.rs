@@ -21,7 +21,6 @@ pub(super) fn recognizer(result: &RecognizerResult) -> Markup {
     let has_training = result.at_training().probes > 0;
     html! {
         section {
-            h2 { (result.name) }
             (probe_sets::page(result))
             @if !result.by_viewpoint.is_empty() {
                 h3 { "Rank-1 by viewpoint" }
@@ -46,6 +45,24 @@ pub(super) fn recognizer(result: &RecognizerResult) -> Markup {
                     @if is_listed { (viewpoints(result)) }
                 }
             }
+        }
+    }
+}
+
+/// Returns the pictures of the viewpoints of all recognizers side by side, if there are several.
+pub(super) fn small_multiples(results: &[RecognizerResult]) -> Markup {
+    let grids = results.iter().filter_map(|result| {
+        let grid = HeatmapGrid::from_viewpoints(&result.by_viewpoint)?;
+        (result.by_viewpoint.len() > 1).then_some((result, grid))
+    });
+    let grids: Vec<_> = grids.collect();
+    html! {
+        @if let [(first, _), _, ..] = &grids[..] {
+            h2 { "Rank-1 by viewpoint of the probe" }
+            div.multiples { @for (result, grid) in &grids {
+                figure { figcaption { (result.name) } (grid.svg(result)) }
+            } }
+            (legend(first.classes, grids.iter().any(|(result, _)| result.at_training().probes > 0)))
         }
     }
 }

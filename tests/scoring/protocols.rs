@@ -54,6 +54,50 @@ const VIEWS: [&str; 6] = [
 ];
 
 #[test]
+fn people_whom_no_model_has_seen_are_sought_on_another_day() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let score = ["score", "side", "--protocol", "sessions"];
+    let views = ["--azimuth-deg", "60,90", "--elevation-deg", "0"];
+    let results = found(at, &[&score[..], &views].concat());
+    assert_eq!(results["warnings"], serde_json::json!([]));
+    let picture = std::fs::read_to_string(at.join("edgegait-report/speed-error.svg"));
+    assert!(picture.expect("a picture").starts_with("<svg "));
+    let recognizers = results["recognizers"].as_array().expect("a list");
+    let names: Vec<_> = recognizers.iter().map(|result| &result["name"]).collect();
+    assert_eq!(names, ["side", "pixels", "random"]);
+    for result in recognizers {
+        let sets = result["probe_sets"].as_array().expect("a list");
+        let names: Vec<_> = sets.iter().map(|set| &set["name"]).collect();
+        assert_eq!(names, ["normal", "bag", "coat"]);
+        for set in sets {
+            // One probe of each person from either viewpoint, sought from the other one.
+            assert_eq!((&set["probes"], &set["people"]), (&60.into(), &30.into()));
+        }
+        let rank1 = |value: &Value| value["rank1"].as_f64().expect("a rate");
+        let same = rank1(&sets[0]["cross_view"]["same_view"]);
+        assert!(same > 0.8 && same > rank1(&sets[0]), "{same}");
+    }
+    assert_eq!(results["recognizers"][0]["model_bytes"], 153_212);
+    // Everybody walked on one day only.
+    done(
+        at,
+        &[
+            "cohort",
+            "--people",
+            "2",
+            "--speeds-kmh",
+            "4,5",
+            "--out",
+            "day.egp",
+        ],
+    );
+    let words = ["protocol sessions", "probes", "walk-4kmh, walk-5kmh"];
+    let score = ["score", "side", "day.egp", "--protocol", "sessions"];
+    refused(at, &score, 1, &words);
+}
+
+#[test]
 fn a_pack_and_a_dataset_of_it_score_alike_under_a_protocol_of_ones_own() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();

@@ -89,6 +89,8 @@ pub struct Population {
     pub ages: Option<[f64; 2]>,
     /// The speeds at which people walk.
     pub speeds: Speeds,
+    /// The number of sessions, each on another day, in which people walk at all speeds.
+    pub sessions: usize,
     /// The dressing of the people; `None` for bare bodies.
     pub dressed: Option<Dressing>,
 }
@@ -173,10 +175,11 @@ impl Design {
     /// Returns the number of walks of each person.
     #[must_use]
     pub const fn walks(&self) -> usize {
-        match &self.population.speeds {
+        let speeds = match &self.population.speeds {
             Speeds::Each(speeds) => speeds.len(),
             Speeds::Drawn { walks, .. } => *walks,
-        }
+        };
+        speeds * self.population.sessions
     }
 
     /// Returns the number of cycles of each person.
@@ -282,6 +285,7 @@ impl Design {
             seed: self.settings.seed,
             first: number,
             people: 1,
+            later_kmh: vec![speeds_kmh.clone(); self.population.sessions - 1],
             speeds_kmh,
             profile: Profile {
                 reference: self.population.reference,

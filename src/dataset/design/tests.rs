@@ -1,5 +1,6 @@
 use super::*;
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
+use crate::people::Track;
 use std::collections::BTreeSet;
 
 const TWENTY: &str = r#"seed = 7
@@ -56,6 +57,25 @@ fn designs_that_are_built_in_are_what_their_names_say() {
     assert_eq!(random.population.ages, Some([18.0, 80.0]));
     assert_eq!(random.population.dressed, Some(Dressing::PerTake));
     assert!(!random.conditions[0].is_fixed());
+}
+
+#[test]
+fn people_of_a_design_walk_in_its_sessions() {
+    let design = parsed(&TWENTY.replace("takes = 2", "sessions = 2")).expect("a design");
+    assert_eq!((design.walks(), design.cycles()), (6, 6 * 3 * 3));
+    let person = design.subject(3).expect("a person");
+    let (first, second) = person.walks.split_at(3);
+    for (walk, again) in first.iter().zip(second) {
+        assert_eq!(again.name, format!("s2-{}", walk.name));
+        let [walk, again] = [walk, again].map(|walk| match &walk.motion {
+            Track::Loop(cycle) => cycle,
+            Track::Uncut(_) => panic!("a cycle"),
+        });
+        assert_ne!(walk.rotations, again.rotations, "another day");
+    }
+    let many = parsed(&TWENTY.replace("takes = 2", "sessions = 10"));
+    let error = many.expect_err("too many").to_string();
+    assert!(error.contains("at most 9 sessions, found 10"), "{error}");
 }
 
 #[test]

@@ -6,6 +6,7 @@ use super::{CYCLES_OF_A_TAKE, Design, DesignTake, Population, Speeds, Split};
 use crate::draw::confounders::{Condition, Conditions};
 use crate::error::Error;
 use crate::people::cohort::{Dressing, ReferencePopulation};
+use crate::people::session::MOST_SESSIONS;
 use edgegait_core::pack::Sex;
 use serde::Deserialize;
 use serde::de::value::SeqAccessDeserializer;
@@ -66,6 +67,8 @@ enum WrittenDressing {
 struct WrittenWalks {
     #[serde(default)]
     speeds_kmh: WrittenSpeeds,
+    #[serde(default = "one")]
+    sessions: PositiveNumber,
     #[serde(default)]
     takes: Takes,
     #[serde(default = "one")]
@@ -76,6 +79,7 @@ impl Default for WrittenWalks {
     fn default() -> Self {
         Self {
             speeds_kmh: WrittenSpeeds::default(),
+            sessions: one(),
             takes: Takes::default(),
             cycles: PositiveNumber(1),
         }
@@ -256,6 +260,11 @@ impl WrittenDesign {
             );
             return Err((at_walks, problem));
         }
+        let sessions = walks.sessions.0;
+        if sessions > MOST_SESSIONS {
+            let problem = format!("expected at most {MOST_SESSIONS} sessions, found {sessions}");
+            return Err((at_walks, problem));
+        }
         let settings = images.settings(self.seed);
         let wanted = images.images();
         let people = population
@@ -271,12 +280,13 @@ impl WrittenDesign {
             splits,
             population: Population {
                 speeds: walks.speeds_kmh.0,
+                sessions,
                 ..people
             },
         };
         let has_names = design.takes.iter().any(|take| take.name.is_some());
         if has_names && design.walks() > 1 {
-            let problem = "expected one speed if takes have names, which do not distinguish speeds";
+            let problem = "expected one speed and session if takes have names, which do not distinguish these";
             return Err((at_walks, problem.into()));
         }
         let said = |error: Error| error.to_string();
@@ -355,6 +365,7 @@ impl WrittenPopulation {
             }),
             ages: self.age_years,
             speeds: Speeds::Each(Vec::new()),
+            sessions: 1,
             dressed: match self.dressed {
                 WrittenDressing::Never => None,
                 WrittenDressing::ForGood => Some(Dressing::ForGood),

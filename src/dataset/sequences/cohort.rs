@@ -12,19 +12,28 @@ const USUAL_KMH: [f64; 1] = [5.0];
 const ALL: &[u8] = include_bytes!("cohort.egp");
 /// The pack of the walks at [`USUAL_KMH`] alone, whose encoding differs from that in [`ALL`].
 const USUAL: &[u8] = include_bytes!("cohort-5kmh.egp");
+/// The pack of [`CohortOptions::unseen`].
+const UNSEEN: &[u8] = include_bytes!("unseen.egp");
+
+// 26 people at 10 speeds, and their second session, fit into a board's memory next to its program.
+const _: () = assert!(ALL.len() <= 64 * 1024);
 
 /// Returns the stored pack for these options, encoded within [`crate::encode::MAX_ERROR_MM`], or
 /// `None` if it is not stored.
 #[must_use]
 pub(crate) fn stored(options: &CohortOptions) -> Option<&'static [u8]> {
-    let all = CohortOptions::default();
+    let all = CohortOptions::built_in();
     let usual = CohortOptions {
         speeds_kmh: USUAL_KMH.to_vec(),
-        ..all.clone()
+        ..CohortOptions::default()
     };
-    [(all, ALL), (usual, USUAL)]
-        .into_iter()
-        .find_map(|(known, bytes)| (*options == known).then_some(bytes))
+    [
+        (all, ALL),
+        (usual, USUAL),
+        (CohortOptions::unseen(), UNSEEN),
+    ]
+    .into_iter()
+    .find_map(|(known, bytes)| (*options == known).then_some(bytes))
 }
 
 #[cfg(test)]
@@ -46,8 +55,9 @@ mod tests {
     #[test]
     fn stored_packs_are_what_encoding_makes() {
         for (file, options, stored) in [
-            ("cohort.egp", CohortOptions::default(), ALL),
+            ("cohort.egp", CohortOptions::built_in(), ALL),
             ("cohort-5kmh.egp", of_speeds(USUAL_KMH.to_vec()), USUAL),
+            ("unseen.egp", CohortOptions::unseen(), UNSEEN),
         ] {
             let people = subjects(&options).expect("speeds within the norms");
             let made = encode_subjects(&people, MAX_ERROR_MM, &|| Ok(())).expect("a pack");
@@ -64,10 +74,12 @@ mod tests {
     fn what_commands_use_by_default_is_stored_and_nothing_else() {
         let usual = built_in(&[BUILT_IN_WALK.to_owned()]);
         assert_eq!(stored(&usual), Some(USUAL));
-        assert_eq!(stored(&CohortOptions::default()), Some(ALL));
+        assert_eq!(stored(&CohortOptions::built_in()), Some(ALL));
+        assert_eq!(stored(&CohortOptions::unseen()), Some(UNSEEN));
         let others = [
             of_speeds(vec![5.0, 6.0]),
             of_speeds(vec![4.0]),
+            CohortOptions::default(),
             CohortOptions {
                 seed: 2,
                 ..usual.clone()

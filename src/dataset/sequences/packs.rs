@@ -138,7 +138,9 @@ impl PackSource {
             None => encode_subjects(&cohort::subjects(options)?, MAX_ERROR_MM, progress)?,
         };
         let usual = CohortOptions::default();
-        let name = if (options.people, options.seed) == (usual.people, usual.seed) {
+        let name = if *options == CohortOptions::unseen() {
+            "people whom no shipped model has seen".to_owned()
+        } else if (options.people, options.seed) == (usual.people, usual.seed) {
             "built-in cohort".to_owned()
         } else {
             format!("cohort of {}, seed {}", options.people, options.seed)

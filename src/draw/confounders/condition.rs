@@ -9,15 +9,16 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// The names of the built-in sets of conditions. `each` has every confounder alone, at strength 1.
-pub const NAMES: [&str; 4] = ["casia-b", "tum-iitkgp", "domain-random", EACH];
+pub const NAMES: [&str; 5] = ["casia-b", "bag-coat", "tum-iitkgp", "domain-random", EACH];
 
 const EACH: &str = "each";
 
 /// The name of a walk without confounders.
 pub const NORMAL: &str = "normal";
 
-const BUILT_IN: [&str; 3] = [
+const BUILT_IN: [&str; 4] = [
     include_str!("conditions/casia-b.toml"),
+    include_str!("conditions/bag-coat.toml"),
     include_str!("conditions/tum-iitkgp.toml"),
     include_str!("conditions/domain-random.toml"),
 ];

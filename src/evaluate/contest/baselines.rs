@@ -208,6 +208,7 @@ fn with(baseline: Baseline, known: Option<&ClassMeans>, like: &Entrant) -> Entra
     Entrant {
         recognizer: Box::new(baseline),
         settings: like.settings,
+        model_bytes: None,
     }
 }
 

@@ -16,6 +16,8 @@ pub struct Entrant {
     pub recognizer: Box<dyn Recognizer>,
     /// How inputs are rendered, as its contract specifies.
     pub settings: Settings,
+    /// Bytes of the model's file, if it has one.
+    pub model_bytes: Option<u64>,
 }
 
 /// The fixed form of a dataset's templates.
@@ -54,6 +56,7 @@ impl Entrant {
         Ok(Self {
             recognizer: runtime.load(model)?,
             settings,
+            model_bytes: Some(model.bytes().len() as u64),
         })
     }
 
@@ -94,6 +97,7 @@ impl Entrant {
         Ok(Self {
             recognizer: runtime.load(model)?,
             settings,
+            model_bytes: Some(model.bytes().len() as u64),
         })
     }
 
@@ -135,6 +139,7 @@ impl Entrant {
         Self {
             recognizer: Box::new(recognizer),
             settings,
+            model_bytes: None,
         }
     }
 

@@ -64,6 +64,7 @@ fn outcome(protocol: &str, classes: &[&str], geis: &[Gei<'_>]) -> Result<Contest
             },
         }),
         settings: Settings::default(),
+        model_bytes: None,
     };
     contest.run(&[entrant], 1, &mut |_| Ok(()), &mut |_| Ok(()))
 }

@@ -131,6 +131,7 @@ impl PublishedRecognizer {
             entrant: Entrant {
                 recognizer,
                 settings,
+                model_bytes: None,
             },
             publication,
         }

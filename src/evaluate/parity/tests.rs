@@ -56,6 +56,7 @@ fn entrant(name: &str, function: fn(f32, f32) -> Vec<f32>) -> Entrant {
             function,
         }),
         settings: Settings::default(),
+        model_bytes: None,
     }
 }
 

@@ -19,8 +19,9 @@ fn every_built_in_protocol_has_its_name() {
         let protocol = Protocol::named(name).expect("built in");
         assert_eq!(protocol.name, name);
         assert!(protocol.description.ends_with('.'), "{name}");
-        // A partition is for a tree, where no takes are made.
-        assert_eq!(protocol.made.is_empty(), name == PARTITION, "{name}");
+        // A partition is for a tree, and sessions are walks of their own.
+        let has_own = [PARTITION, "sessions"].contains(&name);
+        assert_eq!(protocol.made.is_empty(), has_own, "{name}");
     }
     let error = Protocol::named("casia-c").expect_err("unknown").to_string();
     assert!(error.contains("closed-set, first-take"), "{error}");
@@ -70,6 +71,22 @@ fn the_first_take_of_each_person_enrols_and_the_others_probe() {
         protocol.roles(&takes[..2]).is_err(),
         "nothing is looked for"
     );
+}
+
+#[test]
+fn the_first_session_enrols_and_other_days_probe() {
+    let protocol = Protocol::named("sessions").expect("built in");
+    let takes = [
+        take(0, "walk-5kmh"),
+        take(0, "s2-walk-5kmh"),
+        take(1, "s1-a"),
+        take(1, "s3-a"),
+    ];
+    let roles = protocol.roles(&takes).expect("both have two");
+    assert_eq!(roles.gallery, [true, false, true, false]);
+    assert_eq!(roles.probes, [[false, true, false, true]]);
+    let error = protocol.roles(&takes[..1]).expect_err("one session");
+    assert!(error.to_string().contains("found walk-5kmh"), "{error}");
 }
 
 #[test]

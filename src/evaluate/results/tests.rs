@@ -85,7 +85,7 @@ fn the_json_begins_with_the_header_and_has_the_documented_fields() {
     )));
     assert!(json.contains(r#""protocol":"closed-set","classes":26,"of_probe_sets":[],"probes":20,"people":0,"rank1":0.95,"rank1_low":null,"rank1_high":null,"rank1_wilson_low":0.7638"#), "{json}");
     assert!(json.contains(
-        r#"[{"azimuth_deg":90.0,"elevation_deg":0.0,"probes":20,"rank1":0.95}],"by_angle":[],"by_person":[],"probe_sets":[],"p50_us":4.0,"p90_us":null,"p99_us":null}],"paired":[],"seconds":1.5}"#
+        r#"[{"azimuth_deg":90.0,"elevation_deg":0.0,"probes":20,"rank1":0.95}],"by_angle":[],"by_person":[],"probe_sets":[],"p50_us":4.0,"p90_us":null,"p99_us":null,"model_bytes":null}],"paired":[],"seconds":1.5}"#
     ), "{json}");
 }
 

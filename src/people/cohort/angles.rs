@@ -104,12 +104,12 @@ impl AngleNorm {
 impl Curves {
     fn at(dimensions: &Dimensions, speed_kmh: f64) -> Self {
         if gait_at(speed_kmh) == Gait::Run {
-            // 8 to 12 km/h: swing knee 78 to 98 degrees, hip peak 40 to 49, ankle at
-            // toe-off -18 to -25 (recalled), against 3 m/s, which is 10.8 km/h.
+            // 8 to 12 km/h: swing knee 85 to 105 degrees, hip peak 49 to 58 (recorded: RUNNING's
+            // cycles), ankle at toe-off -18 to -25 (recalled), against 3 m/s, which is 10.8 km/h.
             let share = (speed_kmh - 8.0) / 4.0;
             return Self::Run {
-                hip: (40.0 + 9.0 * share) / 46.3,
-                knee: (78.0 + 20.0 * share) / 92.0,
+                hip: (49.0 + 9.0 * share) / 54.0,
+                knee: (85.0 + 20.0 * share) / 97.0,
                 ankle: (18.0 + 7.0 * share) / 22.9,
             };
         }

@@ -28,6 +28,7 @@ mod swing;
 mod wardrobe;
 
 use crate::error::{Error, Result};
+use crate::people::session::name_in_session;
 use crate::people::{Body, Cycle, Subject, Track, Walk};
 use angles::gait_at;
 use anthropometry::{DIMENSIONS, Dimensions};
@@ -55,6 +56,15 @@ pub const DEFAULT_SEED: u64 = 1;
 pub const PEOPLE: usize = 26;
 /// Speeds of the built-in cohort, km/h: those of the source paper.
 pub const SPEEDS_KMH: [f64; 10] = [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0];
+
+/// Speeds of the built-in cohort's second session, km/h: people's usual speeds. All ten speeds
+/// would take the pack beyond 64 KiB.
+pub const LATER_KMH: [f64; 3] = [4.0, 5.0, 6.0];
+
+/// The people of [`CohortOptions::unseen`]: the shipped models were trained on the first 26 of this
+/// seed, or on people of another. The number is our choice.
+const FIRST_UNSEEN_PERSON: usize = 500;
+const UNSEEN_PEOPLE: usize = 30;
 
 /// The requested properties of a synthetic person; those left open are drawn at random.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -200,6 +210,27 @@ impl Person {
         }
     }
 
+    /// Returns the same person in a session, from 1: each but the first is on another day, as
+    /// [`Style::on_another_day`].
+    fn in_session(&self, seed: u64, number: usize, session: usize) -> Self {
+        if session == 1 {
+            return self.clone();
+        }
+        // What all days share, and what is this one's.
+        let mut rngs = [0, session - 1].map(|day| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            // Streams of people are below 2^32, those of takes have the highest bit, and those of days
+            // the second highest.
+            rng.set_stream((1 << 62) | (day as u64) << 32 | number as u64);
+            rng
+        });
+        let [common, day] = &mut rngs;
+        Self {
+            style: self.style.on_another_day([common, day]),
+            ..self.clone()
+        }
+    }
+
     /// Returns the same person in shoes that are drawn for the take of this number, and the body
     /// with everything worn in it. Shoes change how a foot rolls. Arms hang beside the bare body,
     /// since cloth gives way.
@@ -270,8 +301,10 @@ pub struct CohortOptions {
     pub first: usize,
     /// Number of people.
     pub people: usize,
-    /// Speeds, km/h, each within 3..=12.
+    /// Speeds of the first session, km/h, each within 3..=12.
     pub speeds_kmh: Vec<f64>,
+    /// Speeds of each further session, on another day.
+    pub later_kmh: Vec<Vec<f64>>,
     /// Properties that all of them share.
     pub profile: Profile,
     /// Whether they are dressed, and how often they change their clothes.
@@ -285,6 +318,7 @@ impl Default for CohortOptions {
             first: 0,
             people: PEOPLE,
             speeds_kmh: SPEEDS_KMH.to_vec(),
+            later_kmh: Vec::new(),
             profile: Profile::default(),
             dressed: None,
         }
@@ -297,20 +331,51 @@ impl CohortOptions {
     /// # Errors
     /// For speeds outside the norms' range or given twice, and as [`Profile::check`].
     pub fn check(&self) -> Result<()> {
-        let mut speeds = self.speeds_kmh.iter();
-        if let Some(speed) = speeds.find(|speed| !(3.0..=12.0).contains(*speed)) {
-            return Err(Error::Usage(format!(
-                "a speed of {speed} km/h: expected 3 to 12, the range of the norms"
-            )));
-        }
-        for (index, speed) in self.speeds_kmh.iter().enumerate() {
-            if self.speeds_kmh[..index].contains(speed) {
+        for speeds in self.sessions() {
+            if let Some(speed) = speeds.iter().find(|speed| !(3.0..=12.0).contains(*speed)) {
                 return Err(Error::Usage(format!(
-                    "a speed of {speed} km/h twice: expected each once, since it identifies the walk"
+                    "a speed of {speed} km/h: expected 3 to 12, the range of the norms"
                 )));
+            }
+            for (index, speed) in speeds.iter().enumerate() {
+                if speeds[..index].contains(speed) {
+                    return Err(Error::Usage(format!(
+                        "a speed of {speed} km/h twice: expected each once in a session, since it identifies the walk"
+                    )));
+                }
             }
         }
         self.profile.check()
+    }
+
+    /// Returns the options of the built-in cohort: a second session at [`LATER_KMH`].
+    #[must_use]
+    pub fn built_in() -> Self {
+        Self {
+            later_kmh: vec![LATER_KMH.to_vec()],
+            ..Self::default()
+        }
+    }
+
+    /// Returns the options of people whom no shipped model has seen, dressed, in two sessions at
+    /// 5 km/h.
+    #[must_use]
+    pub fn unseen() -> Self {
+        Self {
+            first: FIRST_UNSEEN_PERSON,
+            people: UNSEEN_PEOPLE,
+            speeds_kmh: vec![5.0],
+            later_kmh: vec![vec![5.0]],
+            dressed: Some(Dressing::ForGood),
+            ..Self::default()
+        }
+    }
+
+    /// Returns the speeds of each session.
+    pub fn sessions(&self) -> impl Iterator<Item = &[f64]> {
+        std::iter::once(&self.speeds_kmh)
+            .chain(&self.later_kmh)
+            .map(Vec::as_slice)
     }
 
     /// Returns the numbers of the people.
@@ -343,12 +408,16 @@ pub fn subject(options: &CohortOptions, number: usize) -> Result<Subject> {
         Some(_) => Some(bare.dressed(options.seed, number, take)),
     };
     let (person, body) = dressed(0).unwrap_or_else(|| (bare.clone(), bare.body.clone()));
-    let walks = options.speeds_kmh.iter().enumerate().map(|(take, &speed)| {
+    let sessions = (1..).zip(options.sessions());
+    let walks =
+        sessions.flat_map(|(session, speeds)| speeds.iter().map(move |&speed| (session, speed)));
+    let walks = walks.enumerate().map(|(take, (session, speed))| {
         let changed = if take > 0 { dressed(take) } else { None };
         let walker = changed.as_ref().map_or(&person, |(person, _)| person);
+        let walker = walker.in_session(options.seed, number, session);
         let gait = gait_at(speed);
         Walk {
-            name: format!("{}-{speed}kmh", gait.name()),
+            name: name_in_session(session, &format!("{}-{speed}kmh", gait.name())),
             cycle: 0,
             gait,
             speed_mps: speed / 3.6,

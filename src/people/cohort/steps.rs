@@ -381,12 +381,14 @@ impl<'a> PersonSteps<'a> {
         let speed = |early: Polar, late: Polar| {
             late.map2(early, |late, early| (late - early) * duration / STEP)
         };
+        let mut landing = speed(last, offset(STEP, 1.0 + STEP));
+        if self.regulated.gait == Gait::Run {
+            // A runner's leg lands nearly straight and then bends at once. It does not begin before.
+            landing.knee = landing.knee.min(0.0);
+        }
         let mut swing = Swing {
             ends: [first, last],
-            speeds: [
-                speed(offset(from - STEP, from - STEP), first),
-                speed(last, offset(STEP, 1.0 + STEP)),
-            ],
+            speeds: [speed(offset(from - STEP, from - STEP), first), landing],
             late_toes: match self.regulated.gait {
                 Gait::Walk => LATE_TOES,
                 Gait::Run => 0.0,

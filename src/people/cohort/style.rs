@@ -104,9 +104,55 @@ impl Style {
         }
         style.stance = normal(rng);
         style.asymmetry = normal(rng);
-        style.elbow_plane_deg = ELBOW_PLANE_DEG + 9.0 * normal(rng);
+        style.elbow_plane_deg = ELBOW_PLANE_DEG + ELBOW_PLANE_SD_DEG * normal(rng);
         for (feature, score) in ORDER.into_iter().zip(scores(rng)) {
             style.set(feature, score);
+        }
+        style
+    }
+
+    /// Returns the person on another day. `rngs` draw what the person's days have in common beside
+    /// this one, and the day itself. Any two days correlate in each feature by [`RELIABILITY`], and
+    /// people differ on each by as much as on the first.
+    #[must_use]
+    pub(crate) fn on_another_day(&self, rngs: [&mut ChaCha8Rng; 2]) -> Self {
+        // A day is the person and a deviation. What one day tells of the person is a mean of
+        // RELIABILITY times the day, with a variance of RELIABILITY (1 - RELIABILITY).
+        let own = RELIABILITY;
+        let [usual, new] = [own * (1.0 - own), 1.0 - own].map(libm::sqrt);
+        let [person, day] = rngs.map(Self::random);
+        let sum = |sd: f64, of: &dyn Fn(&Self) -> f64| {
+            let sum = own * of(self) + usual * of(&person) + new * of(&day);
+            sum.clamp(-MOST * sd, MOST * sd)
+        };
+        let mut style = Self {
+            step_length: sum(1.0, &|style| style.step_length),
+            step_width: sum(1.0, &|style| style.step_width),
+            stance: sum(1.0, &|style| style.stance),
+            bob: sum(1.0, &|style| style.bob),
+            sway: sum(1.0, &|style| style.sway),
+            clearance: sum(1.0, &|style| style.clearance),
+            asymmetry: sum(1.0, &|style| style.asymmetry),
+            head_pitch_deg: sum(HEAD_PITCH_DEG, &|style| style.head_pitch_deg),
+            elbow_plane_deg: ELBOW_PLANE_DEG
+                + sum(ELBOW_PLANE_SD_DEG, &|style| {
+                    style.elbow_plane_deg - ELBOW_PLANE_DEG
+                }),
+            ..Self::NONE
+        };
+        for angle in Angle::ALL {
+            let spread = AngleSpread::for_angle(angle);
+            for side in [Side::Left, Side::Right] {
+                let of = |sd: f64, of: fn(&AngleStyle) -> f64| {
+                    sum(sd, &|style| of(style.angle(angle, side)))
+                };
+                *style.of_mut(angle, side) = AngleStyle {
+                    offset_sd: of(spread.offset_sd, |own| own.offset_sd),
+                    offset_deg: of(spread.asymmetry_deg, |own| own.offset_deg),
+                    amplitude: libm::exp(of(spread.amplitude, |own| libm::log(own.amplitude))),
+                    phase: of(spread.delay, |own| own.phase),
+                };
+            }
         }
         style
     }
@@ -126,7 +172,7 @@ impl Style {
             Feature::Bob => return self.bob = score,
             Feature::Sway => return self.sway = score,
             Feature::Clearance => return self.clearance = score,
-            Feature::HeadPitch => return self.head_pitch_deg = 7.0 * score,
+            Feature::HeadPitch => return self.head_pitch_deg = HEAD_PITCH_DEG * score,
         };
         for own in &mut self.angles[angle as usize] {
             set(own, AngleSpread::for_angle(angle), score);
@@ -148,6 +194,16 @@ impl Style {
 /// How far the plane in which elbows bend is turned inwards on average, degrees: between the means
 /// of four data sets of recorded walkers, -11, 3, 4 and 6.
 const ELBOW_PLANE_DEG: f64 = 3.0;
+/// Standard deviations between people of the elbows' plane and of the head's bow, degrees.
+const ELBOW_PLANE_SD_DEG: f64 = 9.0;
+const HEAD_PITCH_DEG: f64 = 7.0;
+
+/// The correlation of a feature on two days, with as many days between as in studies of repeated
+/// measurements (mostly a week). Intraclass correlations: step length, cadence and stance 0.92 or
+/// more, base of support 0.80 (van Uden & Besser 2004, BMC Musculoskelet. Disord. 5:13, recalled);
+/// angles of legs and pelvis mostly 0.8 or more (McGinley et al. 2009, Gait & Posture 29:360-369,
+/// recalled), less than the walkers' own since markers are placed anew.
+const RELIABILITY: f64 = 0.86;
 
 /// Standard deviations between people in one angle.
 #[derive(Clone, Copy, Debug)]
@@ -236,6 +292,64 @@ mod tests {
         let style = |seed| Style::random(&mut ChaCha8Rng::seed_from_u64(seed));
         assert_eq!(style(1), style(1));
         assert_ne!(style(1), style(2));
+    }
+
+    #[test]
+    fn days_of_a_person_agree_as_stated_and_spread_like_people() {
+        let features = |style: &Style| {
+            let knee = style.angle(Angle::KneeFlexion, Side::Left);
+            let elbow = style.angle(Angle::ElbowFlexion, Side::Right);
+            [
+                style.step_width,
+                style.step_length,
+                knee.offset_sd,
+                elbow.amplitude.ln(),
+                elbow.phase,
+                elbow.offset_deg,
+                style.head_pitch_deg,
+                style.elbow_plane_deg,
+            ]
+        };
+        let people: Vec<[[f64; 8]; 3]> = (0..4_000)
+            .map(|number| {
+                // The person's first day, what the days have in common, and two further days.
+                let [mut first, common, second, third] = [0, 1, 2, 3].map(|stream| {
+                    let mut rng = ChaCha8Rng::seed_from_u64(8);
+                    rng.set_stream(4 * number + stream);
+                    rng
+                });
+                let person = Style::random(&mut first);
+                let days = [second, third]
+                    .map(|mut day| person.on_another_day([&mut common.clone(), &mut day]));
+                [&person, &days[0], &days[1]].map(features)
+            })
+            .collect();
+        for feature in 0..8 {
+            let day = |at: usize| people.iter().map(move |days| days[at][feature]);
+            let mean = |at: usize| day(at).sum::<f64>() / 4_000.0;
+            let together = |a: usize, b: usize| {
+                let (mean_a, mean_b) = (mean(a), mean(b));
+                let products = day(a).zip(day(b)).map(|(x, y)| (x - mean_a) * (y - mean_b));
+                products.sum::<f64>() / 4_000.0
+            };
+            let sd = |at: usize| together(at, at).sqrt();
+            let agreement = |a: usize, b: usize| together(a, b) / (sd(a) * sd(b));
+            assert!(
+                (sd(1) / sd(0) - 1.0).abs() < 0.04,
+                "{feature}: {}",
+                sd(1) / sd(0)
+            );
+            assert!(
+                (agreement(0, 1) - RELIABILITY).abs() < 0.03,
+                "{feature}: {}",
+                agreement(0, 1)
+            );
+            assert!(
+                (agreement(1, 2) - RELIABILITY).abs() < 0.03,
+                "{feature}: {}",
+                agreement(1, 2)
+            );
+        }
     }
 
     #[test]
