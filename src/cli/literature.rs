@@ -13,6 +13,7 @@ use crate::evaluate::literature::{
     COLUMNS, CONTESTS, ConfounderClass, ContestPlan, FITTED, Garments, JudgedRecognizer,
     LiteratureRow, PublishedRecognizer, judge, judge_recorded,
 };
+use crate::evaluate::trial::MAX_CROSS_VIEWS;
 use crate::files::ResultHeader;
 use crate::people::cohort::SPEEDS_KMH;
 use crate::report::{garments_table, literature_table};
@@ -25,8 +26,6 @@ const FIRST_TRAINED: usize = 1000;
 /// Defaults of the numbers of tested people and of probe cycles of each condition.
 const USUAL_PEOPLE: u16 = 26;
 const USUAL_CYCLES: u32 = 2;
-/// The most viewpoints of a tree: each has a view transformation to each other.
-const MAX_VIEWS: usize = 64;
 
 /// Evaluate recognizers from the literature by class of confounder: view, speed, clothes, carrying,
 /// occlusion, segmentation
@@ -230,10 +229,13 @@ fn recordings(
         )
     })?;
     let list: Vec<View> = angles.into_iter().map(View::at).collect::<Result<_>>()?;
-    if !(2..=MAX_VIEWS).contains(&list.len()) {
+    if !(2..=MAX_CROSS_VIEWS).contains(&list.len()) {
         return Err(Error::input(
             path,
-            format!("expected 2 to {MAX_VIEWS} viewpoints, found {}", list.len()),
+            format!(
+                "expected 2 to {MAX_CROSS_VIEWS} viewpoints, found {}",
+                list.len()
+            ),
         ));
     }
     let name = path.display().to_string();

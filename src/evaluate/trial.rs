@@ -14,7 +14,7 @@ use crate::inference::answers::Answers;
 use std::ops::Neg;
 
 /// The maximum number of viewpoints of which all pairs are compared.
-const MAX_CROSS_VIEWS: usize = 64;
+pub(crate) const MAX_CROSS_VIEWS: usize = 64;
 
 /// The comparisons of one recognizer under a protocol.
 #[derive(Debug)]
