@@ -13,6 +13,7 @@ use crate::format::{
     SECTIONS_AT, SEX_BITS, SUBJECT_BYTES, UNDER_AGE_YEARS, VERSION, VERSION_AT, WALK_BYTES, crc32,
     u16_at, u32_at,
 };
+use core::ops::Range;
 
 /// A parsed pack.
 #[derive(Clone, Copy, Debug)]
@@ -179,9 +180,10 @@ impl<'a> Pack<'a> {
         {
             return Err(FormatError::new(0, "whole subject records, at most 65535"));
         }
+        let names = core::str::from_utf8(self.names).ok();
         for (index, record) in self.subjects.chunks_exact(SUBJECT_BYTES).enumerate() {
             let at = index * SUBJECT_BYTES;
-            if self.name(record).is_none() {
+            if !self.has_name(record, names) {
                 return Err(FormatError::new(at, "a UTF-8 name within section NAME"));
             }
             if record.get(5).is_none_or(|&person| person & SEX_BITS > 2) {
@@ -200,9 +202,10 @@ impl<'a> Pack<'a> {
         {
             return Err(FormatError::new(0, "whole walk records, at most 65535"));
         }
+        let names = core::str::from_utf8(self.names).ok();
         for (index, record) in self.walks.chunks_exact(WALK_BYTES).enumerate() {
             let at = index * WALK_BYTES;
-            if self.name(record).is_none() {
+            if !self.has_name(record, names) {
                 return Err(FormatError::new(at, "a UTF-8 name within section NAME"));
             }
             if record.get(5).is_none_or(|&gait| gait > 1) {
@@ -226,9 +229,14 @@ impl<'a> Pack<'a> {
 
     /// Returns the name that the start of a record points to.
     fn name(&self, record: &[u8]) -> Option<&'a str> {
-        let start = u32_at(record, 0) as usize;
-        let end = start.checked_add(usize::from(*record.get(4)?))?;
-        core::str::from_utf8(self.names.get(start..end)?).ok()
+        core::str::from_utf8(self.names.get(name_range(record)?)?).ok()
+    }
+
+    /// Returns whether a record has a name. `names` are all names if these are text as a whole, so
+    /// that the many records of one name need not read it again.
+    fn has_name(&self, record: &[u8], names: Option<&str>) -> bool {
+        let read = names.zip(name_range(record));
+        read.is_some_and(|(names, range)| names.get(range).is_some()) || self.name(record).is_some()
     }
 
     /// Returns the length of the whole pack, bytes.
@@ -382,6 +390,13 @@ fn sections(
 }
 
 /// Checks magic, version, number of sections, length and checksum.
+/// Returns where the name of a record lies among the names.
+fn name_range(record: &[u8]) -> Option<Range<usize>> {
+    let start = u32_at(record, 0) as usize;
+    let end = start.checked_add(usize::from(*record.get(4)?))?;
+    Some(start..end)
+}
+
 fn check_header(bytes: &[u8]) -> Result<(), FormatError> {
     let table = HEADER_BYTES + SECTION_ORDER.len() * SECTION_ENTRY_BYTES;
     if bytes.get(..4) != Some(&MAGIC) {
