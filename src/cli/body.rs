@@ -98,7 +98,7 @@ impl BodyArgs {
         }
         let cache = self.cache.cache();
         let fit = |path: &Path, mesh: &Motion| {
-            let progress = Progress::new(common, "hulls", STEPS);
+            let progress = Progress::new(common, ("fitting the hull in", "steps"), STEPS);
             let points = points.unwrap_or(USUAL_POINTS);
             let found = kept_body(mesh, points, common.seed, &cache, &|| progress.step());
             found.map(|(body, _)| body).map_err(|error| match error {

@@ -181,13 +181,13 @@ pub(super) fn run(args: &CohortArgs) -> Result<()> {
             } else {
                 Effort::Searched
             };
-            let progress = Progress::new(&args.common, "walks", walks);
+            let progress = Progress::new(&args.common, ("encoding", "walks"), walks);
             args.encoding
                 .encode_population(&progress, options.numbers(), effort, &make)?
         }
         Some(bytes) => EncodedPack::usual(bytes.to_vec()),
         None => {
-            let progress = Progress::new(&args.common, "people", options.people);
+            let progress = Progress::new(&args.common, ("making", "people"), options.people);
             let make = |number| {
                 progress.step()?;
                 cohort::subject(&options, number)

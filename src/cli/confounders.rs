@@ -196,7 +196,7 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
     let rounds = (1 + chosen.len()) * ROUNDS;
     let progress = Progress::new(
         &args.common,
-        "costs and effects",
+        ("measuring", "costs and effects"),
         rounds + study.conditions().len(),
     );
     let step = || progress.step();
@@ -218,7 +218,11 @@ pub(super) fn run(args: &ConfoundersArgs) -> Result<()> {
     } = DrawnContest::new(&pack, &walks, &entrants, options)?;
     baselines.add(&contest, &mut entrants, Some(&pack), &mut header)?;
     let sequences = contest.source().sequences().list.len();
-    let progress = Progress::new(&args.common, "sequences", sequences * entrants.len());
+    let progress = Progress::new(
+        &args.common,
+        ("recognizing", "sequences"),
+        sequences * entrants.len(),
+    );
     let outcome = contest.run(&entrants, seed, &mut |_| progress.step(), &mut |_| Ok(()))?;
     drop(progress);
 

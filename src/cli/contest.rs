@@ -354,7 +354,7 @@ impl ContestArgs {
         let recordings = match source {
             SequenceSource::Tree(recordings) if self.keep_going.is_given() => recordings,
             SequenceSource::Tree(recordings) => {
-                let progress = Progress::new(common, "folders", recordings.len());
+                let progress = Progress::new(common, ("reading", "folders"), recordings.len());
                 let sizes: Vec<_> = entrants
                     .iter()
                     .map(|entrant| entrant.settings.size)
@@ -371,7 +371,7 @@ impl ContestArgs {
             }
         }
         let all = recordings.len();
-        let progress = Progress::new(common, "folders", all);
+        let progress = Progress::new(common, ("reading", "folders"), all);
         let (recordings, refused) = recordings.readable(&forms, &|| progress.step())?;
         let warnings = self
             .keep_going

@@ -94,7 +94,7 @@ pub(super) fn run(args: &FrontierArgs) -> Result<()> {
         }
         None => header.with("pack", "built-in cohort"),
     };
-    let progress = Progress::new(&args.common, "frontier", study.steps());
+    let progress = Progress::new(&args.common, ("measuring", "steps"), study.steps());
     let points = study.run(&|| progress.step())?;
     drop(progress);
     let results = FrontierResults { header, points };

@@ -204,7 +204,7 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
         shares.push(all[args.export.units(all.len())?].to_vec());
     }
     let people: usize = shares.iter().map(Vec::len).sum();
-    let progress = Progress::new(&args.common, "people", people);
+    let progress = Progress::new(&args.common, ("generating", "people"), people);
     let (mut rows, mut people, mut drawn) = (0, 0, 0);
     for (part, share) in parts.iter().zip(&shares) {
         let ranges = part.splits.iter().map(|split| {

@@ -334,7 +334,7 @@ fn read_all(
     options: &ReadOptions,
     common: &Common,
 ) -> Result<(Vec<Recording>, Vec<Error>)> {
-    let progress = Progress::new(common, "files", files.len());
+    let progress = Progress::new(common, ("importing", "files"), files.len());
     let read: Vec<Result<Recording>> = files
         .par_iter()
         .map(|file| {

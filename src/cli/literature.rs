@@ -122,7 +122,11 @@ pub(super) fn run(args: &LiteratureArgs) -> Result<()> {
         seed,
     };
     let drawn = if recorded.is_some() { 0 } else { people };
-    let progress = Progress::new(&args.common, "walks", (drawn + training) * SPEEDS_KMH.len());
+    let progress = Progress::new(
+        &args.common,
+        ("making", "walks"),
+        (drawn + training) * SPEEDS_KMH.len(),
+    );
     let step = || progress.step();
     let trained = plan.pack(&plan.training, &step)?;
     let looked_for = match recorded {
@@ -132,7 +136,7 @@ pub(super) fn run(args: &LiteratureArgs) -> Result<()> {
     drop(progress);
 
     let seen_from = recorded.as_ref().map(|(_, views)| views.clone());
-    let progress = Progress::new(&args.common, "recognizers", FITTED);
+    let progress = Progress::new(&args.common, ("fitting", "recognizers"), FITTED);
     let trained = Pack::parse(&trained)?;
     let step = || progress.step();
     let (known, garments) = PublishedRecognizer::all(&trained, seen_from, subspaces, seed, &step)?;
@@ -149,7 +153,11 @@ pub(super) fn run(args: &LiteratureArgs) -> Result<()> {
         }
         None => {
             header = header.with("cycles", plan.cycles);
-            let progress = Progress::new(&args.common, "contests", CONTESTS);
+            let progress = Progress::new(
+                &args.common,
+                ("recognizing people in", "contests"),
+                CONTESTS,
+            );
             let pack = Pack::parse(&looked_for)?;
             let judged = judge(&pack, &entrants, &plan, &|| progress.step())?;
             (judged, people)
@@ -209,7 +217,7 @@ fn recordings(
     };
     *header = header.clone().with("tree", path.display().to_string());
     header.warnings.extend(tree.doubts());
-    let progress = Progress::new(common, "folders", tree.len());
+    let progress = Progress::new(common, ("reading", "folders"), tree.len());
     tree.check_sizes(&[], &|| progress.step())?;
     drop(progress);
     let cut = cutting.cut(*tree, header, common)?.by_cycle();

@@ -10,6 +10,7 @@ mod body;
 mod cache;
 mod check;
 mod cohort;
+mod completions;
 mod conditions;
 #[cfg(feature = "plots")]
 mod confounders;
@@ -94,6 +95,7 @@ enum Command {
     Bench(bench::BenchArgs),
     Check(check::CheckArgs),
     Cohort(cohort::CohortArgs),
+    Completions(completions::CompletionsArgs),
     #[cfg(feature = "plots")]
     Confounders(confounders::ConfoundersArgs),
     Contract(contract::ContractArgs),
@@ -229,6 +231,7 @@ fn run(command: Command, stop: &Stop) -> Result<Ending> {
         }
         Command::Check(args) => return run!(check, args),
         Command::Cohort(args) => run!(cohort, args),
+        Command::Completions(args) => run!(completions, args),
         #[cfg(feature = "plots")]
         Command::Confounders(args) => run!(confounders, args),
         Command::Contract(args) => run!(contract, args),

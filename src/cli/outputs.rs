@@ -6,7 +6,7 @@
 use crate::dataset::{DatasetFormat, Existing, check_replaceable};
 use crate::error::{Error, Result};
 use crate::inference::Contract;
-use crate::report::{SVG_START, is_own_png};
+use crate::report::{SVG_START, is_own_gif, is_own_png};
 use edgegait_core::format::{MAGIC, RECOGNIZER_MAGIC};
 use serde_json::Value;
 use std::fs::{self, Metadata};
@@ -43,6 +43,8 @@ pub(super) enum OutputKind {
     Recognizer,
     /// A picture.
     Png,
+    /// An animation.
+    Gif,
     /// A chart.
     Svg,
     /// An array. It does not state its origin, so none is recognized as an earlier result.
@@ -233,6 +235,13 @@ fn is_own(path: &Path, kind: OutputKind, found: &Metadata) -> bool {
         file.and_then(|mut file| file.read_to_end(&mut start))
             .is_ok_and(|_| start == with)
     };
+    let start = || {
+        let mut start = Vec::new();
+        let file = fs::File::open(path).map(|file| file.take(1 << 10));
+        // What cannot be read is not known.
+        let _ = file.and_then(|mut file| file.read_to_end(&mut start));
+        start
+    };
     match kind {
         OutputKind::Json(command) => text().is_some_and(|text| {
             let value: Option<Value> = serde_json::from_str(&text).ok();
@@ -251,12 +260,8 @@ fn is_own(path: &Path, kind: OutputKind, found: &Metadata) -> bool {
             .is_some_and(|contract| !contract.training.description.is_empty()),
         // The version of the intermediate representation, and the producer.
         OutputKind::Model => begins(b"\x08\x08\x12\x08edgegait"),
-        OutputKind::Png => {
-            let mut start = vec![0; 1 << 10];
-            let file = fs::File::open(path);
-            let read = file.and_then(|mut file| file.read(&mut start));
-            read.is_ok_and(|length| is_own_png(&start[..length]))
-        }
+        OutputKind::Png => is_own_png(&start()),
+        OutputKind::Gif => is_own_gif(&start()),
         OutputKind::Report => text().is_some_and(|text| text.contains(crate::report::TITLE_END)),
         OutputKind::Svg => begins(SVG_START.as_bytes()),
         OutputKind::Npy

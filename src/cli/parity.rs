@@ -290,7 +290,11 @@ fn compared(
     mut header: ResultHeader,
 ) -> Result<ParityResults> {
     let sequences = contest.source().sequences();
-    let progress = Progress::new(&args.common, "sequences", sequences.list.len());
+    let progress = Progress::new(
+        &args.common,
+        ("comparing", "sequences"),
+        sequences.list.len(),
+    );
     let (mut first, mut seen_from) = (Vec::new(), None);
     let mut seen = |picture: ShownPicture<'_>| {
         if first.is_empty() {

@@ -9,18 +9,22 @@ use std::io::IsTerminal as _;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// Time between two plain lines.
+/// Time before the first plain line, and between two others.
+const FIRST: Duration = Duration::from_secs(1);
 const INTERVAL: Duration = Duration::from_secs(3);
 
 /// Number of plain lines over which the time of a piece is averaged.
 const REMEMBERED: usize = 10;
+/// Number of pieces in more than one batch, from which the remaining time is estimated at once.
+const BATCHES: u64 = 20;
 /// Remaining time, seconds, above which advice on reducing the work is printed.
 const LONG_S: f64 = 600.0;
 
 /// Counts done pieces of work and shows them.
 #[derive(Debug)]
 pub(super) struct Progress {
-    what: &'static str,
+    /// What is done, and the unit of its pieces, such as "importing" and "files".
+    what: (&'static str, &'static str),
     /// Number of pieces; none if it is unknown.
     total: Option<u64>,
     bar: Option<ProgressBar>,
@@ -43,8 +47,8 @@ struct Plain {
 impl Plain {
     /// Returns the remaining time, seconds, at the pace of the last lines.
     fn left_s(&self, now: Instant, total: u64) -> Option<f64> {
-        // Pieces come in batches, and the first line is about a batch that has only begun.
-        if self.printed.len() < 2 {
+        // Pieces come in batches, and the first line may be about a batch that has only begun.
+        if self.printed.len() < 2 && self.done < BATCHES {
             return None;
         }
         let &(since, done) = self.printed.front()?;
@@ -71,11 +75,12 @@ fn has_bar(common: &Common) -> bool {
 }
 
 impl Progress {
-    /// Starts work of `total` pieces, if their number is known, named `what`, for example "walks".
+    /// Starts work of `total` pieces, if their number is known: what is done, and the unit of the
+    /// pieces, as in ("importing", "files").
     #[must_use]
     pub(super) fn new(
         common: &Common,
-        what: &'static str,
+        what: (&'static str, &'static str),
         total: impl Into<Option<usize>>,
     ) -> Self {
         let total = total.into().map(|total| total as u64);
@@ -83,14 +88,14 @@ impl Progress {
             let (bar, template) = match total {
                 Some(total) => (
                     ProgressBar::new(total),
-                    "{msg:>12} [{bar:40}] {pos}/{len}, {eta} left",
+                    "{msg} [{bar:30}] {pos}/{len}, {eta} left",
                 ),
-                None => (ProgressBar::no_length(), "{msg:>12} {pos}"),
+                None => (ProgressBar::no_length(), "{msg} {pos}"),
             };
             if let Ok(style) = ProgressStyle::with_template(template) {
                 bar.set_style(style.progress_chars("=> "));
             }
-            bar.set_message(what);
+            bar.set_message(format!("{} {}", what.0, what.1));
             bar
         });
         Self {
@@ -146,22 +151,17 @@ impl Progress {
         }
         plain.done += 1;
         let now = Instant::now();
+        let is_first = plain.printed.len() < 2;
+        let interval = if is_first { FIRST } else { INTERVAL };
         if plain
             .printed
             .back()
-            .is_some_and(|(then, _)| now - *then < INTERVAL)
+            .is_some_and(|(then, _)| now - *then < interval)
         {
             return;
         }
         let left_s = self.total.and_then(|total| plain.left_s(now, total));
-        let line = match (self.total, left_s) {
-            (Some(total), Some(left_s)) => {
-                let left = time_of(left_s);
-                format!("{}: {} of {total}, {left} left", self.what, plain.done)
-            }
-            (Some(total), None) => format!("{}: {} of {total}", self.what, plain.done),
-            (None, _) => format!("{}: {}", self.what, plain.done),
-        };
+        let line = line_of(self.what, plain.done, self.total, left_s, is_first);
         let done = plain.done;
         plain.printed.push_back((now, done));
         if plain.printed.len() > REMEMBERED {
@@ -176,6 +176,24 @@ impl Progress {
                 advice.iter().for_each(|advice| eprintln!("{advice}"));
             }
         }
+    }
+}
+
+/// Returns a plain line. The first one states the whole work.
+fn line_of(
+    (doing, unit): (&str, &str),
+    done: u64,
+    total: Option<u64>,
+    left_s: Option<f64>,
+    is_first: bool,
+) -> String {
+    let left = left_s.map(time_of);
+    match (total, left) {
+        (Some(total), Some(left)) if is_first => format!("{doing} {total} {unit}, about {left}"),
+        (Some(total), None) if is_first => format!("{doing} {total} {unit}"),
+        (Some(total), Some(left)) => format!("{doing} {unit}: {done} of {total}, {left} left"),
+        (Some(total), None) => format!("{doing} {unit}: {done} of {total}"),
+        (None, _) => format!("{doing} {unit}: {done}"),
     }
 }
 
@@ -278,6 +296,20 @@ impl Drop for Progress {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_begin_with_what_is_done_and_end_with_what_is_left() {
+        let line =
+            |total, left_s, is_first| line_of(("drawing", "cycles"), 30, total, left_s, is_first);
+        let all = Some(90);
+        assert_eq!(line(all, None, true), "drawing 90 cycles");
+        assert_eq!(line(all, Some(8.4), true), "drawing 90 cycles, about 8 s");
+        assert_eq!(
+            line(all, Some(8.4), false),
+            "drawing cycles: 30 of 90, 8 s left"
+        );
+        assert_eq!(line(None, None, false), "drawing cycles: 30");
+    }
 
     #[test]
     fn times_are_in_the_unit_that_people_use() {

@@ -4,25 +4,28 @@ use super::args::{Common, FileArgs, ViewArgs};
 use super::conditions::ConditionArgs;
 use super::drawing::DrawArgs;
 use super::outputs::{Output, OutputKind};
+use super::stop::Stop;
 use super::walks::SourceArgs;
 use crate::dataset::write_npy;
 use crate::draw::sweep::{Job, Moments, Settings, Shot, is_uncut, silhouettes, walk_name};
 use crate::draw::template::{Builder, Template, TemplateShape};
 use crate::error::{Error, Result};
-use crate::files::ResultHeader;
-use crate::report::{cells, contact_sheet, write_png};
+use crate::files::{ResultHeader, write_bytes};
+use crate::report::{SheetRow, cells, contact_sheet, gif, write_png};
 #[cfg(feature = "plots")]
 use crate::report::{condition_gallery, template_gallery};
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
 use serde::Serialize;
 use std::fmt::Write as _;
+use std::io::{IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-/// Render silhouettes or templates of walks: text art, a PNG contact sheet, or npy
+/// Render silhouettes or templates of walks: on the terminal, as PNG or GIF, or as npy
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait render                          # text art of the first person\n  edgegait render --views side --out walk.png\n  edgegait render cohort.egp --subjects M03 --walks run-10kmh --azimuth-deg 0,45,90 --out run.npy\n  edgegait render turn.egp --start-s 1.5 --fps 25 --frames 50 --out turn.png\n  edgegait render --template gei,mei,mhi,msi,ghi,geni,frequency,kfd,row-width --out templates.png"
+    after_help = "Examples:\n  edgegait render                          # the first person walks on the terminal\n  edgegait render --views side --out walk.png\n  edgegait render --azimuth-deg 0,45,90 --size 64x64 --scale 4 --out walk.gif\n  edgegait render cohort.egp --subjects M03 --walks run-10kmh --azimuth-deg 0,45,90 --out run.npy\n  edgegait render turn.egp --start-s 1.5 --fps 25 --frames 50 --out turn.png\n  edgegait render --template gei,mei,mhi,msi,ghi,geni,frequency,kfd,row-width --out templates.png"
 )]
 pub(super) struct RenderArgs {
     #[command(flatten)]
@@ -30,9 +33,11 @@ pub(super) struct RenderArgs {
     /// File to write. A .png has a row for each walk, condition and viewpoint, and a column for
     /// each frame; with one template, a row for each walk and condition, and a column for each
     /// viewpoint; with several, a column for each template, three for frequency, and bars for
-    /// vectors. A .npy has one walk: u8 [T,50,30]; [V,T,50,30] for several viewpoints or conditions
-    /// (the viewpoints of each condition in turn); [V,50,30] for a template, [V,150,30] for
-    /// frequency, [V,D] for vectors; --size changes 50 and 30 [default: text art on the terminal]
+    /// vectors. Rows wider than a screen are broken. A .gif moves: a row for each walk and
+    /// condition, and a column for each viewpoint, all at the first walk's pace. A .npy has one
+    /// walk: u8 [T,50,30]; [V,T,50,30] for several viewpoints or conditions (the viewpoints of each
+    /// condition in turn); [V,50,30] for a template, [V,150,30] for frequency, [V,D] for vectors;
+    /// --size changes 50 and 30 [default: a moving figure on a terminal, or two moments as text]
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
     /// Variation of the stored cycle; 0 is the cycle itself
@@ -62,7 +67,7 @@ pub(super) struct RenderArgs {
     /// a silhouette and the GEI; with --template, the first walk in each template
     #[arg(long, requires = "out", conflicts_with_all = ["fps", "scale"])]
     gallery: bool,
-    /// Side of a silhouette's pixel in the PNG, in pixels
+    /// Side of a silhouette's pixel in the PNG or GIF, in pixels
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=16))]
     scale: u32,
     #[command(flatten)]
@@ -79,6 +84,7 @@ pub(super) struct RenderArgs {
 enum RenderTarget<'a> {
     Terminal,
     Png(&'a Path),
+    Gif(&'a Path),
     Npy(&'a Path),
 }
 
@@ -88,7 +94,11 @@ impl RenderArgs {
         let (pack, conditions) = (self.source.pack.clone(), self.conditions.file());
         let inputs = pack.into_iter().chain(conditions).chain(self.views.file());
         let output = self.out.as_deref().and_then(|path| {
-            let kinds = [("png", OutputKind::Png), ("npy", OutputKind::Npy)];
+            let kinds = [
+                ("png", OutputKind::Png),
+                ("gif", OutputKind::Gif),
+                ("npy", OutputKind::Npy),
+            ];
             let known = kinds.iter().find(|kind| has_extension(path, kind.0));
             known.map(|&(_, kind)| Output::new("--out", path, kind))
         });
@@ -150,9 +160,10 @@ impl RenderArgs {
         let mut walks = self.source.choose(pack)?;
         if self.source.selection.subjects.is_empty() && self.source.selection.walks.is_empty() {
             walks.truncate(1);
-        } else if walks.len() > 1 && !matches!(target, RenderTarget::Png(_)) {
+        } else if walks.len() > 1 && !matches!(target, RenderTarget::Png(_) | RenderTarget::Gif(_))
+        {
             return Err(Error::Usage(format!(
-                "{} walks are chosen: expected one, or --out with a .png (choose with --subjects and --walks)",
+                "{} walks are chosen: expected one, or --out with a .png or .gif (choose with --subjects and --walks)",
                 walks.len()
             )));
         }
@@ -177,6 +188,13 @@ impl RenderArgs {
             )),
             None => Ok(RenderTarget::Terminal),
             Some(path) if has_extension(path, "png") => Ok(RenderTarget::Png(path)),
+            Some(path) if has_extension(path, "gif") && !templates.is_empty() => {
+                Err(Error::Usage(format!(
+                    "--out {}: a template does not move (use .png, or --template silhouettes)",
+                    path.display()
+                )))
+            }
+            Some(path) if has_extension(path, "gif") => Ok(RenderTarget::Gif(path)),
             Some(path) if has_extension(path, "npy") && templates.len() > 1 => {
                 Err(Error::Usage(format!(
                     "--out {}: a .npy holds one template, found {} (use .png, or one --template)",
@@ -186,7 +204,7 @@ impl RenderArgs {
             }
             Some(path) if has_extension(path, "npy") => Ok(RenderTarget::Npy(path)),
             Some(path) => Err(Error::Usage(format!(
-                "--out {}: expected a name that ends in .png or .npy",
+                "--out {}: expected a name that ends in .png, .gif or .npy",
                 path.display()
             ))),
         }
@@ -240,8 +258,21 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         frames.extend(silhouettes(&pack, shot, settings)?);
     }
     let per_walk = views.list.len();
+    let mut left_out = 0;
     match &target {
-        RenderTarget::Terminal => args.common.say(text_art(&pack, &shots, &frames)),
+        RenderTarget::Terminal => {
+            if let Some(shot) = shots.first()
+                && !args.common.quiet
+                && std::io::stdout().is_terminal()
+            {
+                walk_here(
+                    &frames[0],
+                    frame_s(&pack, *shot, frames[0].len()),
+                    &args.common.stop,
+                )?;
+            }
+            args.common.say(text_art(&pack, &shots, &frames));
+        }
         #[cfg(feature = "plots")]
         RenderTarget::Png(path) if args.gallery && templates.is_empty() => {
             let gallery = condition_gallery(&pack, &jobs, &views.list[0], settings)?;
@@ -261,14 +292,49 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         }
         RenderTarget::Png(path) => {
             let rows = pictures(templates, &frames, per_walk, settings)?;
-            write_png(path, &contact_sheet(&rows, settings.size, args.scale)?)?;
+            let rows = labelled(rows, templates, &pack, &shots);
+            let sheet = contact_sheet(&rows, settings.size, args.scale)?;
+            write_png(path, &sheet.picture)?;
+            left_out = sheet.left_out;
+        }
+        RenderTarget::Gif(path) => {
+            let at = |moment: usize| {
+                let at = |frames: &Vec<AnySilhouette>| pixels(&frames[moment]);
+                let row = |views: &[Vec<AnySilhouette>]| views.iter().map(at).collect();
+                let rows = frames.chunks(per_walk).map(row).collect();
+                // Labelled as the viewpoints of one template are.
+                let rows = labelled(rows, &[Template::Gei], &pack, &shots);
+                contact_sheet(&rows, settings.size, args.scale)
+            };
+            let moments = frames.first().map_or(0, Vec::len);
+            let sheets = (0..moments).map(at).collect::<Result<Vec<_>>>()?;
+            left_out = sheets.first().map_or(0, |sheet| sheet.left_out);
+            let pictures: Vec<_> = sheets.into_iter().map(|sheet| sheet.picture).collect();
+            let each_s = shots
+                .first()
+                .map_or(1.0, |shot| frame_s(&pack, *shot, moments));
+            write_bytes(path, &gif(&pictures, each_s)?)?;
         }
         RenderTarget::Npy(path) => {
             write_array(path, templates.first().copied(), &frames, settings.size)?;
         }
     }
     if let Some(path) = &args.out {
-        args.common.say(format_args!("wrote {}", path.display()));
+        let others = args.source.choose(&pack)?.len() - walks.len();
+        let chosen = match others {
+            0 => String::new(),
+            _ => format!(
+                ": {}; {others} other walks are left out (--subjects, --walks)",
+                who(&pack, walks[0])
+            ),
+        };
+        args.common
+            .say(format_args!("wrote {}{chosen}", path.display()));
+        if left_out > 0 {
+            args.common.say(format_args!(
+                "{left_out} images did not fit and are left out (draw fewer, or a smaller --scale)"
+            ));
+        }
     }
     let mut header = header
         .drawn(&settings)
@@ -381,6 +447,90 @@ fn write_array(
     }
 }
 
+/// Returns the names of a walk's person and of the walk.
+fn who(pack: &Pack<'_>, walk: usize) -> String {
+    let Some(walk) = pack.walk(walk) else {
+        return String::new();
+    };
+    let subject = pack.subject(walk.subject);
+    format!(
+        "{}, {}",
+        subject.map_or("", |subject| subject.name),
+        walk.name
+    )
+}
+
+/// Labels the rows of a contact sheet: by walk, condition and viewpoint; for one template, by walk
+/// and condition.
+fn labelled(
+    rows: Vec<Vec<Vec<u8>>>,
+    templates: &[Template],
+    pack: &Pack<'_>,
+    shots: &[Shot<'_>],
+) -> Vec<SheetRow> {
+    let of_shot = |shot: &Shot<'_>| {
+        let views = shot.views.iter();
+        let views = views.map(|view| format!("{}/{}", view.azimuth_deg, view.elevation_deg));
+        let under = match shot.job.condition {
+            Some(condition) => format!(", {}", condition.name),
+            None => String::new(),
+        };
+        let name = format!("{}{under}", who(pack, shot.job.walk));
+        match templates {
+            [_] => vec![format!(
+                "{name}, azimuth/elevation {}",
+                views.collect::<Vec<_>>().join(" ")
+            )],
+            _ => views
+                .map(|view| format!("{name}, azimuth/elevation {view}"))
+                .collect(),
+        }
+    };
+    let labels = shots.iter().flat_map(of_shot);
+    let row = |(images, label)| SheetRow { label, images };
+    rows.into_iter().zip(labels).map(row).collect()
+}
+
+/// Returns how long a frame is shown, seconds.
+fn frame_s(pack: &Pack<'_>, shot: Shot<'_>, frames: usize) -> f64 {
+    let clip = pack
+        .walk(shot.job.walk)
+        .and_then(|walk| pack.clip(walk.clip));
+    match shot.moments {
+        Moments::Seconds { fps, .. } => 1.0 / fps,
+        Moments::Cycle => clip.map_or(1.0, |clip| clip.duration_s()) / frames.max(1) as f64,
+    }
+}
+
+/// Shows a walk on the terminal for as long as two gait cycles last, or until it is interrupted, and
+/// clears it again.
+fn walk_here(frames: &[AnySilhouette], each_s: f64, stop: &Stop) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    let each = Duration::from_secs_f64(each_s.clamp(0.01, 1.0));
+    for frame in frames.iter().chain(frames) {
+        stop.check()?;
+        let silhouette = frame.silhouette();
+        let rows = (0..silhouette.size().rows()).step_by(2);
+        // Erases the rest of each line, and goes back to the first.
+        let mut text: String = rows
+            .clone()
+            .map(|row| half_blocks(&silhouette, row) + "\x1b[K\n")
+            .collect();
+        let _ = write!(text, "\x1b[{}A", rows.len());
+        // A terminal that is gone shows nothing.
+        if out
+            .write_all(text.as_bytes())
+            .and_then(|()| out.flush())
+            .is_err()
+        {
+            break;
+        }
+        std::thread::sleep(each);
+    }
+    let _ = out.write_all(b"\x1b[J");
+    Ok(())
+}
+
 /// Draws two frames of the first view side by side as text, with two rows of pixels in a line: at
 /// phases 0 and 0.25 of a cycle, or the first and last frame.
 fn text_art(pack: &Pack<'_>, shots: &[Shot<'_>], frames: &[Vec<AnySilhouette>]) -> String {
@@ -388,13 +538,9 @@ fn text_art(pack: &Pack<'_>, shots: &[Shot<'_>], frames: &[Vec<AnySilhouette>]) 
     let (Some(shot), Some(frames)) = (shots.first(), frames.first()) else {
         return text;
     };
-    let walk = pack.walk(shot.job.walk);
-    let (Some(walk), Some(view)) = (walk, shot.views.first()) else {
+    let Some(view) = shot.views.first() else {
         return text;
     };
-    let subject = pack
-        .subject(walk.subject)
-        .map_or("", |subject| subject.name);
     let later = match shot.moments {
         Moments::Cycle => frames.len() / 4,
         Moments::Seconds { .. } => frames.len() - 1,
@@ -408,8 +554,10 @@ fn text_art(pack: &Pack<'_>, shots: &[Shot<'_>], frames: &[Vec<AnySilhouette>]) 
     };
     let _ = writeln!(
         text,
-        "{subject}, {}, azimuth {}, elevation {} degrees; {when}",
-        walk.name, view.azimuth_deg, view.elevation_deg
+        "{}, azimuth {}, elevation {} degrees; {when}",
+        who(pack, shot.job.walk),
+        view.azimuth_deg,
+        view.elevation_deg
     );
     for row in (0..shown[0].size().rows()).step_by(2) {
         let line = shown.map(|silhouette| half_blocks(&silhouette, row));

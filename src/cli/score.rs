@@ -207,7 +207,7 @@ fn judged(
             .count()
     };
     let shown: usize = (0..entrants.len()).filter(is_first).map(shown).sum();
-    let progress = Progress::new(common, "sequences", shown).advising(LESS);
+    let progress = Progress::new(common, ("recognizing", "sequences"), shown).advising(LESS);
     let mut tell = |answer: ProbeAnswer<'_>| match rows {
         Some(rows) => Ok(rows.serialize(answer)?),
         None => Ok(()),

@@ -136,7 +136,7 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
     let (segmenter, inputs) = Segmenter::open(&args.frames, size, background, settings)?;
     let mut writer = SequenceWriter::new(&args.out, &names)?;
     let mut sheet = args.contact_sheet.as_ref().map(|_| Sheet::default());
-    let progress = Progress::new(&args.common, "frames", video.frames());
+    let progress = Progress::new(&args.common, ("segmenting", "frames"), video.frames());
     let (mut frames, mut empty) = (0, 0);
     let [mut threshold, mut noise, mut gain, mut area] = [Range::default(); 4];
     loop {

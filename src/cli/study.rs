@@ -162,7 +162,11 @@ impl StudyArgs {
             dressed: self.dressed.clone(),
         };
         let plan = StudyPlan::new(&paths, &self.views, &self.subjects, self.distance_m)?;
-        let progress = Progress::new(&self.common, "study", steps(&plan, choices));
+        let progress = Progress::new(
+            &self.common,
+            ("comparing in", "steps"),
+            steps(&plan, choices),
+        );
         let findings = run_study(&plan, choices, &|| progress.step())?;
         drop(progress);
         let mut header = header
@@ -186,7 +190,7 @@ impl StudyArgs {
             "no real silhouettes: this is only the synthetic part, with the built-in cohort. A comparison needs a tree of silhouettes, motion recordings of its walks, and a manifest that pairs them (REAL, MOTION and --manifest)"
                 .into(),
         );
-        let progress = Progress::new(&self.common, "study", None);
+        let progress = Progress::new(&self.common, ("comparing in", "steps"), None);
         let findings = run_synthetic(&AZIMUTHS_DEG, self.distance_m, choices, &|| progress.step())?;
         Ok((header, findings))
     }

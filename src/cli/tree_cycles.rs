@@ -64,7 +64,7 @@ impl CuttingArgs {
         let fps = self.fps.unwrap_or(UNCUT_FPS as f32);
         let finder = CycleFinder::new(fps)?;
         let all = recordings.len();
-        let progress = Progress::new(common, "recordings", all);
+        let progress = Progress::new(common, ("finding cycles in", "recordings"), all);
         let CutRecordings {
             recordings: cut,
             without,

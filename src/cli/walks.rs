@@ -71,7 +71,7 @@ impl SourceArgs {
         }
         let options = built_in(&self.selection.selection(true).walks);
         let walks = options.people * options.speeds_kmh.len();
-        let progress = Progress::new(common, "cohort", STEPS_OF_WALK * walks);
+        let progress = Progress::new(common, ("making people in", "steps"), STEPS_OF_WALK * walks);
         PackSource::made(&options, &|| progress.step())
     }
 

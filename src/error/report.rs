@@ -12,6 +12,9 @@ pub enum ReportError {
     /// A picture cannot be encoded.
     #[error("png: {0}")]
     Png(#[source] image::ImageError),
+    /// An animation cannot be encoded.
+    #[error("gif: {0}")]
+    Gif(#[source] gif::EncodingError),
     /// A sheet has nothing on it.
     #[error("{expected}, found {cells} and {across}")]
     Empty {
@@ -24,7 +27,7 @@ pub enum ReportError {
     },
     /// A contact sheet has no images, or no scale.
     #[error(
-        "contact sheet: expected at least one image and a scale of at least 1, within 64 Mi pixels, found {rows} rows of {columns} images at scale {scale}"
+        "contact sheet: expected at least one image and a scale of at least 1, within 16,384 pixels a side, found {rows} rows of {columns} images at scale {scale}"
     )]
     NoImages {
         /// Rows of images.
@@ -33,16 +36,6 @@ pub enum ReportError {
         columns: usize,
         /// Side of an image's pixel on the sheet, pixels.
         scale: u32,
-    },
-    /// A contact sheet is too large.
-    #[error(
-        "contact sheet: expected at most 64 Mi pixels, found {width} x {height} (take fewer images or a smaller scale)"
-    )]
-    TooLarge {
-        /// Its width, pixels.
-        width: u32,
-        /// Its height, pixels.
-        height: u32,
     },
     /// A picture's number of bytes is not its number of pixels.
     #[error("expected {rows} x {columns} bytes of a picture")]

@@ -1,16 +1,15 @@
 //! Labelled sheets of pictures: one walk under each confounder, and one walk in every template.
 
 use super::drawing::LINES;
+use super::lettering::letters;
 use crate::error::{ReportError, Result};
-use ab_glyph::{Font, FontRef, ScaleFont};
 use image::{GrayImage, Luma, RgbImage, imageops};
 
 /// Space around the sheet and between blocks, and between the pictures of a row, pixels.
 const MARGIN: u32 = 12;
 const GAP: u32 = 4;
-/// Height of a line of text, height of its letters, and width of a letter, pixels.
+/// Height of a line of text, and width of a letter, pixels.
 const LINE: u32 = 18;
-const TEXT: f32 = 12.0;
 const LETTER: f64 = 7.2;
 /// Side of the coloured square that marks a class.
 const SQUARE: u32 = 8;
@@ -248,8 +247,6 @@ impl<'a> SheetText<'a> {
 }
 
 fn write(sheet: &mut RgbImage, texts: &[SheetText<'_>]) -> Result<()> {
-    let font = FontRef::try_from_slice(epaint_default_fonts::HACK_REGULAR)
-        .map_err(|error| ReportError::Font(error.into()))?;
     for &SheetText { at, text, class } in texts {
         let (mut x, y) = at;
         if let Some(class) = class {
@@ -257,18 +254,7 @@ fn write(sheet: &mut RgbImage, texts: &[SheetText<'_>]) -> Result<()> {
             imageops::replace(sheet, &square, x.into(), (y + 4).into());
             x += SQUARE + GAP;
         }
-        // Half of the letters' height above the base line.
-        let base = (y + 4) as f32 + TEXT / 2.0;
-        let mut pen = x as f32;
-        for letter in text.chars() {
-            let id = font.glyph_id(letter);
-            let glyph = id.with_scale(TEXT);
-            if let Some(outline) = font.outline_glyph(glyph) {
-                let (left, top) = (pen as u32, (base + outline.px_bounds().min.y) as u32);
-                outline.draw(|x, y, covered| ink(sheet, (left + x, top + y), covered));
-            }
-            pen += font.as_scaled(TEXT).h_advance(id);
-        }
+        letters((x, y), text, |at, covered| ink(sheet, at, covered))?;
     }
     Ok(())
 }

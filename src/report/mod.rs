@@ -21,6 +21,8 @@ mod heatmap;
 mod html;
 #[cfg(feature = "plots")]
 mod labelled_sheet;
+#[cfg(feature = "plots")]
+mod lettering;
 #[cfg(feature = "train")]
 mod literature;
 mod paired;
@@ -49,8 +51,10 @@ pub(crate) use galleries::{condition_gallery, template_gallery};
 pub(crate) use html::{TemplateSample, write_page};
 #[cfg(feature = "train")]
 pub(crate) use literature::{garments_table, literature_table};
-pub(crate) use picture::{cells, contact_sheet, is_own_png, png, write_png};
-pub(crate) use speed_error::speed_error_svg;
+pub(crate) use picture::{
+    SheetRow, cells, contact_sheet, gif, is_own_gif, is_own_png, png, write_png,
+};
+pub(crate) use speed_error::{SpeedError, SpeedErrorPlot, speed_error_svg};
 #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
 pub(crate) use study::{study_tables, write_study};
 pub(crate) use table::table;

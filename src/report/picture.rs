@@ -11,47 +11,106 @@ use crate::files::write_bytes;
 use edgegait_core::format::crc32;
 use edgegait_core::silhouette::Size;
 
-/// Grey of the lines between cells: neither a figure's 255 nor the background's 0.
-const LINE: u8 = 96;
-/// The maximum number of pixels in a sheet, 64 Mi: more is a mistake in the arguments.
-const MAX_PIXELS: u64 = 1 << 26;
+/// Grey between images: neither a figure's 255 nor the background's 0.
+const PAPER: u8 = 96;
+/// The height of a label, pixels.
+const LABEL: u32 = 18;
+/// The width of a sheet of many images: what a screen shows.
+const WIDTH: u32 = 1280;
+/// The maximum height of a sheet, pixels. What does not fit is left out, which the sheet states.
+const MAX_HEIGHT: u32 = 1 << 14;
+
+/// Images of one kind, with their label.
+#[derive(Clone)]
+pub(crate) struct SheetRow {
+    pub(crate) label: String,
+    /// The pixels of each image.
+    pub(crate) images: Vec<Vec<u8>>,
+}
+
+/// A contact sheet.
+#[derive(Debug)]
+pub(crate) struct ContactSheet {
+    pub(crate) picture: GrayImage,
+    /// Number of images for which the sheet has no room.
+    pub(crate) left_out: usize,
+}
 
 /// Draws rows of images of one size as one picture: each image enlarged `scale` times without
-/// smoothing, with a line of `scale` pixels around it. Short rows and images are filled with black.
+/// smoothing, with a line of `scale` pixels around it. A row that is wider than a screen is broken
+/// into lines of nearly equal length. Without the feature `plots` labels are blank.
 ///
 /// # Errors
 ///
-/// If there is no image, if `scale` is 0, or if the picture would have more than
-/// 64 Mi pixels.
-pub(crate) fn contact_sheet<P: AsRef<[u8]>>(
-    rows: &[Vec<P>],
-    size: Size,
-    scale: u32,
-) -> Result<GrayImage> {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let (width, height) = (
-        sheet_side(columns, size.columns(), scale),
-        sheet_side(rows.len(), size.rows(), scale),
+/// If there is no image, or if not even the first one has room.
+pub(crate) fn contact_sheet(rows: &[SheetRow], size: Size, scale: u32) -> Result<ContactSheet> {
+    let longest = rows.iter().map(|row| row.images.len()).max().unwrap_or(0);
+    let cell = |pixels: usize| (pixels as u64 + 1) * u64::from(scale);
+    let (across, down) = (cell(size.columns()), cell(size.rows()));
+    let least = (
+        across + u64::from(scale),
+        down + u64::from(scale + 2 * LABEL),
     );
-    let (Some(width), Some(height)) = (width, height) else {
+    if longest == 0 || scale == 0 || least.0.max(least.1) > u64::from(MAX_HEIGHT) {
         return Err(ReportError::NoImages {
             rows: rows.len(),
-            columns,
+            columns: longest,
             scale,
         }
         .into());
-    };
-    if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(ReportError::TooLarge { width, height }.into());
     }
-    let mut sheet = GrayImage::from_pixel(width, height, Luma([LINE]));
-    for (row, cells) in rows.iter().enumerate() {
-        for column in 0..columns {
-            let cell = cells.get(column).map_or(&[][..], AsRef::as_ref);
-            draw(&mut sheet, row, column, cell, size, scale);
+    let (across, down) = (across as u32, down as u32);
+    let most = (WIDTH.saturating_sub(scale) / across).max(1) as usize;
+    let in_line = longest.div_ceil(longest.div_ceil(most));
+    let mut blocks: Vec<(u32, Option<&str>, &[Vec<u8>])> = Vec::new();
+    let (mut y, mut left_out) = (0, 0);
+    for row in rows {
+        for (index, images) in row.images.chunks(in_line).enumerate() {
+            let label = (index == 0).then_some(row.label.as_str());
+            let height = down + if index == 0 { LABEL + scale } else { 0 };
+            if left_out > 0 || y + height + LABEL > MAX_HEIGHT {
+                left_out += images.len();
+                continue;
+            }
+            blocks.push((y, label, images));
+            y += height;
         }
     }
-    Ok(sheet)
+    let height = y + scale + if left_out > 0 { LABEL } else { 0 };
+    let mut picture = GrayImage::from_pixel(in_line as u32 * across + scale, height, Luma([PAPER]));
+    for (mut y, label, images) in blocks {
+        if let Some(label) = label {
+            write_label(&mut picture, y, label)?;
+            y += LABEL;
+        }
+        for (column, image) in images.iter().enumerate() {
+            let corner = (column as u32 * across + scale, y + scale);
+            draw(&mut picture, corner, image, size, scale as usize);
+        }
+    }
+    if left_out > 0 {
+        write_label(
+            &mut picture,
+            y + scale,
+            &format!("{left_out} more are left out"),
+        )?;
+    }
+    Ok(ContactSheet { picture, left_out })
+}
+
+/// Writes a label at the left of a picture.
+#[cfg_attr(
+    not(feature = "plots"),
+    expect(unused_variables, clippy::unnecessary_wraps)
+)]
+fn write_label(picture: &mut GrayImage, y: u32, label: &str) -> Result<()> {
+    #[cfg(feature = "plots")]
+    super::lettering::letters((4, y), label, |at, covered| {
+        if let Some(pixel) = picture.get_pixel_mut_checked(at.0, at.1) {
+            pixel.0[0] += (f32::from(255 - pixel.0[0]) * covered) as u8;
+        }
+    })?;
+    Ok(())
 }
 
 /// Returns a template of silhouettes of this size as images of the same size. Each image of a
@@ -145,29 +204,14 @@ where
     write_bytes(path, &png(picture)?)
 }
 
-/// Returns the pixels of `cells` cells and the lines around them; none if they are 0 or too many.
-fn sheet_side(cells: usize, pixels: usize, scale: u32) -> Option<u32> {
-    let units = cells.checked_mul(pixels + 1)?.checked_add(1)?;
-    u32::try_from(units)
-        .ok()?
-        .checked_mul(scale)
-        .filter(|_| cells > 0 && scale > 0)
-}
-
-fn draw(sheet: &mut GrayImage, row: usize, column: usize, pixels: &[u8], size: Size, scale: u32) {
-    let step = scale as usize;
-    let columns = size.columns();
-    let (top, left) = (
-        (row * (size.rows() + 1) + 1) * step,
-        (column * (columns + 1) + 1) * step,
-    );
+/// Draws an image with its upper left corner there, each of its pixels as a square.
+fn draw(sheet: &mut GrayImage, (left, top): (u32, u32), pixels: &[u8], size: Size, step: usize) {
     let width = sheet.width() as usize;
-    let source = pixels.iter().copied().chain(std::iter::repeat(0));
-    let source: Vec<u8> = source.take(size.pixels()).collect();
-    for (y, line) in source.chunks_exact(columns).enumerate() {
+    let (left, top) = (left as usize, top as usize);
+    for (y, line) in pixels.chunks_exact(size.columns()).enumerate() {
         for y in y * step..(y + 1) * step {
             let start = (top + y) * width + left;
-            let blocks = (**sheet)[start..start + columns * step].chunks_exact_mut(step);
+            let blocks = (**sheet)[start..start + size.columns() * step].chunks_exact_mut(step);
             for (block, &grey) in blocks.zip(line) {
                 block.fill(grey);
             }
@@ -175,32 +219,111 @@ fn draw(sheet: &mut GrayImage, row: usize, column: usize, pixels: &[u8], size: S
     }
 }
 
+/// The beginning of every animation: the signature, then at [`GIF_COMMENT`] a comment with the
+/// program's name (GIF89a, section 24).
+const GIF_START: &[u8] = b"GIF89a";
+const GIF_NAME: &[u8] = b"\x21\xfe\x08EdgeGait\0";
+
+/// Returns whether a file with this beginning is an animation that was written by this program.
+#[must_use]
+pub(crate) fn is_own_gif(start: &[u8]) -> bool {
+    let mut windows = start.windows(GIF_NAME.len());
+    start.starts_with(GIF_START) && windows.any(|window| window == GIF_NAME)
+}
+
+/// Encodes pictures of one size as the bytes of an animated GIF file that repeats for ever, each
+/// shown for this time. Times are rounded to hundredths of a second so that their sum is right.
+///
+/// # Errors
+///
+/// If there is no picture, or one of another size or of more than 65,535 pixels a side.
+pub(crate) fn gif(pictures: &[GrayImage], each_s: f64) -> Result<Vec<u8>> {
+    let side = |pixels: u32| u16::try_from(pixels).ok();
+    let first = pictures.first().map(|picture| picture.dimensions());
+    let sides = first.and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    let (Some((width, height)), true) = (
+        sides,
+        pictures
+            .iter()
+            .all(|picture| Some(picture.dimensions()) == first),
+    ) else {
+        return Err(ReportError::Empty {
+            expected: "animation: expected pictures of one size",
+            cells: pictures.len(),
+            across: 1,
+        }
+        .into());
+    };
+    let greys: Vec<u8> = (0..=255).flat_map(|grey| [grey; 3]).collect();
+    let mut bytes = Vec::new();
+    let write = |bytes: &mut Vec<u8>| -> std::result::Result<(), gif::EncodingError> {
+        let mut encoder = gif::Encoder::new(bytes, width, height, &greys)?;
+        encoder.write_raw_extension(gif::AnyExtension(0xfe), &[b"EdgeGait"])?;
+        encoder.set_repeat(gif::Repeat::Infinite)?;
+        for (index, picture) in pictures.iter().enumerate() {
+            let hundredths = |index: usize| (index as f64 * each_s * 100.0).round();
+            let mut frame = gif::Frame::from_indexed_pixels(width, height, &**picture, None);
+            frame.delay = (hundredths(index + 1) - hundredths(index)).clamp(2.0, 6e4) as u16;
+            encoder.write_frame(&frame)?;
+        }
+        Ok(())
+    };
+    write(&mut bytes).map_err(ReportError::Gif)?;
+    Ok(bytes)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use edgegait_core::budget::PIXELS;
+
+    fn row(images: &[&[u8]]) -> SheetRow {
+        SheetRow {
+            label: String::new(),
+            images: images.iter().map(|image| image.to_vec()).collect(),
+        }
+    }
 
     #[test]
     fn each_pixel_becomes_a_block_in_its_cell() {
         let mut gei = [10; PIXELS];
         gei[0] = 200;
         gei[PIXELS - 1] = 250;
-        let sheet = contact_sheet(
-            &[vec![gei, [20; PIXELS]], vec![[30; PIXELS]]],
-            Size::S50x30,
-            2,
-        )
-        .unwrap();
-        assert_eq!(sheet.dimensions(), (2 * (1 + 31 + 31), 2 * (1 + 51 + 51)));
-        let at = |x, y| sheet.get_pixel(x, y).0[0];
-        assert_eq!([at(0, 0), at(1, 1)], [LINE, LINE]);
-        assert_eq!([at(2, 2), at(3, 3), at(4, 2), at(2, 4)], [200, 200, 10, 10]);
+        let rows = [row(&[&gei, &[20; PIXELS]]), row(&[&[30; PIXELS]])];
+        let sheet = contact_sheet(&rows, Size::S50x30, 2).unwrap();
+        assert_eq!(sheet.left_out, 0);
+        let sheet = sheet.picture;
+        // 18 pixels above each row for its label.
         assert_eq!(
-            [at(60, 100), at(61, 101), at(62, 101), at(61, 102)],
-            [250, 250, LINE, LINE]
+            sheet.dimensions(),
+            (2 * (1 + 31 + 31), 2 * (1 + 51 + 1 + 51) + 2 * 18)
         );
-        assert_eq!([at(64, 2), at(123, 101), at(124, 50)], [20, 20, LINE]);
-        assert_eq!([at(2, 104), at(64, 104), at(125, 205)], [30, 0, LINE]);
+        let at = |x, y| sheet.get_pixel(x, y).0[0];
+        assert_eq!([at(0, 0), at(1, 19)], [PAPER, PAPER]);
+        assert_eq!(
+            [at(2, 20), at(3, 21), at(4, 20), at(2, 22)],
+            [200, 200, 10, 10]
+        );
+        assert_eq!(
+            [at(60, 118), at(61, 119), at(62, 119), at(61, 120)],
+            [250, 250, PAPER, PAPER]
+        );
+        assert_eq!([at(64, 20), at(123, 119), at(124, 68)], [20, 20, PAPER]);
+        assert_eq!([at(2, 142), at(64, 142), at(2, 242)], [30, PAPER, PAPER]);
+    }
+
+    #[test]
+    fn long_rows_are_broken_and_what_has_no_room_is_counted() {
+        let image: &[u8] = &[7; PIXELS];
+        // 20 images of 62 pixels fit a line, so that 32 are two lines of 16.
+        let sheet = contact_sheet(&[row(&[image; 32])], Size::S50x30, 2).unwrap();
+        assert_eq!(sheet.picture.dimensions(), (16 * 62 + 2, 18 + 2 + 204 + 2));
+        assert_eq!(sheet.picture.get_pixel(993 - 2, 20 + 102 + 99).0[0], 7);
+        // 132 rows of 124 pixels fit.
+        let rows = vec![row(&[image]); 1000];
+        let sheet = contact_sheet(&rows, Size::S50x30, 2).unwrap();
+        assert_eq!(sheet.left_out, 1000 - (16384 - 18) / 122);
+        assert!(sheet.picture.height() <= 16384 + 2);
     }
 
     #[test]
@@ -229,11 +352,12 @@ mod tests {
     #[test]
     fn a_png_comes_back_pixel_for_pixel() {
         let gei: Vec<u8> = (0..64 * 44).map(|i| (i % 251) as u8).collect();
-        let sheet = contact_sheet(&[vec![gei]], Size::S64x44, 3).unwrap();
-        assert_eq!(sheet.dimensions(), (3 * 46, 3 * 66));
+        let sheet = contact_sheet(&[row(&[&gei])], Size::S64x44, 3).unwrap();
+        let sheet = sheet.picture;
+        assert_eq!(sheet.dimensions(), (3 * 46, 18 + 3 * 66));
         // Row 63, column 43: the last one.
         assert_eq!(
-            sheet.get_pixel(3 * 45 - 1, 3 * 65 - 1).0[0],
+            sheet.get_pixel(3 * 45 - 1, 18 + 3 * 65 - 1).0[0],
             (2_815 % 251) as u8
         );
         let folder = tempfile::tempdir().unwrap();
@@ -251,12 +375,35 @@ mod tests {
 
     #[test]
     fn sheets_without_images_or_beyond_reason_are_refused() {
-        let sheet = |rows: &[Vec<[u8; PIXELS]>], scale| contact_sheet(rows, Size::S50x30, scale);
+        let sheet = |rows: &[SheetRow], scale| contact_sheet(rows, Size::S50x30, scale);
         assert!(sheet(&[], 1).is_err());
-        assert!(sheet(&[vec![]], 1).is_err());
-        assert!(sheet(&[vec![[0; PIXELS]]], 0).is_err());
-        assert!(sheet(&[vec![[0; PIXELS]]], u32::MAX).is_err());
-        let refused = sheet(&[vec![[0; PIXELS]]], 300).unwrap_err().to_string();
-        assert!(refused.contains("found 9600 x 15600"), "{refused}");
+        assert!(sheet(&[row(&[])], 1).is_err());
+        assert!(sheet(&[row(&[&[0; PIXELS]])], 0).is_err());
+        assert!(sheet(&[row(&[&[0; PIXELS]])], u32::MAX).is_err());
+        let refused = sheet(&[row(&[&[0; PIXELS]])], 400).unwrap_err().to_string();
+        assert!(refused.contains("scale 400"), "{refused}");
+    }
+
+    #[test]
+    fn an_animation_comes_back_pixel_for_pixel_and_lasts_as_long_as_asked() {
+        let of = |grey: u8| GrayImage::from_fn(5, 3, |x, y| Luma([grey + (x + 5 * y) as u8]));
+        let pictures = [of(0), of(100), of(240)];
+        let bytes = gif(&pictures, 1.1 / 3.0).unwrap();
+        assert!(is_own_gif(&bytes) && !is_own_gif(b"GIF89a") && !is_own_gif(&bytes[1..]));
+        let mut options = gif::DecodeOptions::new();
+        options.set_color_output(gif::ColorOutput::RGBA);
+        let mut decoder = options.read_info(&bytes[..]).unwrap();
+        assert_eq!(decoder.repeat(), gif::Repeat::Infinite);
+        let mut delays = 0;
+        for picture in &pictures {
+            let frame = decoder.read_next_frame().unwrap().expect("a frame");
+            delays += frame.delay;
+            let greys: Vec<u8> = frame.buffer.chunks(4).map(|rgba| rgba[0]).collect();
+            assert_eq!(greys, **picture);
+        }
+        assert!(decoder.read_next_frame().unwrap().is_none());
+        assert_eq!(delays, 110);
+        assert!(gif(&[], 0.1).is_err());
+        assert!(gif(&[of(0), GrayImage::new(5, 4)], 0.1).is_err());
     }
 }

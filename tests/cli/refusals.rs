@@ -52,8 +52,8 @@ fn what_makes_no_sense_is_exit_code_2_and_leaves_no_file() {
             ["--views", "--azimuth-deg"],
         ),
         (
-            "render two.egp --out walk.gif",
-            ["walk.gif", ".png or .npy"],
+            "render two.egp --out walk.bmp",
+            ["walk.bmp", ".png, .gif or .npy"],
         ),
         ("render two.egp --template gei", ["--template", "--out"]),
         ("render two.egp --template jpeg", ["jpeg", "gei"]),

@@ -1,5 +1,6 @@
 use super::*;
 use crate::report::SVG_START;
+use crate::report::text_extent::assert_texts_are_readable;
 use serde_json::{Value, json};
 
 /// Returns the results of one model with this median time.
@@ -141,10 +142,11 @@ fn the_chart_has_a_point_for_each_model_and_board() {
     let svg = chart(&compared([results(100.0, |_| {}), results(50.0, |_| {})])).expect("a chart");
     assert!(svg.starts_with(SVG_START), "{svg}");
     assert_eq!(svg.matches("<circle").count(), 3);
+    assert_texts_are_readable(&svg);
     for entry in [
-        "m pi4: 200 us, 50.0 %",
-        "m pi5: 100 us, 50.0 %",
-        "m pi6: 50.0 us, 50.0 %",
+        "m pi4: 50.0 % (40.0 to 60.0), 200 µs",
+        "m pi5: 50.0 % (40.0 to 60.0), 100 µs",
+        "m pi6: 50.0 % (40.0 to 60.0), 50.0 µs",
     ] {
         assert!(svg.contains(entry), "{entry}: {svg}");
     }

@@ -159,7 +159,7 @@ pub(super) fn run(args: &BenchArgs, models: &[Model], pack: Option<PathBuf>) -> 
     let seconds = path_args.duration().as_secs_f64();
     let progress = Progress::new(
         &args.common,
-        "seconds",
+        ("measuring", "seconds"),
         (seconds.ceil() as usize) * models.len(),
     );
     let flags: [&OsStr; 2] = ["--path-at".as_ref(), folder.path().as_os_str()];
@@ -214,7 +214,7 @@ fn checked(
     let settings = SegmentSettings::default();
     let (segmenter, mut inputs) =
         Segmenter::open(&given.video, video.size(), background, settings)?;
-    let progress = Progress::new(common, "frames", video.frames());
+    let progress = Progress::new(common, ("reading", "frames"), video.frames());
     let path = args.video.as_deref().unwrap_or(Path::new(MADE));
     let (checked, input) = check(video, path, given.fps, &segmenter, &|| progress.step())?;
     inputs.insert(0, input);

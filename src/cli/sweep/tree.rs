@@ -65,7 +65,7 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
             "expected some of the chosen people, takes and viewpoints, found none",
         ));
     }
-    let progress = Progress::new(&args.common, "folders", recordings.len());
+    let progress = Progress::new(&args.common, ("reading", "folders"), recordings.len());
     recordings.check_sizes(&[], &|| progress.step())?;
     drop(progress);
     let started = Instant::now();
@@ -136,7 +136,7 @@ fn stored(
 ) -> Result<ShownCounts> {
     let sequences = source.sequences();
     let all: Vec<usize> = (0..sequences.list.len()).collect();
-    let progress = Progress::new(common, "sequences", all.len());
+    let progress = Progress::new(common, ("reading", "sequences"), all.len());
     let mut shown = ShownCounts {
         clipped: Some(0.0),
         ..ShownCounts::default()

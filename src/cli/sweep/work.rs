@@ -111,7 +111,7 @@ impl<'w> SweepWork<'w> {
         mut sink: impl FnMut(Job<'w>, R, bool) -> Result<()>,
     ) -> Result<()> {
         let cycles: usize = units.clone().map(|unit| self.jobs_of(unit).len()).sum();
-        let progress = Progress::new(self.common, "cycles", cycles);
+        let progress = Progress::new(self.common, ("drawing", "cycles"), cycles);
         let mut units = units.peekable();
         while units.peek().is_some() {
             let mut jobs: Vec<Job<'w>> = Vec::new();

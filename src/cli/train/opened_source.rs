@@ -214,7 +214,8 @@ impl TrainArgs {
                     header.warnings.extend(warnings);
                 }
                 header.warnings.extend(recordings.doubts());
-                let progress = Progress::new(&self.common, "folders", recordings.len());
+                let progress =
+                    Progress::new(&self.common, ("reading", "folders"), recordings.len());
                 recordings.check_sizes(&[], &|| progress.step())?;
                 drop(progress);
                 let numbers = (0..recordings.len()).collect();

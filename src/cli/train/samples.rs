@@ -56,7 +56,11 @@ impl TrainArgs {
     ) -> Result<(Samples, ResultHeader)> {
         let pack = Pack::parse(&source.bytes)?;
         let cycles = self.cycles.unwrap_or(CYCLES);
-        let progress = Progress::new(&self.common, "cycles", walks.len() * cycles as usize);
+        let progress = Progress::new(
+            &self.common,
+            ("drawing", "cycles"),
+            walks.len() * cycles as usize,
+        );
         let recipe = Recipe {
             views: &making.views,
             settings: making.settings,
