@@ -61,7 +61,7 @@ impl CompletionsArgs {
         let shells = SHELLS
             .iter()
             .map(|(_, place, start)| ((*place).to_owned(), *start));
-        let pages = pages(&super::command()).into_iter();
+        let pages = pages().into_iter();
         let pages = pages.map(|page| (place_of(&page), MAN_START));
         FileArgs {
             inputs: Vec::new(),
@@ -70,17 +70,26 @@ impl CompletionsArgs {
     }
 }
 
-/// Returns the commands that have a page: `edgegait` itself, and each that its help lists.
-fn pages(command: &Command) -> Vec<Command> {
-    let each = command.get_subcommands().filter(|one| !one.is_hide_set());
+/// Returns the command with what its help lists.
+fn shown() -> Command {
+    let command = super::command();
+    let all = command.get_subcommands().filter(|one| !one.is_hide_set());
+    Command::new("edgegait")
+        .about(command.get_about().cloned().unwrap_or_default())
+        .version(super::VERSION)
+        .subcommands(all.cloned())
+}
+
+/// Returns the commands that have a page: `edgegait` itself, and each of its commands.
+fn pages() -> Vec<Command> {
+    let command = shown();
     let page = |one: &Command| {
         let name = one.get_name();
         let (page, bin) = (format!("edgegait-{name}"), format!("edgegait {name}"));
         one.clone().display_name(page).bin_name(bin)
     };
-    std::iter::once(command.clone())
-        .chain(each.map(page))
-        .collect()
+    let each: Vec<Command> = command.get_subcommands().map(page).collect();
+    std::iter::once(command).chain(each).collect()
 }
 
 fn place_of(page: &Command) -> String {
@@ -91,14 +100,14 @@ fn place_of(page: &Command) -> String {
 /// Runs the subcommand.
 pub(super) fn run(args: &CompletionsArgs) -> Result<()> {
     let folder = args.folder()?;
-    let mut command = super::command();
+    let mut command = shown();
     let write = |place: &str, bytes: &[u8]| write_bytes(folder.join(place), bytes);
     for (shell, place, _) in SHELLS {
         let mut script = Vec::new();
         generate(shell, &mut command, "edgegait", &mut script);
         write(place, &script)?;
     }
-    for page in pages(&super::command()) {
+    for page in pages() {
         let place = place_of(&page);
         let mut text = Vec::new();
         Man::new(page)

@@ -13,7 +13,6 @@ use crate::evaluate::literature::{
     COLUMNS, CONTESTS, ConfounderClass, ContestPlan, FITTED, Garments, JudgedRecognizer,
     LiteratureRow, PublishedRecognizer, judge, judge_recorded,
 };
-use crate::evaluate::trial::MAX_CROSS_VIEWS;
 use crate::files::ResultHeader;
 use crate::people::cohort::SPEEDS_KMH;
 use crate::report::{garments_table, literature_table};
@@ -23,6 +22,8 @@ use std::path::{Path, PathBuf};
 
 /// The number of the first training person; the built-in cohort has lower numbers.
 const FIRST_TRAINED: usize = 1000;
+/// The maximum number of viewpoints of which each pair is transformed.
+const MAX_VIEWS: usize = 64;
 /// Defaults of the numbers of tested people and of probe cycles of each condition.
 const USUAL_PEOPLE: u16 = 26;
 const USUAL_CYCLES: u32 = 2;
@@ -237,13 +238,10 @@ fn recordings(
         )
     })?;
     let list: Vec<View> = angles.into_iter().map(View::at).collect::<Result<_>>()?;
-    if !(2..=MAX_CROSS_VIEWS).contains(&list.len()) {
+    if !(2..=MAX_VIEWS).contains(&list.len()) {
         return Err(Error::input(
             path,
-            format!(
-                "expected 2 to {MAX_CROSS_VIEWS} viewpoints, found {}",
-                list.len()
-            ),
+            format!("expected 2 to {MAX_VIEWS} viewpoints, found {}", list.len()),
         ));
     }
     let name = path.display().to_string();

@@ -18,7 +18,7 @@ use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
 use serde::Serialize;
 use std::fmt::Write as _;
-use std::io::{IsTerminal as _, Write as _};
+use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -265,9 +265,11 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
                 && !args.common.quiet
                 && std::io::stdout().is_terminal()
             {
-                walk_here(
+                let each_s = frame_s(&pack, *shot, frames[0].len());
+                walk_on(
+                    &mut std::io::stdout(),
                     &frames[0],
-                    frame_s(&pack, *shot, frames[0].len()),
+                    each_s,
                     &args.common.stop,
                 )?;
             }
@@ -502,10 +504,14 @@ fn frame_s(pack: &Pack<'_>, shot: Shot<'_>, frames: usize) -> f64 {
     }
 }
 
-/// Shows a walk on the terminal for as long as two gait cycles last, or until it is interrupted, and
+/// Shows a walk on a terminal for as long as two gait cycles last, or until it is interrupted, and
 /// clears it again.
-fn walk_here(frames: &[AnySilhouette], each_s: f64, stop: &Stop) -> Result<()> {
-    let mut out = std::io::stdout().lock();
+fn walk_on(
+    out: &mut impl std::io::Write,
+    frames: &[AnySilhouette],
+    each_s: f64,
+    stop: &Stop,
+) -> Result<()> {
     let each = Duration::from_secs_f64(each_s.clamp(0.01, 1.0));
     for frame in frames.iter().chain(frames) {
         stop.check()?;
@@ -607,4 +613,34 @@ fn half_blocks(silhouette: &Silhouette, row: usize) -> String {
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_walker_on_a_terminal_leaves_nothing_behind() {
+        let size = Size::S50x30;
+        let frames: Vec<AnySilhouette> = (0..3)
+            .map(|at| {
+                let rows: Vec<u64> = (0..50).map(|row| u64::from(row == at)).collect();
+                AnySilhouette::Binary(Silhouette::from_rows(size, &rows))
+            })
+            .collect();
+        let mut out = Vec::new();
+        walk_on(&mut out, &frames, 0.0, &Stop::default()).expect("shown");
+        let text = String::from_utf8(out).expect("text");
+        // Two cycles of three frames, each of 25 lines; each goes back over them.
+        assert_eq!(text.matches("\x1b[25A").count(), 6);
+        assert_eq!(text.matches("\x1b[K\n").count(), 150);
+        assert!(text.ends_with("\x1b[25A\x1b[J"), "{text:?}");
+        let shown: String = text.chars().filter(|sign| "▀▄".contains(*sign)).collect();
+        assert_eq!(shown, "▀▄▀▀▄▀");
+        let stop = Stop::default();
+        stop.end();
+        let mut none = Vec::new();
+        assert!(walk_on(&mut none, &frames, 0.0, &stop).is_err());
+        assert!(none.is_empty());
+    }
 }

@@ -208,9 +208,10 @@ fn judged(
     };
     let shown: usize = (0..entrants.len()).filter(is_first).map(shown).sum();
     let progress = Progress::new(common, ("recognizing", "sequences"), shown).advising(LESS);
-    let mut tell = |answer: ProbeAnswer<'_>| match rows {
-        Some(rows) => Ok(rows.serialize(answer)?),
-        None => Ok(()),
+    let mut tell = |answer: ProbeAnswer<'_>| {
+        progress.check()?;
+        rows.as_mut()
+            .map_or(Ok(()), |rows| Ok(rows.serialize(answer)?))
     };
     let mut see = |picture: ShownPicture<'_>| {
         let ShownPicture {

@@ -242,7 +242,8 @@ pub struct VerificationResult {
 pub struct CrossViewResult {
     /// Labels of rows and columns: (azimuth, elevation) in degrees, or names.
     pub views: Vec<ViewLabel>,
-    /// Rank-1 `[probe view][gallery view]`, 0..1; none without probes.
+    /// Rank-1 `[probe view][gallery view]`, 0..1; none without probes. Empty for more than 64
+    /// viewpoints.
     pub rank1: Vec<Vec<Option<f64>>>,
     /// Means over the gallery views except the identical one, percent, each cell rounded to 0.01
     /// first, as OpenGait computes them. Empty if a cell is empty.

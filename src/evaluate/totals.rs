@@ -25,6 +25,11 @@ use std::collections::{BTreeMap, HashSet};
 /// The maximum number of distances that are kept for verification: 400 MB.
 const MAX_PAIRS: u64 = 10_000_000;
 
+/// The maximum number of comparisons of a probe and a gallery that are kept at a time.
+const MAX_MET: usize = 1 << 16;
+/// The maximum number of viewpoints of which all pairs are listed.
+const MAX_LISTED: usize = 64;
+
 /// Sums over one set of probes.
 struct ProbeSums {
     /// Tallies `[viewpoint][person]`.
@@ -235,7 +240,8 @@ fn sums(
         same_view: vec![Tally::default(); people],
     };
     // In chunks, so that distances are not kept twice.
-    for probes in probes.chunks(4_096) {
+    let galleries = if sums.cells.is_some() { views } else { 1 };
+    for probes in probes.chunks((MAX_MET / galleries).max(1)) {
         let met: Vec<Vec<ProbeComparison>> = probes
             .par_iter()
             .map(|&probe| trial.meet(recognizer, answers, probe, keep_pairs))
@@ -348,7 +354,10 @@ fn cross_view(cells: &CrossView, sequences: &Sequences) -> CrossViewResult {
     let means = cells.means();
     CrossViewResult {
         views: sequences.views.clone(),
-        rank1: (0..views).map(row).collect(),
+        rank1: (0..views)
+            .take_while(|_| views <= MAX_LISTED)
+            .map(row)
+            .collect(),
         note: means.as_ref().err().map(ToString::to_string),
         mean_percent: means.as_ref().ok().map(|means| means.mean),
         same_view: None,

@@ -14,7 +14,7 @@ use crate::inference::answers::Answers;
 use std::ops::Neg;
 
 /// The maximum number of viewpoints of which all pairs are compared.
-pub(crate) const MAX_CROSS_VIEWS: usize = 64;
+const MAX_CROSS_VIEWS: usize = 1024;
 
 /// The comparisons of one recognizer under a protocol.
 #[derive(Debug)]

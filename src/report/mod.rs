@@ -39,7 +39,7 @@ mod study;
 mod summary;
 mod table;
 #[cfg(test)]
-mod text_extent;
+pub(crate) mod text_extent;
 mod viewpoints;
 
 #[cfg(feature = "plots")]

@@ -62,23 +62,23 @@ pub(crate) fn contact_sheet(rows: &[SheetRow], size: Size, scale: u32) -> Result
     let (across, down) = (across as u32, down as u32);
     let most = (WIDTH.saturating_sub(scale) / across).max(1) as usize;
     let in_line = longest.div_ceil(longest.div_ceil(most));
-    let mut blocks: Vec<(u32, Option<&str>, &[Vec<u8>])> = Vec::new();
+    let mut lines = Vec::new();
     let (mut y, mut left_out) = (0, 0);
     for row in rows {
         for (index, images) in row.images.chunks(in_line).enumerate() {
-            let label = (index == 0).then_some(row.label.as_str());
-            let height = down + if index == 0 { LABEL + scale } else { 0 };
-            if left_out > 0 || y + height + LABEL > MAX_HEIGHT {
+            let label = (index == 0).then_some(&row.label);
+            let height = down + if label.is_some() { LABEL } else { 0 };
+            if left_out > 0 || y + height + scale + LABEL > MAX_HEIGHT {
                 left_out += images.len();
                 continue;
             }
-            blocks.push((y, label, images));
+            lines.push((y, label, images));
             y += height;
         }
     }
     let height = y + scale + if left_out > 0 { LABEL } else { 0 };
     let mut picture = GrayImage::from_pixel(in_line as u32 * across + scale, height, Luma([PAPER]));
-    for (mut y, label, images) in blocks {
+    for (mut y, label, images) in lines {
         if let Some(label) = label {
             write_label(&mut picture, y, label)?;
             y += LABEL;
@@ -239,7 +239,7 @@ pub(crate) fn is_own_gif(start: &[u8]) -> bool {
 /// If there is no picture, or one of another size or of more than 65,535 pixels a side.
 pub(crate) fn gif(pictures: &[GrayImage], each_s: f64) -> Result<Vec<u8>> {
     let side = |pixels: u32| u16::try_from(pixels).ok();
-    let first = pictures.first().map(|picture| picture.dimensions());
+    let first = pictures.first().map(GrayImage::dimensions);
     let sides = first.and_then(|(width, height)| Some((side(width)?, side(height)?)));
     let (Some((width, height)), true) = (
         sides,
@@ -296,7 +296,7 @@ mod tests {
         // 18 pixels above each row for its label.
         assert_eq!(
             sheet.dimensions(),
-            (2 * (1 + 31 + 31), 2 * (1 + 51 + 1 + 51) + 2 * 18)
+            (2 * (1 + 31 + 31), 2 * (1 + 51 + 51) + 2 * 18)
         );
         let at = |x, y| sheet.get_pixel(x, y).0[0];
         assert_eq!([at(0, 0), at(1, 19)], [PAPER, PAPER]);
@@ -309,7 +309,7 @@ mod tests {
             [250, 250, PAPER, PAPER]
         );
         assert_eq!([at(64, 20), at(123, 119), at(124, 68)], [20, 20, PAPER]);
-        assert_eq!([at(2, 142), at(64, 142), at(2, 242)], [30, PAPER, PAPER]);
+        assert_eq!([at(2, 140), at(64, 140), at(2, 240)], [30, PAPER, PAPER]);
     }
 
     #[test]
@@ -317,13 +317,13 @@ mod tests {
         let image: &[u8] = &[7; PIXELS];
         // 20 images of 62 pixels fit a line, so that 32 are two lines of 16.
         let sheet = contact_sheet(&[row(&[image; 32])], Size::S50x30, 2).unwrap();
-        assert_eq!(sheet.picture.dimensions(), (16 * 62 + 2, 18 + 2 + 204 + 2));
-        assert_eq!(sheet.picture.get_pixel(993 - 2, 20 + 102 + 99).0[0], 7);
-        // 132 rows of 124 pixels fit.
+        assert_eq!(sheet.picture.dimensions(), (16 * 62 + 2, 18 + 204 + 2));
+        assert_eq!(sheet.picture.get_pixel(991, 20 + 102 + 99).0[0], 7);
+        // 136 rows of 120 pixels fit.
         let rows = vec![row(&[image]); 1000];
         let sheet = contact_sheet(&rows, Size::S50x30, 2).unwrap();
-        assert_eq!(sheet.left_out, 1000 - (16384 - 18) / 122);
-        assert!(sheet.picture.height() <= 16384 + 2);
+        assert_eq!(sheet.left_out, 1000 - 136);
+        assert!(sheet.picture.height() <= 16384);
     }
 
     #[test]

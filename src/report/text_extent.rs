@@ -7,7 +7,7 @@
 /// Texts have the size on a phone (16 units, see `style.css`), and a letter has the width of the
 /// widest digits of common fonts: 0.6 of that.
 #[track_caller]
-pub(super) fn assert_texts_are_readable(html: &str) {
+pub(crate) fn assert_texts_are_readable(html: &str) {
     assert_texts_of_size_are_readable(html, 16.0);
 }
 

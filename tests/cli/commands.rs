@@ -268,7 +268,10 @@ fn render_writes_arrays_of_the_stated_shapes() {
     ] {
         let mut all = vec!["render", "two.egp", "--overwrite", "--out", "x.npy"];
         all.extend(arguments.split_whitespace());
-        assert_eq!(done(at, &all), "wrote x.npy\n");
+        assert_eq!(
+            done(at, &all),
+            "wrote x.npy: F01, walk-4kmh; 3 other walks are left out (--subjects, --walks)\n"
+        );
         let (found, pixels) = npy(at.join("x.npy"));
         assert_eq!(found, shape, "{arguments}");
         assert_eq!(pixels.len(), frames * 1_500);

@@ -8,6 +8,7 @@ use crate::signals::heeding_signals;
 use crate::two::folder;
 use std::fs;
 use std::path::PathBuf;
+use std::process::Command;
 
 #[test]
 fn outputs_are_tried_before_any_work_and_nothing_is_left_behind() {
@@ -114,6 +115,8 @@ fn an_earlier_result_is_replaced_and_anything_else_only_when_asked() {
     for arguments in [
         "cohort --people 1 --speeds-kmh 5 --out new/folder/one.egp --json new/results.json",
         "render two.egp --out walk.png",
+        "render two.egp --out walk.gif --azimuth-deg 0,90",
+        "completions --out share",
         train,
         "score m.onnx two.egp --views side --probes-csv rows.csv --out report --json score.json",
         "inspect two.egp --json inspect.json",
@@ -126,6 +129,11 @@ fn an_earlier_result_is_replaced_and_anything_else_only_when_asked() {
     for (arguments, name) in [
         ("cohort --people 1 --speeds-kmh 5 --out mine", "mine"),
         ("render two.egp --out mine.png", "mine.png"),
+        ("render two.egp --out mine.gif", "mine.gif"),
+        (
+            "completions --out share",
+            "share/zsh/site-functions/_edgegait",
+        ),
         // An array does not state which program made it.
         ("render two.egp --out mine.npy", "mine.npy"),
         (train, "m.toml"),
@@ -285,5 +293,46 @@ fn a_bench_that_dies_takes_the_process_that_measures_with_it() {
         if signal == "-INT" {
             assert_eq!(names(&temporary), [""; 0]);
         }
+    }
+}
+
+#[test]
+fn completions_and_pages_know_the_flags_of_every_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let said = done(at, &["completions", "--out", "share"]);
+    assert!(said.contains("fpath=(share/zsh/site-functions"), "{said}");
+    let read = |place: &str| fs::read_to_string(at.join("share").join(place)).expect(place);
+    for place in [
+        "zsh/site-functions/_edgegait",
+        "fish/vendor_completions.d/edgegait.fish",
+        "man/man1/edgegait-render.1",
+    ] {
+        let text = read(place).replace('\\', "");
+        assert!(text.contains("azimuth-deg"), "{place}");
+        assert!(!text.contains("try-model"), "{place}");
+    }
+    let page = read("man/man1/edgegait.1");
+    for command in ["edgegait-score(1)", "edgegait-completions(1)"] {
+        assert!(page.replace('\\', "").contains(command), "{page}");
+    }
+    // What bash offers after the beginning of a flag, of a command, and of a value.
+    for (words, offered) in [
+        ("edgegait render --azi", "--azimuth-deg"),
+        ("edgegait rend", "render"),
+        ("edgegait render --raster skia-", "skia-aa"),
+    ] {
+        let script = "source share/bash-completion/completions/edgegait; COMP_WORDS=($0); \
+            COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); \
+            _edgegait edgegait ${COMP_WORDS[COMP_CWORD]} ${COMP_WORDS[COMP_CWORD - 1]}; \
+            echo ${COMPREPLY[@]}";
+        let shell = Command::new("bash")
+            .args(["-c", script, words])
+            .current_dir(at)
+            .output();
+        let Ok(shell) = shell else {
+            continue;
+        };
+        assert_eq!(text(&shell.stdout).trim(), offered, "{words}");
     }
 }

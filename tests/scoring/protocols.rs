@@ -191,6 +191,11 @@ fn shipped_protocols_make_takes_of_one_walk_and_say_so() {
         2,
         &["casia-b", ".toml"],
     );
+    let rows = (0..1025).map(|at| format!("{},{}\n", at % 180, at / 180));
+    let many = rows.fold(String::from("azimuth_deg,elevation_deg\n"), |all, row| {
+        all + &row
+    });
+    std::fs::write(at.join("many.csv"), many).expect("written");
     refused(
         at,
         &[
@@ -200,10 +205,10 @@ fn shipped_protocols_make_takes_of_one_walk_and_say_so() {
             "--protocol",
             "cross-view",
             "--views",
-            "paper",
+            "many.csv",
         ],
         1,
-        &["at most 64"],
+        &["at most 1024"],
     );
 }
 
