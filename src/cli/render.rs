@@ -7,7 +7,7 @@ use super::outputs::{Output, OutputKind};
 use super::stop::Stop;
 use super::walks::SourceArgs;
 use crate::dataset::write_npy;
-use crate::draw::sweep::{Job, Moments, Settings, Shot, is_uncut, silhouettes, walk_name};
+use crate::draw::sweep::{Job, Moments, Settings, Shot, View, is_uncut, silhouettes, walk_name};
 use crate::draw::template::{Builder, Template, TemplateShape};
 use crate::error::{Error, Result};
 use crate::files::{ResultHeader, write_bytes};
@@ -470,23 +470,35 @@ fn labelled(
     pack: &Pack<'_>,
     shots: &[Shot<'_>],
 ) -> Vec<SheetRow> {
-    let of_shot = |shot: &Shot<'_>| {
-        let views = shot.views.iter();
-        let views = views.map(|view| format!("{}/{}", view.azimuth_deg, view.elevation_deg));
-        let under = match shot.job.condition {
-            Some(condition) => format!(", {}", condition.name),
-            None => String::new(),
+    let from = |views: &[View]| {
+        let is_level = views.iter().all(|view| view.elevation_deg == 0.0);
+        let angles = views.iter().map(|view| match is_level {
+            true => view.azimuth_deg.to_string(),
+            false => format!("{}/{}", view.azimuth_deg, view.elevation_deg),
+        });
+        let what = if is_level {
+            "azimuth"
+        } else {
+            "azimuth/elevation"
         };
-        let name = format!("{}{under}", who(pack, shot.job.walk));
-        match templates {
-            [_] => vec![format!(
-                "{name}, azimuth/elevation {}",
-                views.collect::<Vec<_>>().join(" ")
-            )],
-            _ => views
-                .map(|view| format!("{name}, azimuth/elevation {view}"))
-                .collect(),
-        }
+        format!("{what} {}", angles.collect::<Vec<_>>().join(", "))
+    };
+    let of_shot = |shot: &Shot<'_>| {
+        let under = shot
+            .job
+            .condition
+            .map(|condition| format!(", {}", condition.name));
+        let who = who(pack, shot.job.walk) + &under.unwrap_or_default();
+        let each = if templates.len() == 1 {
+            shot.views.len()
+        } else {
+            1
+        };
+        let label = |views| format!("{who}, {}", from(views));
+        shot.views
+            .chunks(each.max(1))
+            .map(label)
+            .collect::<Vec<_>>()
     };
     let labels = shots.iter().flat_map(of_shot);
     let row = |(images, label)| SheetRow { label, images };

@@ -25,12 +25,12 @@ impl LogAxis {
         (value / self.0).ln() / (self.1 / self.0).ln()
     }
 
-    /// Returns the ticks: values with one digit and zeros, or only powers of ten on a long axis.
+    /// Returns the ticks: values with one digit and zeros, fewer on a longer axis.
     pub(crate) fn ticks(&self) -> Vec<Tick> {
-        let digits: &[f64] = if self.1 / self.0 > 2e3 {
-            &[1.0]
-        } else {
-            &[1.0, 2.0, 3.0, 5.0, 7.0]
+        let digits: &[f64] = match self.1 / self.0 {
+            2e3.. => &[1.0],
+            40.0.. => &[1.0, 2.0, 5.0],
+            _ => &[1.0, 2.0, 3.0, 5.0, 7.0],
         };
         let all = (-3..8).flat_map(|power| digits.iter().map(move |d| d * 10f64.powi(power)));
         all.filter(|value| (self.0..self.1).contains(value))

@@ -13,8 +13,9 @@ use edgegait_core::silhouette::Size;
 
 /// Grey between images: neither a figure's 255 nor the background's 0.
 const PAPER: u8 = 96;
-/// The height of a label, pixels.
+/// The height of a label, and the width of its letters, pixels.
 const LABEL: u32 = 18;
+const LETTER: u32 = 8;
 /// The width of a sheet of many images: what a screen shows.
 const WIDTH: u32 = 1280;
 /// The maximum height of a sheet, pixels. What does not fit is left out, which the sheet states.
@@ -38,7 +39,7 @@ pub(crate) struct ContactSheet {
 
 /// Draws rows of images of one size as one picture: each image enlarged `scale` times without
 /// smoothing, with a line of `scale` pixels around it. A row that is wider than a screen is broken
-/// into lines of nearly equal length. Without the feature `plots` labels are blank.
+/// into lines of nearly equal length; short rows are side by side. Without the feature `plots` labels are blank.
 ///
 /// # Errors
 ///
@@ -49,7 +50,7 @@ pub(crate) fn contact_sheet(rows: &[SheetRow], size: Size, scale: u32) -> Result
     let (across, down) = (cell(size.columns()), cell(size.rows()));
     let least = (
         across + u64::from(scale),
-        down + u64::from(scale + 2 * LABEL),
+        down + u64::from(scale) + 2 * u64::from(LABEL),
     );
     if longest == 0 || scale == 0 || least.0.max(least.1) > u64::from(MAX_HEIGHT) {
         return Err(ReportError::NoImages {
@@ -62,38 +63,49 @@ pub(crate) fn contact_sheet(rows: &[SheetRow], size: Size, scale: u32) -> Result
     let (across, down) = (across as u32, down as u32);
     let most = (WIDTH.saturating_sub(scale) / across).max(1) as usize;
     let in_line = longest.div_ceil(longest.div_ceil(most));
+    // Rows are side by side if a screen is wide enough for that.
+    let letters = rows.iter().map(|row| row.label.chars().count()).max();
+    let labels = LETTER * (letters.unwrap_or(0) as u32 + 1);
+    let block = (in_line as u32 * across + scale).max(labels.min(WIDTH));
+    let abreast = (WIDTH / block).clamp(1, rows.len() as u32);
     let mut lines = Vec::new();
     let (mut y, mut left_out) = (0, 0);
-    for row in rows {
-        for (index, images) in row.images.chunks(in_line).enumerate() {
-            let label = (index == 0).then_some(&row.label);
-            let height = down + if label.is_some() { LABEL } else { 0 };
-            if left_out > 0 || y + height + scale + LABEL > MAX_HEIGHT {
-                left_out += images.len();
-                continue;
+    for side_by_side in rows.chunks(abreast as usize) {
+        let of_row = |row: &SheetRow| row.images.len().div_ceil(in_line) as u32;
+        let tallest = side_by_side.iter().map(of_row).max().unwrap_or(0);
+        for line in 0..tallest {
+            let top = if line == 0 { LABEL } else { 0 };
+            let is_full = left_out > 0 || y + top + down + scale + LABEL > MAX_HEIGHT;
+            for (row, x) in side_by_side.iter().zip((0..).step_by(block as usize)) {
+                let label = (line == 0).then_some(&row.label);
+                let images = row.images.chunks(in_line).nth(line as usize);
+                let images = images.unwrap_or_default();
+                if is_full {
+                    left_out += images.len();
+                } else {
+                    lines.push(((x, y), label, images));
+                }
             }
-            lines.push((y, label, images));
-            y += height;
+            if !is_full {
+                y += top + down;
+            }
         }
     }
     let height = y + scale + if left_out > 0 { LABEL } else { 0 };
-    let mut picture = GrayImage::from_pixel(in_line as u32 * across + scale, height, Luma([PAPER]));
-    for (mut y, label, images) in lines {
+    let mut picture = GrayImage::from_pixel(abreast * block, height, Luma([PAPER]));
+    for ((x, mut y), label, images) in lines {
         if let Some(label) = label {
-            write_label(&mut picture, y, label)?;
+            write_label(&mut picture, (x, y), label)?;
             y += LABEL;
         }
         for (column, image) in images.iter().enumerate() {
-            let corner = (column as u32 * across + scale, y + scale);
+            let corner = (x + column as u32 * across + scale, y + scale);
             draw(&mut picture, corner, image, size, scale as usize);
         }
     }
     if left_out > 0 {
-        write_label(
-            &mut picture,
-            y + scale,
-            &format!("{left_out} more are left out"),
-        )?;
+        let label = format!("{left_out} more are left out");
+        write_label(&mut picture, (0, y + scale), &label)?;
     }
     Ok(ContactSheet { picture, left_out })
 }
@@ -103,9 +115,9 @@ pub(crate) fn contact_sheet(rows: &[SheetRow], size: Size, scale: u32) -> Result
     not(feature = "plots"),
     expect(unused_variables, clippy::unnecessary_wraps)
 )]
-fn write_label(picture: &mut GrayImage, y: u32, label: &str) -> Result<()> {
+fn write_label(picture: &mut GrayImage, (x, y): (u32, u32), label: &str) -> Result<()> {
     #[cfg(feature = "plots")]
-    super::lettering::letters((4, y), label, |at, covered| {
+    super::lettering::letters((x + 4, y), label, |at, covered| {
         if let Some(pixel) = picture.get_pixel_mut_checked(at.0, at.1) {
             pixel.0[0] += (f32::from(255 - pixel.0[0]) * covered) as u8;
         }
@@ -293,11 +305,8 @@ mod tests {
         let sheet = contact_sheet(&rows, Size::S50x30, 2).unwrap();
         assert_eq!(sheet.left_out, 0);
         let sheet = sheet.picture;
-        // 18 pixels above each row for its label.
-        assert_eq!(
-            sheet.dimensions(),
-            (2 * (1 + 31 + 31), 2 * (1 + 51 + 51) + 2 * 18)
-        );
+        // Both rows are side by side.
+        assert_eq!(sheet.dimensions(), (2 * 126, 2 * (1 + 51) + 18));
         let at = |x, y| sheet.get_pixel(x, y).0[0];
         assert_eq!([at(0, 0), at(1, 19)], [PAPER, PAPER]);
         assert_eq!(
@@ -309,7 +318,7 @@ mod tests {
             [250, 250, PAPER, PAPER]
         );
         assert_eq!([at(64, 20), at(123, 119), at(124, 68)], [20, 20, PAPER]);
-        assert_eq!([at(2, 140), at(64, 140), at(2, 240)], [30, PAPER, PAPER]);
+        assert_eq!([at(128, 20), at(190, 20), at(128, 120)], [30, PAPER, PAPER]);
     }
 
     #[test]
@@ -319,8 +328,12 @@ mod tests {
         let sheet = contact_sheet(&[row(&[image; 32])], Size::S50x30, 2).unwrap();
         assert_eq!(sheet.picture.dimensions(), (16 * 62 + 2, 18 + 204 + 2));
         assert_eq!(sheet.picture.get_pixel(991, 20 + 102 + 99).0[0], 7);
-        // 136 rows of 120 pixels fit.
+        // 136 rows of 120 pixels fit; a label that is as wide as a screen leaves no room beside it.
         let rows = vec![row(&[image]); 1000];
+        let beside = contact_sheet(&rows, Size::S50x30, 2).unwrap();
+        assert_eq!((beside.left_out, beside.picture.width()), (0, 20 * 64));
+        let mut rows = rows;
+        rows[7].label = "x".repeat(999);
         let sheet = contact_sheet(&rows, Size::S50x30, 2).unwrap();
         assert_eq!(sheet.left_out, 1000 - 136);
         assert!(sheet.picture.height() <= 16384);

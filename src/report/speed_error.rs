@@ -12,7 +12,7 @@ const LINE: f64 = 16.0;
 /// The height of the area of the marks, unless their names need more.
 const HEIGHT: f64 = 240.0;
 /// The maximum width of a letter of a name.
-const LETTER: f64 = 8.0;
+const LETTER: f64 = 10.0;
 const TITLE: &str = "Rank-1 against the time of an inference";
 
 /// What a mark of the picture shows: how fast and how right a recognizer is.

@@ -209,7 +209,7 @@ fn an_interrupted_sweep_leaves_what_was_there_and_what_it_can_go_on_with() {
             .expect("the command starts");
         let journal = at.join("walks.unfinished/journal.json");
         wait_until("it notes what is done", || journal.exists());
-        let kill = std::process::Command::new("kill")
+        let kill = Command::new("kill")
             .args([signal, &child.id().to_string()])
             .status();
         assert!(kill.expect("kill runs").success());
@@ -231,7 +231,7 @@ fn a_signal_that_was_ignored_at_the_start_stays_ignored() {
         "trap '' HUP; exec env --default-signal=TERM {program} sweep two.egp --out walks --cycles 1000"
     );
     // As with `nohup`.
-    let mut child = std::process::Command::new("sh")
+    let mut child = Command::new("sh")
         .args(["-c", &sweep])
         .current_dir(at)
         .stderr(std::process::Stdio::null())
@@ -240,7 +240,7 @@ fn a_signal_that_was_ignored_at_the_start_stays_ignored() {
     let journal = at.join("walks.unfinished/journal.json");
     wait_until("it notes what is done", || journal.exists());
     for (signal, ends) in [("-HUP", false), ("-TERM", true)] {
-        let kill = std::process::Command::new("kill")
+        let kill = Command::new("kill")
             .args([signal, &child.id().to_string()])
             .status();
         assert!(kill.expect("kill runs").success());
@@ -283,7 +283,7 @@ fn a_bench_that_dies_takes_the_process_that_measures_with_it() {
             child = measuring(parent.id());
             child.is_some()
         });
-        let kill = std::process::Command::new("kill")
+        let kill = Command::new("kill")
             .args([signal, &parent.id().to_string()])
             .status();
         assert!(kill.expect("kill runs").success());

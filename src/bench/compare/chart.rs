@@ -22,7 +22,7 @@ pub(crate) fn chart(compared: &Compared) -> Result<String> {
             is_baseline: false,
         })
     };
-    let axis = "median time of one inference, µs; bars: range over windows, 95 % interval";
+    let axis = "one inference, µs (median, range)";
     let plot = SpeedErrorPlot::of(compared.met().filter_map(of).collect(), axis);
     plot.map(|plot| plot.file()).ok_or_else(|| {
         Error::Failed(
