@@ -69,7 +69,11 @@ impl EncodingArgs {
     pub(super) fn encode(&self, people: &[Subject], common: &Common) -> Result<EncodedPack> {
         let tries = self.budget_bytes.map_or(1, |_| BUDGET_TRIES);
         let walks: usize = people.iter().map(|subject| subject.walks.len()).sum();
-        let progress = Progress::new(common, ("encoding", "steps"), STEPS_OF_WALK * walks * tries);
+        let progress = Progress::new(
+            common,
+            ("encoding in", "steps"),
+            STEPS_OF_WALK * walks * tries,
+        );
         let hull_points = self.hull_points.map(usize::from);
         encoded(people, self.goal(), hull_points, &|| progress.step())
     }

@@ -18,17 +18,19 @@ use edgegait::{Condition, Doses, dose};
 use std::collections::BTreeMap;
 use std::path::Path;
 use walkers::{
-    MADE_PEOPLE, Sample, Split, VIEWS_DEG, is_patient, made, on_one_body, recorded, samples, set_of,
+    MADE_PEOPLE, Sample, Split, VIEWS_DEG, is_patient, made, made_on_two_days, on_one_body,
+    recorded, samples, set_of,
 };
 
 /// The rows of a GEI.
 const ROWS: usize = 50;
 /// The parts of a standing figure, by their rows.
-const PARTS: [(&str, std::ops::Range<usize>); 4] = [
+const PARTS: [(&str, std::ops::Range<usize>); 5] = [
     ("head and neck", 0..9),
     ("trunk and arms", 9..25),
     ("hips to knees", 25..37),
-    ("shanks and feet", 37..50),
+    ("shanks", 37..46),
+    ("feet", 46..50),
 ];
 /// The fewest people of a dataset that is compared with the others.
 const LEAST_PEOPLE: usize = 4;
@@ -395,6 +397,32 @@ fn day(sample: &Sample) -> u32 {
     sample.cycle.1 / 8
 }
 
+/// Prints distances between the days of synthetic people, and how many people pixels find.
+fn between_days() {
+    let all = samples(&made_on_two_days(MADE_PEOPLE), &[1, 2, 9], None);
+    let of_day = |sample: &&Sample| sample.take == "walk-5kmh";
+    let first: Vec<Sample> = all.iter().filter(of_day).cloned().collect();
+    let same_take = |a: &Sample, b: &Sample| a.take == b.take && day(a) == day(b);
+    let other_take = |a: &Sample, b: &Sample| a.take == b.take && day(a) != day(b);
+    let other_day = |a: &Sample, b: &Sample| a.take != b.take;
+    for (view, (azimuth, elevation)) in VIEWS_DEG.into_iter().enumerate() {
+        println!("azimuth {azimuth}, elevation {elevation}: people who walk at 5 km/h");
+        for (what, among, is_pair) in [
+            (
+                "cycles of a take",
+                &first,
+                &same_take as &dyn Fn(&Sample, &Sample) -> bool,
+            ),
+            ("takes of a day", &first, &other_take),
+            ("days", &all, &other_day),
+        ] {
+            let apart = mean_over_people(&ratios(among, view, is_pair));
+            let rate = 100.0 * found(among, among, view, &pairs(among, is_pair));
+            println!("  made, {what:<21} {apart}, {rate:.0} % found");
+        }
+    }
+}
+
 /// Prints (d) and (e).
 fn within_and_rolled(made: &Walkers, recorded: &Walkers) {
     let same_take = |a: &Sample, b: &Sample| a.take == b.take && day(a) == day(b);
@@ -467,6 +495,7 @@ mod slow_of_data {
         println!("{split:?}: {:?}", sets(&recorded.people));
         let areas = told_apart(&made, &recorded);
         within_and_rolled(&made, &recorded);
+        between_days();
         angles::print(&made.people, &recorded.people);
         for (made_against_recorded, floor) in areas {
             // An area of one half is chance.

@@ -138,6 +138,18 @@ pub fn made(people: usize) -> Vec<Subject> {
     cohort::subjects(&options).expect("speeds of the norms")
 }
 
+/// Returns synthetic people who walk at 5 km/h on two days.
+pub fn made_on_two_days(people: usize) -> Vec<Subject> {
+    let options = CohortOptions {
+        seed: MADE_SEED,
+        people,
+        speeds_kmh: vec![5.0],
+        later_kmh: vec![vec![5.0]],
+        ..CohortOptions::default()
+    };
+    cohort::subjects(&options).expect("speeds of the norms")
+}
+
 /// Returns the same motions on the body of the average man, with paths of the hips as large as the
 /// legs.
 pub fn on_one_body(people: Vec<Subject>) -> Vec<Subject> {
