@@ -61,19 +61,6 @@ impl Bands {
     pub(crate) fn all(&self) -> Tally {
         self.cells.iter().flatten().copied().sum()
     }
-
-    /// Returns the elevation band with the lowest Rank-1, by name; ties go to the lowest elevation.
-    /// None if all bands are empty.
-    #[must_use]
-    pub(crate) fn worst_elevation(&self) -> Option<(&'static str, Tally)> {
-        let rates = ELEVATIONS.iter().enumerate().filter_map(|(band, name)| {
-            let tally = self.elevation(band);
-            tally.rank1().map(|rate| (rate, *name, tally))
-        });
-        rates
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, name, tally)| (name, tally))
-    }
 }
 
 fn band(angle_deg: f64, ends: &[f64; 6]) -> Option<usize> {
@@ -123,20 +110,5 @@ mod tests {
         assert_eq!(level, [1, 1, 1, 0, 0]);
         assert_eq!(bands.cells[4][2].probes, 1);
         assert_eq!((bands.between, bands.outside), (3, 0));
-    }
-
-    #[test]
-    fn the_worst_elevation_is_the_one_with_the_lowest_rate() {
-        let result = result_of(&[
-            (0.0, 0.0, 9, 10),
-            (90.0, 20.0, 1, 2),
-            (90.0, 90.0, 2, 4),
-            (270.0, 0.0, 0, 9),
-        ]);
-        let bands = Bands::sum(&result.by_viewpoint);
-        assert_eq!(bands.outside, 1);
-        let (name, tally) = bands.worst_elevation().unwrap();
-        assert_eq!((name, tally.hits, tally.probes), ("5-25", 1, 2));
-        assert_eq!(Bands::default().worst_elevation(), None);
     }
 }

@@ -42,16 +42,21 @@ impl LogAxis {
     }
 }
 
-/// Returns the upper left corners of the points' numbers, each as near to its point as possible
-/// without covering another number or point.
-pub(crate) fn labels(points: &[(i32, i32)]) -> Vec<(i32, i32)> {
-    let boxed = |index: usize| (NUMBER.0 * if index < 9 { 1 } else { 2 }, NUMBER.1);
+/// Returns the upper left corners of the points' labels of these sizes, each as near to its point as
+/// possible without covering another label or point, on a picture of this size.
+pub(crate) fn labels(
+    points: &[(i32, i32)],
+    sizes: &[(i32, i32)],
+    picture: (i32, i32),
+) -> Vec<(i32, i32)> {
     let meets = |a: (i32, i32), a_size: (i32, i32), b: (i32, i32), b_size: (i32, i32)| {
         a.0 < b.0 + b_size.0 && b.0 < a.0 + a_size.0 && a.1 < b.1 + b_size.1 && b.1 < a.1 + a_size.1
     };
+    let is_outside = |at: (i32, i32), size: (i32, i32)| {
+        at.0 < 0 || at.1 < 0 || at.0 + size.0 > picture.0 || at.1 + size.1 > picture.1
+    };
     let mut placed: Vec<(i32, i32)> = Vec::new();
-    for (index, &(x, y)) in points.iter().enumerate() {
-        let size = boxed(index);
+    for (&(x, y), &size) in points.iter().zip(sizes) {
         let mut best = (usize::MAX, (x, y));
         for distance in [12, 18, 26, 36, 48] {
             for (right, down) in [
@@ -70,12 +75,13 @@ pub(crate) fn labels(points: &[(i32, i32)]) -> Vec<(i32, i32)> {
                 );
                 let at = (centre.0 - size.0 / 2, centre.1 - size.1 / 2);
                 let on_labels = placed.iter().enumerate();
-                let on_labels = on_labels.filter(|&(i, &other)| meets(at, size, other, boxed(i)));
+                let on_labels = on_labels.filter(|&(i, &other)| meets(at, size, other, sizes[i]));
                 let side = (2 * RING, 2 * RING);
                 let on_dots = points.iter();
                 let on_dots =
                     on_dots.filter(|dot| meets(at, size, (dot.0 - RING, dot.1 - RING), side));
-                let met = on_labels.count() + on_dots.count();
+                let outside = usize::from(is_outside(at, size));
+                let met = on_labels.count() + on_dots.count() + outside;
                 if met < best.0 {
                     best = (met, at);
                 }
@@ -94,7 +100,7 @@ mod tests {
     fn no_number_covers_a_point_or_another_number() {
         // Three points so close that all would be labelled on their right, and one far away.
         let points = [(100, 100), (104, 100), (100, 103), (300, 100)];
-        let found = labels(&points);
+        let found = labels(&points, &[NUMBER; 4], (400, 400));
         assert_eq!(found[3], (312, 94));
         for (index, a) in found.iter().enumerate() {
             let apart = |b: (i32, i32), size: (i32, i32)| {

@@ -14,27 +14,70 @@ const RANKS: usize = 20;
 /// The lines of one pair of charts, each with its name, and a description.
 struct ChartPair<'a> {
     lines: Vec<(String, &'a ProbeSetResult)>,
-    /// The recognizer, if all lines are of one.
-    name: Option<&'a str>,
     words: String,
     /// Number of people to choose from.
     classes: usize,
 }
 
-/// Draws CMC and ROC of all recognizers: one pair of charts if there are few enough sets of probes,
-/// else one pair for each recognizer, with the sets of [`headline_scope::chosen`]. None without
-/// lines.
+/// Draws CMC and ROC of all recognizers: of all sets of probes if there are few enough, else of the
+/// first set of each; [`more`] has the others. None without lines.
 pub(super) fn charts(results: &[RecognizerResult]) -> Option<Markup> {
-    let drawn: Vec<Markup> = pairs(results).iter().filter_map(pair).collect();
-    (!drawn.is_empty()).then(|| html! { @for one in drawn { (one) } })
+    pair(&match results {
+        _ if has_all(results) => of_all(results),
+        [one] => of_one(one),
+        _ => of_first(results),
+    })
 }
 
-fn pairs(results: &[RecognizerResult]) -> Vec<ChartPair<'_>> {
+/// Draws CMC and ROC of one recognizer of several, if [`charts`] shows only one of its sets.
+pub(super) fn more(result: &RecognizerResult, results: &[RecognizerResult]) -> Option<Markup> {
+    let is_first_only = results.len() > 1 && !has_all(results);
+    is_first_only.then(|| pair(&of_one(result))).flatten()
+}
+
+/// Returns whether there are few enough sets of probes for one pair of charts.
+fn has_all(results: &[RecognizerResult]) -> bool {
     let sets: usize = results.iter().map(|result| result.probe_sets.len()).sum();
-    let one_each = results.iter().all(|result| result.probe_sets.len() <= 1);
-    if sets > LINES.len() && !one_each {
-        return results.iter().map(of_one).collect();
+    sets <= LINES.len() || results.iter().all(|result| result.probe_sets.len() <= 1)
+}
+
+/// Returns the sets of [`headline_scope::chosen`].
+fn of_one(result: &RecognizerResult) -> ChartPair<'_> {
+    let (sets, which) = headline_scope::chosen(result, LINES.len());
+    ChartPair {
+        lines: sets.iter().map(|set| (set.name.clone(), *set)).collect(),
+        words: format!("The charts show {which}; the table above has all"),
+        classes: result.classes,
     }
+}
+
+/// Returns the first set of each of the best recognizers.
+fn of_first(results: &[RecognizerResult]) -> ChartPair<'_> {
+    fn first(result: &RecognizerResult) -> Option<(String, &ProbeSetResult)> {
+        let (sets, _) = headline_scope::chosen(result, 1);
+        Some((result.name.clone(), *sets.first()?))
+    }
+    let mut ranked: Vec<&RecognizerResult> = results.iter().collect();
+    ranked.sort_by(|a, b| b.rank1.total_cmp(&a.rank1));
+    let lines = ranked.into_iter().filter_map(first).take(LINES.len());
+    let lines: Vec<_> = lines.collect();
+    ChartPair {
+        words: format!(
+            "The best {} of {} recognizers on their headline probes; those on others are below, by recognizer",
+            lines.len(),
+            results.len()
+        ),
+        lines,
+        classes: results
+            .iter()
+            .map(|result| result.classes)
+            .max()
+            .unwrap_or(0),
+    }
+}
+
+fn of_all(results: &[RecognizerResult]) -> ChartPair<'_> {
+    let sets: usize = results.iter().map(|result| result.probe_sets.len()).sum();
     let lines = results.iter().flat_map(|result| {
         let alone = result.probe_sets.len() == 1;
         let name = move |set: &ProbeSetResult| {
@@ -56,28 +99,14 @@ fn pairs(results: &[RecognizerResult]) -> Vec<ChartPair<'_>> {
     } else {
         "All recognizers and probe sets".to_owned()
     };
-    vec![ChartPair {
+    ChartPair {
         lines,
-        name: None,
         words,
         classes: results
             .iter()
             .map(|result| result.classes)
             .max()
             .unwrap_or(0),
-    }]
-}
-
-fn of_one(result: &RecognizerResult) -> ChartPair<'_> {
-    let (sets, which) = headline_scope::chosen(result, LINES.len());
-    ChartPair {
-        lines: sets.iter().map(|set| (set.name.clone(), *set)).collect(),
-        name: Some(&result.name),
-        words: format!(
-            "The charts show {which}; the table of {} has all",
-            result.name
-        ),
-        classes: result.classes,
     }
 }
 
@@ -134,7 +163,6 @@ fn pair(pair: &ChartPair<'_>) -> Option<Markup> {
     }
     let names: Vec<&str> = pair.lines.iter().map(|(name, _)| name.as_str()).collect();
     Some(html! {
-        @if let Some(name) = pair.name { h3 { (name) } }
         p {
             (pair.words) ". " (counts(sets())) ", " (pair.classes) " to choose from. CMC: the share of probes "
             "whose person is among the k nearest people"
@@ -231,18 +259,22 @@ mod tests {
         sets.remove(1);
         let mut other = confounded(sets.clone());
         other.name = "spread".into();
-        let page = charts(&[confounded(sets), other])
-            .expect("charts")
-            .into_string();
-        for name in ["pca-svm", "spread"] {
-            let said = format!(
-                "<h3>{name}</h3><p>The charts show 6 of 76 probe sets: the clean one (normal, 100.0 %) and the 5 with the lowest rank-1; the table of {name} has all."
-            );
-            assert!(page.contains(&said), "{page}");
-        }
-        // A chart for each recognizer, with the worst sets rather than the first six.
-        assert_eq!(page.matches("<svg class=\"curves\"").count(), 2);
-        assert_eq!(page.matches("> fog</span>").count(), 2);
+        let both = [confounded(sets), other];
+        let page = charts(&both).expect("charts").into_string();
+        assert!(
+            page.contains("The best 2 of 2 recognizers on their headline probes"),
+            "{page}"
+        );
+        assert!(page.contains("> pca-svm</span>") && page.contains("> spread</span>"));
+        let page = more(&both[1], &both).expect("charts").into_string();
+        let alone = charts(&both[..1]).expect("charts").into_string();
+        assert!(more(&both[0], &both[..1]).is_none());
+        assert_eq!(page, alone);
+        let said = "<p>The charts show 6 of 76 probe sets: the clean one (normal, 100.0 %) and the 5 with the lowest rank-1; the table above has all.";
+        assert!(page.contains(said), "{page}");
+        // The worst sets rather than the first six.
+        assert_eq!(page.matches("<svg class=\"curves\"").count(), 1);
+        assert_eq!(page.matches("> fog</span>").count(), 1);
         assert!(
             page.contains("> c24</span>") && !page.contains("> c1</span>"),
             "{page}"

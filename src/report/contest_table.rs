@@ -67,7 +67,7 @@ fn others(result: &RecognizerResult) -> impl Iterator<Item = &ProbeSetResult> {
 /// Describes the contest, and the mark of recognizers that are worse than pixels.
 fn about(result: &RecognizerResult) -> String {
     format!(
-        "{} people, enrolled on one day, sought on another; chance {} %; * worse than pixels",
+        "{} people, two days; chance {} %; pixels, random: untrained; * worse than pixels",
         result.classes,
         percent(1.0 / result.classes.max(1) as f64)
     )

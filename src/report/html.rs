@@ -93,11 +93,11 @@ pub(crate) fn page(results: &ScoreResults, samples: &[TemplateSample]) -> Result
                 }
                 main {
                     @if let Some(picture) = speed_error::figure(results) {
-                        h2 { "Speed against error" }
+                        h2 { "Accuracy against time" }
                         (picture)
                     }
-                    (small_multiples(&results.recognizers))
                     (summary(results))
+                    (small_multiples(&results.recognizers))
                     (paired::section(results))
                     (people::section(results))
                     @if let Some(chart) = chart::angles(&results.recognizers) {
@@ -110,8 +110,8 @@ pub(crate) fn page(results: &ScoreResults, samples: &[TemplateSample]) -> Result
                     }
                     @for result in &results.recognizers {
                         details open[results.recognizers.len() == 1] {
-                            summary { h2 { (result.name) } }
-                            (recognizer(result))
+                            summary { h2 { (result.name) ": all numbers" } }
+                            (recognizer(result, &results.recognizers))
                         }
                     }
                     @if let Some(first) = samples.first() {
@@ -170,9 +170,10 @@ fn facts(results: &ScoreResults) -> Markup {
 fn lead() -> Markup {
     html! {
         p.lead {
-            "Silhouettes of walking people, one by one or averaged into Gait Energy Images (GEI), "
-            "were shown to recognizers, which had to identify the walker. This page shows how often "
-            "each was right, from which viewpoints, and how long an answer took."
+            "Recognizers were shown silhouettes of walking people, one by one or averaged over a gait "
+            "cycle (Gait Energy Images, GEI), and had to find each walker, the probe, among enrolled "
+            "people, the gallery. This page shows how often each was right, from which viewpoints, and "
+            "how long an answer took."
         }
     }
 }

@@ -90,6 +90,16 @@ fn text_of(leading: &[&PairedResult]) -> String {
     format!("\n{best}: lead in rank-1 on the same probes, paired by person\n{table}")
 }
 
+/// Returns the name of the headline probe set of these results if there is only one.
+fn headline_of<'r>(one: &PairedResult, results: &'r ScoreResults) -> Option<&'r str> {
+    let all = &results.recognizers;
+    let first = all.iter().find(|result| result.name == one.recognizer);
+    match &first?.of_probe_sets[..] {
+        [name] => Some(name),
+        _ => None,
+    }
+}
+
 /// Returns all of the best recognizer's differences as an HTML table, for each group of recognizers
 /// with the same probes; empty if there are none.
 pub(super) fn section(results: &ScoreResults) -> Markup {
@@ -110,29 +120,30 @@ pub(super) fn section(results: &ScoreResults) -> Markup {
         p.quiet {
             "Rank-1 of " (names.join(", ")) (best) "minus that of each other recognizer on the same probes, "
             "in percentage points, with the 95 % interval of the difference over people (paired bootstrap). "
-            "If the interval contains 0, these people do not show a difference. Viewpoints are compared one by one; "
+            "If the interval contains 0, these people do not show a difference (undecided). Viewpoints are compared one by one; "
             "about five in a hundred are better or worse by chance alone."
         }
-        @for pairs in groups { div.scroll { table.summary {
+        @for pairs in groups {
+        @let headline = headline_of(pairs[0], results);
+        div.scroll { table.summary {
             thead { tr {
                 th scope="col" { (pairs[0].recognizer) " against" }
                 th.text scope="col" { "probes" }
-                th scope="col" { "people" }
                 th scope="col" { "points" }
                 th scope="col" { "95 % interval" }
                 th.text scope="col" { "verdict" }
                 th scope="col" { "viewpoints better, worse" }
             } }
             tbody { @for one in pairs {
-                tr {
+                // The headline sets are listed first, and not again if there is only one.
+                @if one.probe_set.is_none() || one.probe_set.as_deref() != headline { tr {
                     th scope="row" { (one.other) }
-                    td.text data-label="probes" { (one.probe_set.as_deref().unwrap_or("headline sets")) }
-                    td data-label="people" { (one.people) }
+                    td.text data-label="probes" { (one.probe_set.as_deref().or(headline).unwrap_or("headline sets")) }
                     td data-label="points" { b { (points(one.difference)) } }
                     td data-label="95 % interval" { (interval(one)) }
                     td.text data-label="verdict" { (verdict(one)) }
                     td data-label="viewpoints better, worse" { (of_viewpoints(one)) }
-                }
+                } }
             } }
         } } }
     }

@@ -1,18 +1,19 @@
 //! The first picture of the report: Rank-1 against the time of an inference (inline SVG).
 
-use super::axis_ticks::LogAxis;
+use super::axis_ticks::{LogAxis, labels};
 use super::drawing::{Axes, LINES, percents, to_tenth};
 use super::standalone::standalone;
 use super::{THIN, microseconds, percent};
 use crate::evaluate::results::{RecognizerResult, ScoreResults};
 use maud::{Markup, html};
 
-/// Space between the names beside the picture, so that they do not overlap.
-const LINE: f64 = 16.0;
+/// The height of a line of text, and the maximum width of a letter of a name.
+const LINE: i32 = 16;
+const LETTER: i32 = 10;
 /// The height of the area of the marks, unless their names need more.
 const HEIGHT: f64 = 240.0;
-/// The maximum width of a letter of a name.
-const LETTER: f64 = 10.0;
+/// The distance of a name from its mark from which a line joins them.
+const NEAR: i32 = 40;
 const TITLE: &str = "Rank-1 against the time of an inference";
 
 /// What a mark of the picture shows: how fast and how right a recognizer is.
@@ -54,14 +55,23 @@ impl SpeedErrorPlot {
         all.sort_by(|a, b| a.us.total_cmp(&b.us).then(b.rank1.total_cmp(&a.rank1)));
         let axes = Axes {
             left: 54.0,
-            top: 12.0,
+            top: 32.0,
             width: 400.0,
-            height: HEIGHT.max(LINE * all.len() as f64),
+            height: HEIGHT.max(f64::from(LINE) * all.len() as f64),
         };
         let ends = |one: &SpeedError| one.us_range.unwrap_or((one.us, one.us));
         let across = LogAxis::around(all.iter().flat_map(|one| [ends(one).0, ends(one).1]));
         let at = |us: f64, rank1: f64| axes.place((across.place(us), rank1));
         let places: Vec<(f64, f64)> = all.iter().map(|one| at(one.us, one.rank1)).collect();
+        let points: Vec<(i32, i32)> = places.iter().map(|at| (at.0 as i32, at.1 as i32)).collect();
+        let width = |one: &SpeedError| LETTER * one.name.chars().count() as i32;
+        let sizes: Vec<(i32, i32)> = all.iter().map(|one| (width(one), LINE)).collect();
+        let longest = all.iter().map(width).max().unwrap_or(0);
+        let picture = (
+            (axes.left + axes.width) as i32 + 16 + longest,
+            (axes.top + axes.height) as i32 + 48,
+        );
+        let names = labels(&points, &sizes, (picture.0, picture.1 - 48));
         let mut boards: Vec<usize> = all.iter().map(|one| one.board).collect();
         boards.sort_unstable();
         boards.dedup();
@@ -80,24 +90,26 @@ impl SpeedErrorPlot {
             (axes.across(&percents([0, 25, 50, 75, 100])))
             (axes.upwards(&times))
             (axes.below(&times))
+            text.axis x="8" y="16" { "right person found (rank-1)" }
             text.axis x=(to_tenth(axes.left + axes.width / 2.0)) y=(to_tenth(axes.top + axes.height + 40.0))
                 text-anchor="middle" { (axis) }
             @for board in boards { (line(board)) }
-            @for ((one, &(x, y)), name_y) in all.iter().zip(&places).zip(names_y(&axes, &places)) {
+            @for (one, &(x, y)) in all.iter().zip(&places) {
                 @let (left, right) = (at(ends(one).0, one.rank1).0, at(ends(one).1, one.rank1).0);
                 @let (low, high) = (at(one.us, one.rank1_range.0).1, at(one.us, one.rank1_range.1).1);
-                (drawn(one, (x, y), &axes, name_y))
+                (mark(one, (x, y)))
                 path.error fill="none" stroke=(one.colour())
                     d=(format!("M{left:.1} {y:.1}L{right:.1} {y:.1}M{x:.1} {low:.1}L{x:.1} {high:.1}")) {}
             }
+            @for ((one, &from), &(x, y)) in all.iter().zip(&points).zip(&names) {
+                @if (x - from.0).abs().max((y - from.1).abs()) > NEAR {
+                    line.rail x1=(from.0) y1=(from.1) x2=(x) y2=(y + LINE - 5) {}
+                }
+                text.axis x=(x) y=(y + LINE - 5) { (one.name) }
+            }
         };
-        let longest = all.iter().map(|one| one.name.chars().count()).max();
-        let names = 20.0 + LETTER * longest.unwrap_or(0) as f64;
         Some(Self {
-            size: (
-                axes.left + axes.width + names,
-                axes.top + axes.height + 48.0,
-            ),
+            size: (f64::from(picture.0), f64::from(picture.1)),
             content,
         })
     }
@@ -171,34 +183,10 @@ fn scope(results: &ScoreResults) -> &'static str {
     }
 }
 
-/// Returns the height of each name beside the picture: that of its mark, or as near as there is room.
-fn names_y(axes: &Axes, marks: &[(f64, f64)]) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..marks.len()).collect();
-    order.sort_by(|&a, &b| marks[a].1.total_cmp(&marks[b].1));
-    let mut places = vec![0.0; marks.len()];
-    let mut lowest = f64::INFINITY;
-    // From below, so that the last fits above the axis, and then downwards.
-    let bottom = axes.top + axes.height;
-    for (above, &at) in order.iter().rev().enumerate() {
-        let most = bottom - LINE * above as f64;
-        lowest = marks[at].1.min(most).min(lowest - LINE);
-        places[at] = lowest;
-    }
-    let mut highest = f64::NEG_INFINITY;
-    for &at in &order {
-        places[at] = places[at].max(highest + LINE).max(axes.top);
-        highest = places[at];
-    }
-    places
-}
-
-/// Draws a recognizer's mark, and its name beside the picture.
-fn drawn(one: &SpeedError, (x, y): (f64, f64), axes: &Axes, name_y: f64) -> Markup {
-    let beside = axes.left + axes.width;
+/// Draws a recognizer's mark.
+fn mark(one: &SpeedError, (x, y): (f64, f64)) -> Markup {
     let (colour, (low, high)) = (one.colour(), one.rank1_range);
     html! {
-        line.rail x1=(to_tenth(x)) x2=(to_tenth(beside + 8.0)) y1=(to_tenth(y)) y2=(to_tenth(name_y)) {}
-        text.axis x=(to_tenth(beside + 12.0)) y=(to_tenth(name_y + 4.0)) { (one.name) }
         circle cx=(to_tenth(x)) cy=(to_tenth(y)) r="4.5"
             stroke=(colour) fill=(if one.is_baseline { "none" } else { colour }) {
             title {
@@ -232,11 +220,11 @@ mod tests {
             timed("middle", 60, 100.0),
         ];
         let svg = plot(&results_of(all)).expect("times").file();
-        // 10 to 1000 us in the middle of the axis: 40, 60 and 80 % of 240 pixels above 252.
+        // 10 to 1000 us in the middle of the axis: 40, 60 and 80 % of 240 pixels above 272.
         let x = |us: f64| 54.0 + 400.0 * (us * 1.3 / 10.0).ln() / 169f64.ln();
         let [a, b, c] = [10.0, 100.0, 1000.0].map(x);
         assert!(
-            svg.contains(&format!("d=\"M{a:.1} 156.0L{b:.1} 108.0L{c:.1} 60.0\"")),
+            svg.contains(&format!("d=\"M{a:.1} 176.0L{b:.1} 128.0L{c:.1} 80.0\"")),
             "{svg}"
         );
         assert_texts_are_readable(&svg);

@@ -2,12 +2,20 @@
 
 use super::cells::chance;
 use super::heatmap::label;
-use super::viewpoints::rate;
 use super::{THIN, chart, grouped, headline_scope, microseconds, percent};
-use crate::evaluate::bands::{Bands, ELEVATIONS};
+use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
 use crate::evaluate::rank1::Tally;
-use crate::evaluate::results::{RecognizerResult, ScoreResults};
+use crate::evaluate::results::{
+    ProbeSetResult, RecognizerResult, SameViewResult, ScoreResults, ViewpointResult,
+};
 use maud::{Markup, html};
+
+/// The least difference of a hard viewpoint's rank-1 from that of all viewpoints that is stated.
+const HARDER: f64 = 0.05;
+/// The maximum number of azimuths, or of elevations, that are told apart without bands.
+const FEW: usize = 8;
+/// The maximum number of other probe sets that have a column.
+const OTHERS: usize = 4;
 
 /// Describes the best recognizer in a few sentences.
 pub(super) fn finding(results: &ScoreResults) -> Markup {
@@ -20,78 +28,202 @@ pub(super) fn finding(results: &ScoreResults) -> Markup {
     let trained = best.at_training();
     // If all viewpoints are training viewpoints, it would be the same number again.
     let trained = trained.rank1().filter(|_| trained.probes < best.probes);
+    let others: Vec<&ProbeSetResult> = others(best).collect();
     html! {
         div.finding {
             p {
                 @if learnt > 1 { "The best of " (learnt) ", " }
                 strong { (best.name) }
                 @if learnt > 1 { "," }
-                " recognizes " strong { (percent(best.rank1)) " %" }
+                " finds the right one of " (best.classes) " people in " strong { (percent(best.rank1)) " %" }
                 @match &best.by_viewpoint[..] {
                     [] => {}
                     [one] => { " from its one viewpoint, azimuth " (label(one.azimuth_deg)) "°, elevation " (label(one.elevation_deg)) "°" }
                     many => { " over all " (grouped(many.len() as u64, THIN)) " viewpoints" }
                 }
-                @if let Some(rate) = trained { " and " strong { (percent(rate)) " %" } " where it was trained" }
+                @if has_each_view(best) { ", enrolled from another one" }
+                @if let Some(rate) = trained { ", and in " strong { (percent(rate)) " %" } " where it was trained" }
                 "; chance is " (percent(chance(best))) " %."
-                @if let Some((band, tally)) = worst_elevation(best) {
-                    " It does worst at elevations of " (band) "°: "
-                    strong { (rate(tally)) " %" } "."
+                @if let Some((place, rate)) = hardest(best) {
+                    " It is hardest at " (place) ": " strong { (percent(rate)) " %" } "."
                 }
-            }
-            @if let Some(which) = headline_scope::probe_sets(best) {
-                p {
-                    "This is on " strong { (which) } ": " (headline_scope::counts(best, THIN)) "."
-                    @if let Some((worst, others)) = headline_scope::worst_other(best) {
-                        @match others {
-                            1 => " The other one",
-                            many => { " Of the other " (many) " it does worst on " (worst.name) },
+                @match &others[..] {
+                    [] => {}
+                    few @ [_, ..] if few.len() <= OTHERS => {
+                        " With other probes: "
+                        @for (at, set) in few.iter().enumerate() {
+                            @if at > 0 { ", " }
+                            (set.name) " " strong { (percent(set.rank1)) " %" }
                         }
-                        @if others == 1 { " is " (worst.name) }
-                        ": " strong { (percent(worst.rank1)) " %" } "."
+                        "."
+                    }
+                    many => {
+                        @if let Some((worst, _)) = headline_scope::worst_other(best) {
+                            " Of " (many.len()) " other sets of probes it does worst on " (worst.name) ": "
+                            strong { (percent(worst.rank1)) " %" } "."
+                        }
                     }
                 }
+            }
+            @if let Some((name, times)) = as_good_and_faster(results, best) {
+                p { strong { (name) } " is not measurably worse, and " (times) " times as fast." }
+            }
+            @if is_synthetic(results) {
+                p { "These people are synthetic. Rates on real people are lower." }
             }
         }
     }
 }
 
-/// Returns the table of all recognizers, a row for each.
+/// Returns whether a probe is compared with each viewpoint separately.
+fn has_each_view(result: &RecognizerResult) -> bool {
+    result.probe_sets.iter().any(|set| set.cross_view.is_some())
+}
+
+/// Returns the sets of probes that the headline rates leave out.
+fn others(result: &RecognizerResult) -> impl Iterator<Item = &ProbeSetResult> {
+    let is_other =
+        |set: &&ProbeSetResult| set.probes > 0 && !result.of_probe_sets.contains(&set.name);
+    result.probe_sets.iter().filter(is_other)
+}
+
+/// Returns whether the people are those that are built in.
+fn is_synthetic(results: &ScoreResults) -> bool {
+    let pack = results.header.settings.get("pack");
+    pack.and_then(|name| name.as_str())
+        .is_some_and(|name| name.starts_with("built-in") || name.starts_with("synthetic"))
+}
+
+/// Returns the fastest recognizer that is at least twice as fast as the best one and whose
+/// difference from it is undecided, and how many times as fast it is.
+fn as_good_and_faster<'r>(
+    results: &'r ScoreResults,
+    best: &RecognizerResult,
+) -> Option<(&'r str, u64)> {
+    let best_us = best.latency?.p50_us;
+    let undecided = results.paired.iter().filter(|pair| {
+        pair.recognizer == best.name && pair.probe_set.is_none() && pair.differs() == Some(false)
+    });
+    let faster = undecided.filter_map(|pair| {
+        let other = results.learnt().find(|other| other.name == pair.other)?;
+        let times = best_us / other.latency?.p50_us;
+        (times >= 2.0).then_some((other.name.as_str(), times))
+    });
+    let (name, times) = faster.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some((name, times.round() as u64))
+}
+
+/// Returns the azimuth or elevation, or the band of them, at which a recognizer is worst, and its
+/// rank-1 there, if that is clearly lower than over all viewpoints.
+fn hardest(result: &RecognizerResult) -> Option<(String, f64)> {
+    let bands = Bands::sum(&result.by_viewpoint);
+    let of = |one: &ViewpointResult, axis: usize| [one.azimuth_deg, one.elevation_deg][axis];
+    let groups = |axis: usize, name: &str, bands: [(&str, Tally); 5]| {
+        let all = &result.by_viewpoint;
+        let mut angles: Vec<f64> = all.iter().map(|one| of(one, axis)).collect();
+        angles.sort_by(f64::total_cmp);
+        angles.dedup();
+        let sum = |angle: f64| {
+            all.iter()
+                .filter(|one| of(one, axis) == angle)
+                .map(ViewpointResult::tally)
+                .sum()
+        };
+        let found: Vec<(String, Tally)> = if angles.len() <= FEW {
+            let each = angles.iter();
+            each.map(|&angle| (format!("{name} {}°", label(angle)), sum(angle)))
+                .collect()
+        } else {
+            let each = bands.into_iter().filter(|(_, tally)| tally.probes > 0);
+            each.map(|(band, tally)| (format!("{name}s of {}°", band.replace('-', "–")), tally))
+                .collect()
+        };
+        if found.len() > 1 { found } else { Vec::new() }
+    };
+    let azimuths = std::array::from_fn(|band| (AZIMUTHS[band], bands.azimuth(band)));
+    let elevations = std::array::from_fn(|band| (ELEVATIONS[band], bands.elevation(band)));
+    let all = [
+        groups(0, "azimuth", azimuths),
+        groups(1, "elevation", elevations),
+    ]
+    .concat();
+    let rates = all
+        .into_iter()
+        .filter_map(|(place, tally)| Some((place, tally.rank1()?)));
+    let worst = rates.min_by(|a, b| a.1.total_cmp(&b.1));
+    worst.filter(|(_, rate)| result.rank1 - rate >= HARDER)
+}
+
+/// Returns the table of all recognizers, a row for each, the best first.
 pub(super) fn summary(results: &ScoreResults) -> Markup {
+    let mut ranked: Vec<&RecognizerResult> = results.recognizers.iter().collect();
+    ranked.sort_by(|a, b| b.rank1.total_cmp(&a.rank1));
+    let scopes: Vec<_> = ranked.iter().map(|result| scope(result)).collect();
+    // What is the same for all is said once.
+    let scope = scopes
+        .first()
+        .filter(|first| scopes.iter().all(|scope| scope == *first));
+    let has = |is: fn(&RecognizerResult) -> bool| ranked.iter().any(|result| is(result));
+    let has_same_view = has(|result| same_view(result).is_some());
+    let has_training = has(|result| result.at_training().probes > 0);
+    let has_hardest = has(|result| hardest(result).is_some());
+    let has_size = has(|result| result.model_bytes.is_some());
+    let mut sets: Vec<&str> = Vec::new();
+    for set in ranked.iter().flat_map(|result| others(result)) {
+        if !sets.contains(&set.name.as_str()) {
+            sets.push(&set.name);
+        }
+    }
+    sets.truncate(OTHERS);
     html! {
         h2 { "Summary" }
+        @if let Some(scope) = scope { p.quiet { "Rank-1 is how often the first answer is right. Protocol " (scope) "." } }
         div.scroll { table.summary {
             thead { tr {
                 th scope="col" { "recognizer" }
-                th.text scope="col" { "runtime" }
-                th scope="col" { "rank-1" small { "95 % interval; tick: chance" } }
-                th scope="col" { "where trained" small { "rank-1" } }
-                th scope="col" { "worst elevations" small { "rank-1" } }
+                @if has_same_view { th scope="col" { "same view" small { "rank-1" } } }
+                th scope="col" { @if has_same_view { "across views" } @else { "rank-1" }
+                    small { "95 % interval; tick: chance" } }
+                @for set in &sets { th scope="col" { (set) small { "rank-1" } } }
+                @if has_training { th scope="col" { "where trained" small { "rank-1" } } }
+                @if has_hardest { th scope="col" { "hardest" small { "rank-1" } } }
                 th scope="col" { "one inference, µs" small { "p50 / p90 / p99" } }
+                @if has_size { th scope="col" { "MB" } }
             } }
-            tbody { @for result in &results.recognizers {
-                @let trained = result.at_training();
+            tbody { @for result in ranked {
                 tr {
                     th scope="row" { (result.name)
                         @if result.baseline { small { "baseline: nothing learnt" } }
-                        small { (result.protocol)
-                        @if let Some(which) = headline_scope::probe_sets(result) { ": " (which) } } }
-                    td.text data-label="runtime" { (result.runtime.name) small { (result.runtime.detail()) } }
-                    td data-label="rank-1" {
+                        @else { small { (result.runtime.name) " " (result.runtime.detail()) } }
+                        @if scope.is_none() { small { (self::scope(result)) } } }
+                    @if has_same_view { td data-label="same view" { @match same_view(result) {
+                        Some(same) => { (percent(same.rank1)) " %"
+                            @let (low, high) = same.intervals.shown();
+                            small { (percent(low)) " to " (percent(high)) } }
+                        None => "–",
+                    } } }
+                    td data-label=(if has_same_view { "across views" } else { "rank-1" }) {
                         b { (percent(result.rank1)) " %" }
                         @let (low, high) = result.intervals.shown();
                         small { (percent(low)) " to " (percent(high))
                             @if result.intervals.over_people().is_some() { " over people" } }
-                        small { "of " (grouped(result.probes, THIN)) " probes" }
                         (chart::interval(result))
                     }
-                    td data-label="where trained" { (rate_and_interval(trained)) }
-                    td data-label="worst elevations" {
-                        @match worst_elevation(result) {
-                            Some((band, tally)) => { (rate(tally)) " %" small { "at " (band) "°" } }
+                    @for name in &sets { td data-label=(name) {
+                        @match others(result).find(|set| set.name == *name) {
+                            Some(set) => { (percent(set.rank1)) " %" }
                             None => "–",
                         }
+                    } }
+                    @if has_training {
+                        td data-label="where trained" { (rate_and_interval(result.at_training())) }
                     }
+                    @if has_hardest { td data-label="hardest" {
+                        @match hardest(result) {
+                            Some((place, rate)) => { (percent(rate)) " %" small { "at " (place) } }
+                            None => "–",
+                        }
+                    } }
                     td data-label="one inference, µs" {
                         @match result.latency {
                             Some(latency) => {
@@ -102,10 +234,30 @@ pub(super) fn summary(results: &ScoreResults) -> Markup {
                             None => "–",
                         }
                     }
+                    @if has_size { td data-label="MB" {
+                        (result.model_bytes.map_or("–".into(), |bytes| format!("{:.2}", bytes as f64 / 1e6)))
+                    } }
                 }
             } }
         } }
     }
+}
+
+/// Describes the protocol and the probes of the headline rates.
+fn scope(result: &RecognizerResult) -> String {
+    let which = headline_scope::probe_sets(result);
+    let which = which.map_or(String::new(), |which| format!(", {which}"));
+    format!(
+        "{}{which}: {}",
+        result.protocol,
+        headline_scope::counts(result, THIN)
+    )
+}
+
+fn same_view(result: &RecognizerResult) -> Option<SameViewResult> {
+    let sets = &result.probe_sets;
+    let leading = sets.iter().find(|set| set.clean).or_else(|| sets.first());
+    leading?.cross_view.as_ref()?.same_view
 }
 
 fn rate_and_interval(tally: Tally) -> Markup {
@@ -121,18 +273,11 @@ fn rate_and_interval(tally: Tally) -> Markup {
     }
 }
 
-/// Returns the elevation band with a recognizer's lowest rank-1, by name, if there are several
-/// bands.
-fn worst_elevation(result: &RecognizerResult) -> Option<(String, Tally)> {
-    let bands = Bands::sum(&result.by_viewpoint);
-    let seen = (0..ELEVATIONS.len()).filter(|&band| bands.elevation(band).probes > 0);
-    let worst = bands.worst_elevation().filter(|_| seen.count() > 1);
-    worst.map(|(band, tally)| (band.replace('-', "–"), tally))
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::evaluate::paired_results::PairedResult;
+    use crate::evaluate::results::Latency;
     use crate::evaluate::results::tests::set;
     use crate::evaluate::results::tests::{result_of, results_of};
     use crate::report::headline_scope::tests::confounded;
@@ -155,10 +300,10 @@ pub(super) mod tests {
         second.name = "second".into();
         let said = finding(&results_of(vec![grid(), second])).into_string();
         assert!(said.contains(
-            "The best of 2, <strong>pca-svm</strong>, recognizes <strong>43.8 %</strong> over all \
-             4 viewpoints and <strong>100.0 %</strong> where it was trained; chance is 3.8 %. It does \
-             worst at elevations of 80–90°: <strong>25.0 %</strong>."
-        ));
+            "The best of 2, <strong>pca-svm</strong>, finds the right one of 26 people in \
+             <strong>43.8 %</strong> over all 4 viewpoints, and in <strong>100.0 %</strong> where it was \
+             trained; chance is 3.8 %. It is hardest at azimuth 0°: <strong>12.5 %</strong>."
+        ), "{said}");
     }
 
     #[test]
@@ -171,25 +316,59 @@ pub(super) mod tests {
         let results = results_of(vec![confounded(sets)]);
         let said = finding(&results).into_string();
         assert!(said.contains(
-            "<strong>pca-svm</strong> recognizes <strong>100.0 %</strong> from its one viewpoint, \
-             azimuth 90°, elevation 0°; chance is 3.8 %."
+            "<strong>pca-svm</strong> finds the right one of 26 people in <strong>100.0 %</strong> from \
+             its one viewpoint, azimuth 90°, elevation 0°; chance is 3.8 %. With other probes: fog \
+             <strong>3.8 %</strong>, bag <strong>76.9 %</strong>."
         ), "{said}");
-        assert!(said.contains(
-            "This is on <strong>the clean probe set normal, 1 of 3</strong>: 26 probes of 26 people. \
-             Of the other 2 it does worst on fog: <strong>3.8 %</strong>."
-        ), "{said}");
-        let row = summary(&results).into_string();
-        assert!(row.contains("the clean probe set normal, 1 of 3"), "{row}");
-        // With one elevation, there is no worst one.
-        assert!(row.contains("data-label=\"worst elevations\">–<"), "{row}");
+        let table = summary(&results).into_string();
+        assert!(
+            table.contains("the clean probe set normal, 1 of 3: 26 probes of 26 people"),
+            "{table}"
+        );
+        assert!(
+            table.contains("<td data-label=\"fog\">3.8 %</td>"),
+            "{table}"
+        );
+        // With one viewpoint, none is the hardest.
+        assert!(!table.contains("hardest"), "{table}");
+    }
+
+    #[test]
+    fn a_recognizer_that_is_as_good_and_faster_is_named() {
+        let timed = |name: &str, us: f64| RecognizerResult {
+            name: name.into(),
+            latency: Latency::from_samples(&[us]),
+            ..grid()
+        };
+        let mut results = results_of(vec![timed("slow", 90.0), timed("fast", 3.0)]);
+        let faster = |results: &ScoreResults| {
+            let found = as_good_and_faster(results, &results.recognizers[0]);
+            found.map(|(name, times)| (name.to_owned(), times))
+        };
+        assert_eq!(faster(&results), None);
+        let undecided = PairedResult {
+            recognizer: "slow".into(),
+            other: "fast".into(),
+            probe_set: None,
+            people: 9,
+            difference: 0.01,
+            low: Some(-0.02),
+            high: Some(0.03),
+            by_viewpoint: Vec::new(),
+        };
+        results.paired = vec![undecided];
+        assert_eq!(faster(&results), Some(("fast".into(), 30)));
+        results.paired[0].low = Some(0.005);
+        assert_eq!(faster(&results), None);
     }
 
     #[test]
     fn what_is_pooled_is_said() {
         let sets = vec![set("5", false, 26), set("6", false, 26)];
-        let said = finding(&results_of(vec![confounded(sets)])).into_string();
-        assert!(said.contains(
-            "This is on <strong>all 2 probe sets, pooled (5; 6): none is known to be clean</strong>"
-        ), "{said}");
+        let said = summary(&results_of(vec![confounded(sets)])).into_string();
+        assert!(
+            said.contains("all 2 probe sets, pooled (5; 6): none is known to be clean"),
+            "{said}"
+        );
     }
 }

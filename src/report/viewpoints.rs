@@ -2,7 +2,7 @@
 
 use super::cells::{chance, rate_cell};
 use super::heatmap::{HeatmapGrid, label, legend};
-use super::{THIN, grouped, headline_scope, percent, probe_sets, scatter};
+use super::{THIN, cmc_roc, grouped, headline_scope, percent, probe_sets, scatter};
 use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
 use crate::evaluate::rank1::Tally;
 use crate::evaluate::results::RecognizerResult;
@@ -13,7 +13,7 @@ const LISTED: usize = 25;
 
 /// Returns a recognizer's section: its sets of probes, a picture of its viewpoints, and a list of
 /// them or, if there are many, the bands.
-pub(super) fn recognizer(result: &RecognizerResult) -> Markup {
+pub(super) fn recognizer(result: &RecognizerResult, all: &[RecognizerResult]) -> Markup {
     let bands = Bands::sum(&result.by_viewpoint);
     let grid = HeatmapGrid::from_viewpoints(&result.by_viewpoint);
     let is_listed = grid.is_none() || result.by_viewpoint.len() <= LISTED;
@@ -22,6 +22,7 @@ pub(super) fn recognizer(result: &RecognizerResult) -> Markup {
     html! {
         section {
             (probe_sets::page(result))
+            @if let Some(charts) = cmc_roc::more(result, all) { (charts) }
             @if !result.by_viewpoint.is_empty() {
                 h3 { "Rank-1 by viewpoint" }
                 p {
@@ -55,10 +56,12 @@ pub(super) fn small_multiples(results: &[RecognizerResult]) -> Markup {
         let grid = HeatmapGrid::from_viewpoints(&result.by_viewpoint)?;
         (result.by_viewpoint.len() > 1).then_some((result, grid))
     });
-    let grids: Vec<_> = grids.collect();
+    let mut grids: Vec<_> = grids.collect();
+    grids.sort_by(|a, b| b.0.rank1.total_cmp(&a.0.rank1));
     html! {
         @if let [(first, _), _, ..] = &grids[..] {
-            h2 { "Rank-1 by viewpoint of the probe" }
+            h2 { "Rank-1 by viewpoint" }
+            p.quiet { "How often the right person is found, percent, by the viewpoint from which people are sought." }
             div.multiples { @for (result, grid) in &grids {
                 figure { figcaption { (result.name) } (grid.svg(result)) }
             } }

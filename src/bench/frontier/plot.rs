@@ -66,6 +66,9 @@ fn chart(points: &[FrontierPoint]) -> Markup {
         .iter()
         .map(|(x, y)| (x.round() as i32, y.round() as i32))
         .collect();
+    let digits = |index: usize| (NUMBER.0 * if index < 9 { 1 } else { 2 }, NUMBER.1);
+    let sizes: Vec<_> = (0..points.len()).map(digits).collect();
+    let picture = (LIST as i32, HEIGHT as i32);
     let best = "the best in time and error alone";
     html! {
         (CHART.across(&errors)) (CHART.upwards(&times)) (CHART.below(&times))
@@ -82,7 +85,7 @@ fn chart(points: &[FrontierPoint]) -> Markup {
             }
             @if point.is_default { circle.ring cx=(to_tenth(*x)) cy=(to_tenth(*y)) r=(RING) {} }
         }
-        @for (index, (x, y)) in labels(&pixels).into_iter().enumerate() {
+        @for (index, (x, y)) in labels(&pixels, &sizes, picture).into_iter().enumerate() {
             text x=(x) y=(y + NUMBER.1 - 2) style=(format!("fill: {}", colour(points, points[index].raster))) {
                 (index + 1)
             }

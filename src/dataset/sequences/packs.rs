@@ -139,7 +139,7 @@ impl PackSource {
         };
         let usual = CohortOptions::default();
         let name = if *options == CohortOptions::unseen() {
-            "people whom no shipped model has seen".to_owned()
+            "synthetic people whom no shipped model has seen".to_owned()
         } else if (options.people, options.seed) == (usual.people, usual.seed) {
             "built-in cohort".to_owned()
         } else {
