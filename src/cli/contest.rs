@@ -34,10 +34,10 @@ pub(super) struct ContestArgs {
     #[command(flatten)]
     selection: SelectionArgs,
     /// Protocol: closed-set, first-take, sessions, leave-one-take-out, cross-view, verification,
-    /// casia-b, ou-mvlp, partition, or a .toml file with the same keys [default: closed-set if every
-    /// model has classes for all people, else first-take; partition if --partition names probes or
-    /// gallery]. Without a pack, sessions has 30 people whom no shipped model has seen, also with
-    /// bags and coats
+    /// casia-b, ou-mvlp, partition, or a .toml file with the same keys [default: sessions if neither
+    /// walks nor viewpoints are chosen; for these closed-set if every model has classes for all
+    /// people, else first-take; partition if --partition names probes or gallery]. Without a pack,
+    /// sessions has 30 people whom no shipped model has seen, also with bags and coats
     #[arg(long, value_name = "NAME|FILE")]
     protocol: Option<String>,
     /// Probe cycles of each walk, if they are seeded variations [default: 1]
@@ -223,6 +223,21 @@ impl ContestArgs {
     ) -> Result<R> {
         let seed = field.common.seed;
         self.refuse_without_tree()?;
+        let inputs = InputSource {
+            draw: &self.draw,
+            seed,
+            stored: None,
+        };
+        let mut entrants = (field.load)(inputs, &mut header)?;
+        let protocol = match protocol {
+            None if pack.is_none() && self.is_open() && !self.views.is_given() => {
+                let is_open_set =
+                    |entrant: &Entrant| entrant.recognizer.contract().classes.is_empty();
+                let is_open_set = entrants.iter().any(is_open_set);
+                is_open_set.then(|| Protocol::named(SESSIONS)).transpose()?
+            }
+            stated => stated,
+        };
         let is_unseen = pack.is_none()
             && self.held.is_none()
             && protocol.as_ref().is_some_and(|it| it.name == SESSIONS);
@@ -231,12 +246,6 @@ impl ContestArgs {
             .and_then(|protocol| protocol.conditions.as_deref());
         let usual = usual.or(is_unseen.then_some(UNSEEN_CONDITIONS));
         let conditions = self.conditions.load(usual, &mut header)?;
-        let inputs = InputSource {
-            draw: &self.draw,
-            seed,
-            stored: None,
-        };
-        let mut entrants = (field.load)(inputs, &mut header)?;
         let unseen = || PackSource::made(&CohortOptions::unseen(), &|| Ok(()));
         let source_args = SourceArgs {
             held: match &self.held {

@@ -66,7 +66,7 @@ pub(super) fn finding(results: &ScoreResults) -> Markup {
                 }
             }
             @if let Some((name, times)) = as_good_and_faster(results, best) {
-                p { strong { (name) } " is not measurably worse, and " (times) " times as fast." }
+                p { "These people do not show that " strong { (name) } ", which is " (times) " times as fast, is worse." }
             }
             @if is_synthetic(results) {
                 p { "These people are synthetic. Rates on real people are lower." }

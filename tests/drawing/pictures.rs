@@ -65,12 +65,13 @@ fn every_size_is_drawn_natively_and_fills_its_rows() {
         assert_eq!(lines, pixels.len() / 4 / columns / 2, "{size}");
         run(
             at,
-            &format!("render two.egp --size {size} --frames-per-cycle 2 --scale 1 --out x.png"),
+            &format!("render two.egp --size {size} --frames-per-cycle 8 --scale 1 --out x.png"),
         );
         // Width and height, big-endian, in the first chunk of a PNG (RFC 2083).
         let png = fs::read(at.join("x.png")).expect("a picture");
         let side = |at: usize| usize::from(png[at + 2]) * 256 + usize::from(png[at + 3]);
-        let expected = (2 * (columns + 1) + 1, pixels.len() / 4 / columns + 2);
+        // 18 rows of pixels have the label.
+        let expected = (8 * (columns + 1) + 1, pixels.len() / 4 / columns + 20);
         assert_eq!((side(16), side(20)), expected, "{size}");
     }
 }

@@ -239,7 +239,7 @@ fn templates_are_rendered_side_by_side_and_what_makes_no_sense_is_refused() {
         .expect("a picture")
         .into_luma8();
     // One GEI, three amplitudes, and three images of bars: seven of 30 columns, at twice the size.
-    assert_eq!(sheet.dimensions(), (2 * (1 + 7 * 31), 2 * (1 + 51)));
+    assert_eq!(sheet.dimensions(), (2 * (1 + 7 * 31), 18 + 2 * (1 + 51)));
     done(
         at,
         &[&render[..], &["f.npy", "--template", "frequency"]].concat(),

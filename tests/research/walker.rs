@@ -49,27 +49,36 @@ impl Moment {
 
 /// Decodes a stored cycle on its body.
 pub fn moments(pack: &Pack<'_>, subject: usize, clip: usize) -> Vec<Moment> {
-    let subject = pack.subjects().nth(subject).expect("a subject");
-    let avatar = pack.avatar(subject.avatar).expect("a body");
-    let offsets = avatar.skeleton().offsets.map(Vec3::as_dvec3);
     let Some(Clip::Loop(clip)) = pack.clip(clip) else {
         panic!("expected a cycle");
     };
     let moment = |at: usize| {
         let pose = clip.pose(at as f32 / MOMENTS as f32);
         let turns = pose.rotations.map(|turn| turn.as_dquat().normalize());
-        let mut moment = Moment::new(forward_kinematics(&offsets, pose.root.as_dvec3(), &turns));
-        for hull in avatar.hulls() {
-            let joint = hull.joint();
-            let (at, turn) = (moment.of(joint), moment.turn(joint));
-            let points = hull
-                .points()
-                .map(|point| (joint, at + turn * point.as_dvec3()));
-            moment.points.extend(points);
-        }
-        moment
+        posed(pack, subject, pose.root.as_dvec3(), turns)
     };
     (0..MOMENTS).map(moment).collect()
+}
+
+/// Decodes the body of a person who stands at ease.
+pub fn at_ease(pack: &Pack<'_>, subject: usize) -> Moment {
+    posed(pack, subject, DVec3::ZERO, [DQuat::IDENTITY; JOINTS])
+}
+
+fn posed(pack: &Pack<'_>, subject: usize, root: DVec3, turns: [DQuat; JOINTS]) -> Moment {
+    let subject = pack.subjects().nth(subject).expect("a subject");
+    let avatar = pack.avatar(subject.avatar).expect("a body");
+    let offsets = avatar.skeleton().offsets.map(Vec3::as_dvec3);
+    let mut moment = Moment::new(forward_kinematics(&offsets, root, &turns));
+    for hull in avatar.hulls() {
+        let joint = hull.joint();
+        let (at, turn) = (moment.of(joint), moment.turn(joint));
+        let points = hull
+            .points()
+            .map(|point| (joint, at + turn * point.as_dvec3()));
+        moment.points.extend(points);
+    }
+    moment
 }
 
 /// Returns the rows of `people/bodies.csv`.

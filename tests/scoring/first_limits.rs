@@ -10,7 +10,7 @@ use std::path::Path;
 /// Subcommands whose own tests check their results, since these take long.
 const ELSEWHERE: [&str; 4] = ["confounders", "frontier", "literature", "study"];
 /// Subcommands whose results have neither times, sizes nor rates.
-const WITHOUT: [&str; 4] = ["contract", "gate", "merge", "render"];
+const WITHOUT: [&str; 5] = ["completions", "contract", "gate", "merge", "render"];
 
 fn run(at: &Path, command: &str) {
     done(at, &command.split_whitespace().collect::<Vec<_>>());
@@ -55,6 +55,7 @@ fn commands() -> Vec<(&'static str, String)> {
     [
         ("cohort", "--people 2 --speeds-kmh 4,6 --quick --out two.egp"),
         ("inspect", "two.egp"),
+        ("completions", "--out share"),
         ("sweep", "two.egp --views side --shard 1/2 --out one"),
         ("merge", "one other --out set"),
         ("score", "side spread two.egp --azimuth-deg 60,90 --protocol first-take"),
