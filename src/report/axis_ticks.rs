@@ -1,10 +1,7 @@
 //! Logarithmic axes of a chart, and the positions of the points' numbers.
 
 use super::drawing::Tick;
-use super::standalone::LETTER;
 
-/// Width and height of a digit of a number.
-pub(crate) const NUMBER: (i32, i32) = (LETTER.0 as i32, LETTER.1 as i32);
 /// Radius of the ring around a point, which numbers must not cover.
 pub(crate) const RING: i32 = 9;
 
@@ -95,6 +92,8 @@ pub(crate) fn labels(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const NUMBER: (i32, i32) = (8, 13);
 
     #[test]
     fn no_number_covers_a_point_or_another_number() {

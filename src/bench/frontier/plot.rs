@@ -2,9 +2,9 @@
 
 use super::FrontierPoint;
 use super::pareto::{ConfigurationCost, pareto};
-use crate::report::axis_ticks::{LogAxis, NUMBER, RING, labels};
+use crate::report::axis_ticks::{LogAxis, RING, labels};
 use crate::report::drawing::{Axes, LINES, LineStyle, to_tenth};
-use crate::report::standalone::standalone;
+use crate::report::standalone::{LETTER, standalone};
 use maud::{Markup, html};
 
 /// The axes of the chart and, below, the list of names beside it, pixels.
@@ -20,6 +20,8 @@ const LIST_WIDTH: f64 = 380.0;
 /// The distance between lines of the list, pixels.
 const LINE: f64 = 18.0;
 const DOT: i32 = 5;
+/// Width and height of a digit of a number.
+const NUMBER: (i32, i32) = (LETTER.0 as i32, LETTER.1 as i32);
 /// The meaning of the marks.
 const LEGEND: [&str; 4] = [
     "filled: no other is better in time,",

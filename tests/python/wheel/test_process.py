@@ -43,7 +43,9 @@ def interrupted(work, is_time):
         lambda: edgegait.cohort(people=2000, quick=True),
         lambda: edgegait.cohort(people=2000),
         lambda: edgegait.score("pixels", views="paper"),
-        lambda: edgegait.score(edgegait.Recognizer(lambda images: images.reshape(len(images), -1), name="mine"), views="paper"),
+        lambda: edgegait.score(
+            edgegait.Recognizer(lambda images: images.reshape(len(images), -1), name="mine"), views="paper"
+        ),
     ],
     ids=["batch", "people", "sweep", "cohort", "quick", "population", "score", "callable"],
 )
