@@ -231,8 +231,8 @@ fn draw(sheet: &mut GrayImage, (left, top): (u32, u32), pixels: &[u8], size: Siz
     }
 }
 
-/// The beginning of every animation: the signature, then at [`GIF_COMMENT`] a comment with the
-/// program's name (GIF89a, section 24).
+/// The beginning of a GIF file, and the comment with the program's name (GIF89a, section 24), which
+/// follows the header and the palette.
 const GIF_START: &[u8] = b"GIF89a";
 const GIF_NAME: &[u8] = b"\x21\xfe\x08EdgeGait\0";
 
