@@ -1,10 +1,11 @@
 //! `edgegait render`: draws walks to look at.
 
+mod terminal;
+
 use super::args::{Common, FileArgs, ViewArgs};
 use super::conditions::ConditionArgs;
 use super::drawing::DrawArgs;
 use super::outputs::{Output, OutputKind};
-use super::stop::Stop;
 use super::walks::SourceArgs;
 use crate::dataset::write_npy;
 use crate::draw::sweep::{Job, Moments, Settings, Shot, View, is_uncut, silhouettes, walk_name};
@@ -15,12 +16,11 @@ use crate::report::{SheetRow, cells, contact_sheet, gif, write_png};
 #[cfg(feature = "plots")]
 use crate::report::{condition_gallery, template_gallery};
 use edgegait_core::pack::Pack;
-use edgegait_core::silhouette::{AnySilhouette, Silhouette, Size};
+use edgegait_core::silhouette::{AnySilhouette, Size};
 use serde::Serialize;
-use std::fmt::Write as _;
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use terminal::{text_art, walk_on};
 
 /// Render silhouettes or templates of walks: on the terminal, as PNG or GIF, or as npy
 #[derive(Debug, clap::Args)]
@@ -516,74 +516,6 @@ fn frame_s(pack: &Pack<'_>, shot: Shot<'_>, frames: usize) -> f64 {
     }
 }
 
-/// Shows a walk on a terminal for as long as two gait cycles last, or until it is interrupted, and
-/// clears it again.
-fn walk_on(
-    out: &mut impl std::io::Write,
-    frames: &[AnySilhouette],
-    each_s: f64,
-    stop: &Stop,
-) -> Result<()> {
-    let each = Duration::from_secs_f64(each_s.clamp(0.01, 1.0));
-    for frame in frames.iter().chain(frames) {
-        stop.check()?;
-        let silhouette = frame.silhouette();
-        let rows = (0..silhouette.size().rows()).step_by(2);
-        // Erases the rest of each line, and goes back to the first.
-        let mut text: String = rows
-            .clone()
-            .map(|row| half_blocks(&silhouette, row) + "\x1b[K\n")
-            .collect();
-        let _ = write!(text, "\x1b[{}A", rows.len());
-        // A terminal that is gone shows nothing.
-        if out
-            .write_all(text.as_bytes())
-            .and_then(|()| out.flush())
-            .is_err()
-        {
-            break;
-        }
-        std::thread::sleep(each);
-    }
-    let _ = out.write_all(b"\x1b[J");
-    Ok(())
-}
-
-/// Draws two frames of the first view side by side as text, with two rows of pixels in a line: at
-/// phases 0 and 0.25 of a cycle, or the first and last frame.
-fn text_art(pack: &Pack<'_>, shots: &[Shot<'_>], frames: &[Vec<AnySilhouette>]) -> String {
-    let mut text = String::new();
-    let (Some(shot), Some(frames)) = (shots.first(), frames.first()) else {
-        return text;
-    };
-    let Some(view) = shot.views.first() else {
-        return text;
-    };
-    let later = match shot.moments {
-        Moments::Cycle => frames.len() / 4,
-        Moments::Seconds { .. } => frames.len() - 1,
-    };
-    let shown = [0, later].map(|index| frames[index].silhouette());
-    let when = match shot.moments {
-        Moments::Cycle => "phases 0 and 0.25".to_owned(),
-        Moments::Seconds { start_s, fps, .. } => {
-            format!("{start_s:.3} and {:.3} s", start_s + later as f64 / fps)
-        }
-    };
-    let _ = writeln!(
-        text,
-        "{}, azimuth {}, elevation {} degrees; {when}",
-        who(pack, shot.job.walk),
-        view.azimuth_deg,
-        view.elevation_deg
-    );
-    for row in (0..shown[0].size().rows()).step_by(2) {
-        let line = shown.map(|silhouette| half_blocks(&silhouette, row));
-        let _ = writeln!(text, "{}", line.join("    ").trim_end());
-    }
-    text
-}
-
 /// Rejects times after the end of an uncut motion. A gait cycle repeats for ever.
 fn refuse_beyond(pack: &Pack<'_>, walk: usize, moments: Moments) -> Result<()> {
     let Moments::Seconds {
@@ -608,51 +540,4 @@ fn refuse_beyond(pack: &Pack<'_>, walk: usize, moments: Moments) -> Result<()> {
         )));
     }
     Ok(())
-}
-
-/// Draws two rows of pixels as one line of half blocks.
-fn half_blocks(silhouette: &Silhouette, row: usize) -> String {
-    (0..silhouette.size().columns())
-        .map(|column| {
-            match (
-                silhouette.is_on(row, column),
-                silhouette.is_on(row + 1, column),
-            ) {
-                (true, true) => '█',
-                (true, false) => '▀',
-                (false, true) => '▄',
-                (false, false) => ' ',
-            }
-        })
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_walker_on_a_terminal_leaves_nothing_behind() {
-        let size = Size::S50x30;
-        let frames: Vec<AnySilhouette> = (0..3)
-            .map(|at| {
-                let rows: Vec<u64> = (0..50).map(|row| u64::from(row == at)).collect();
-                AnySilhouette::Binary(Silhouette::from_rows(size, &rows))
-            })
-            .collect();
-        let mut out = Vec::new();
-        walk_on(&mut out, &frames, 0.0, &Stop::default()).expect("shown");
-        let text = String::from_utf8(out).expect("text");
-        // Two cycles of three frames, each of 25 lines; each goes back over them.
-        assert_eq!(text.matches("\x1b[25A").count(), 6);
-        assert_eq!(text.matches("\x1b[K\n").count(), 150);
-        assert!(text.ends_with("\x1b[25A\x1b[J"), "{text:?}");
-        let shown: String = text.chars().filter(|sign| "▀▄".contains(*sign)).collect();
-        assert_eq!(shown, "▀▄▀▀▄▀");
-        let stop = Stop::default();
-        stop.end();
-        let mut none = Vec::new();
-        assert!(walk_on(&mut none, &frames, 0.0, &stop).is_err());
-        assert!(none.is_empty());
-    }
 }

@@ -57,9 +57,10 @@ fn of_first(results: &[RecognizerResult]) -> ChartPair<'_> {
         let (sets, _) = headline_scope::chosen(result, 1);
         Some((result.name.clone(), *sets.first()?))
     }
-    let mut ranked: Vec<&RecognizerResult> = results.iter().collect();
-    ranked.sort_by(|a, b| b.rank1.total_cmp(&a.rank1));
-    let lines = ranked.into_iter().filter_map(first).take(LINES.len());
+    let lines = headline_scope::ranked(results)
+        .into_iter()
+        .filter_map(first)
+        .take(LINES.len());
     let lines: Vec<_> = lines.collect();
     ChartPair {
         words: format!(

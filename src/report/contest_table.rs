@@ -1,11 +1,14 @@
 //! The results of a contest at each pair of viewpoints, as a table of one line for each recognizer.
 
 use super::cells::shortened;
-use super::{microseconds, percent};
-use crate::evaluate::results::{ProbeSetResult, RecognizerResult, ScoreResults};
+use super::{headline_scope, microseconds, percent};
+use crate::evaluate::results::{RecognizerResult, ScoreResults};
 use crate::files::text_table::Column::{Left, Right};
 use crate::files::text_table::Table;
 use crate::inference::baseline::PIXELS;
+
+/// The number of sets of probes under conditions that have room.
+const OTHERS: usize = 2;
 
 /// Returns the table, at most 80 columns wide, with the best recognizer first, and a line about it.
 #[must_use]
@@ -13,20 +16,20 @@ pub(crate) fn contest_table(results: &ScoreResults) -> String {
     let Some(first) = results.recognizers.first() else {
         return String::new();
     };
-    let others: Vec<&str> = others(first).map(|set| set.name.as_str()).collect();
+    let others = |result| headline_scope::others(result).take(OTHERS);
+    let names: Vec<&str> = others(first).map(|set| set.name.as_str()).collect();
     let mut columns = vec![Left(14), Right(18), Right(19)];
-    columns.extend(others.iter().map(|_| Right(6)));
+    columns.extend(names.iter().map(|_| Right(6)));
     columns.extend([Right(8), Right(7)]);
     let mut table = Table::new(&columns);
-    let names = ["rank-1 %", "same view", "across views"].into_iter();
-    let names = names.chain(others.iter().copied()).chain(["us", "MB"]);
-    table.row(names.map(|name| shortened(name, 14)));
-    let mut ranked: Vec<&RecognizerResult> = results.recognizers.iter().collect();
-    ranked.sort_by(|a, b| b.rank1.total_cmp(&a.rank1));
+    let rates = ["rank-1 %", "same view", "across views"].into_iter();
+    let heads = rates.chain(names).chain(["us", "MB"]);
+    table.row(heads.map(|name| shortened(name, 14)));
+    let ranked = headline_scope::ranked(&results.recognizers);
     let pixels = ranked.iter().position(|result| result.name == PIXELS);
     for (place, result) in ranked.iter().enumerate() {
         let is_worse = pixels.is_some_and(|pixels| place > pixels);
-        let same = leading(result).and_then(|set| set.cross_view.as_ref()?.same_view);
+        let same = headline_scope::same_view(result);
         let rate = |rank1, (low, high): (f64, f64)| {
             format!(
                 "{} ({:.0} - {:.0})",
@@ -41,7 +44,7 @@ pub(crate) fn contest_table(results: &ScoreResults) -> String {
             same.map_or("-".into(), |same| rate(same.rank1, same.intervals.shown())),
             format!("{across}{}", if is_worse { "*" } else { " " }),
         ];
-        let sets = self::others(result).map(|set| percent(set.rank1));
+        let sets = others(result).map(|set| percent(set.rank1));
         let time = result.latency.map(|time| microseconds(time.p50_us, ","));
         let size = result
             .model_bytes
@@ -50,18 +53,6 @@ pub(crate) fn contest_table(results: &ScoreResults) -> String {
         table.row(cells.into_iter().chain(sets).chain(costs));
     }
     format!("{table}{}\n", about(first))
-}
-
-/// Returns the clean set of probes, or the first.
-fn leading(result: &RecognizerResult) -> Option<&ProbeSetResult> {
-    let sets = &result.probe_sets;
-    sets.iter().find(|set| set.clean).or_else(|| sets.first())
-}
-
-/// Returns the sets of probes under conditions, of which two have room.
-fn others(result: &RecognizerResult) -> impl Iterator<Item = &ProbeSetResult> {
-    let is_other = |set: &&ProbeSetResult| !result.of_probe_sets.contains(&set.name);
-    result.probe_sets.iter().filter(is_other).take(2)
 }
 
 /// Describes the contest, and the mark of recognizers that are worse than pixels.

@@ -1,7 +1,7 @@
 //! Descriptions of the probes behind the headline numbers of a report.
 
 use super::{grouped, percent};
-use crate::evaluate::results::{ProbeSetResult, RecognizerResult};
+use crate::evaluate::results::{ProbeSetResult, RecognizerResult, SameViewResult};
 
 /// The number of probe sets that are named; further ones are only counted.
 const NAMED: usize = 4;
@@ -57,13 +57,32 @@ pub(super) fn of_people(probes: u64, people: u64, gap: &str) -> String {
     }
 }
 
+/// Returns the recognizers, the best first; of equal ones the first listed.
+pub(super) fn ranked(results: &[RecognizerResult]) -> Vec<&RecognizerResult> {
+    let mut ranked: Vec<&RecognizerResult> = results.iter().collect();
+    ranked.sort_by(|a, b| b.rank1.total_cmp(&a.rank1));
+    ranked
+}
+
+/// Returns the rate where probes are seen as enrolled, of the clean set of probes, or else of the
+/// first.
+pub(super) fn same_view(result: &RecognizerResult) -> Option<SameViewResult> {
+    let sets = &result.probe_sets;
+    let leading = sets.iter().find(|set| set.clean).or_else(|| sets.first());
+    leading?.cross_view.as_ref()?.same_view
+}
+
+/// Returns the sets of probes that the headline rates leave out.
+pub(super) fn others(result: &RecognizerResult) -> impl Iterator<Item = &ProbeSetResult> {
+    let is_other =
+        |set: &&ProbeSetResult| set.probes > 0 && !result.of_probe_sets.contains(&set.name);
+    result.probe_sets.iter().filter(is_other)
+}
+
 /// Returns the set with the lowest rank-1 among those that the headline rates leave out, and the
 /// number of these sets.
 pub(super) fn worst_other(result: &RecognizerResult) -> Option<(&ProbeSetResult, usize)> {
-    let others = result.probe_sets.iter();
-    let others: Vec<_> = others
-        .filter(|set| set.probes > 0 && !result.of_probe_sets.contains(&set.name))
-        .collect();
+    let others: Vec<_> = others(result).collect();
     let worst = others
         .iter()
         .min_by(|a, b| a.rank1.total_cmp(&b.rank1))

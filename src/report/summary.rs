@@ -1,13 +1,12 @@
 //! The beginning of the page: the best recognizer, and a table of all recognizers.
 
 use super::cells::chance;
+use super::headline_scope::{others, ranked, same_view};
 use super::heatmap::label;
 use super::{THIN, chart, grouped, headline_scope, microseconds, percent};
 use crate::evaluate::bands::{AZIMUTHS, Bands, ELEVATIONS};
 use crate::evaluate::rank1::Tally;
-use crate::evaluate::results::{
-    ProbeSetResult, RecognizerResult, SameViewResult, ScoreResults, ViewpointResult,
-};
+use crate::evaluate::results::{ProbeSetResult, RecognizerResult, ScoreResults, ViewpointResult};
 use maud::{Markup, html};
 
 /// The least difference of a hard viewpoint's rank-1 from that of all viewpoints that is stated.
@@ -80,13 +79,6 @@ fn has_each_view(result: &RecognizerResult) -> bool {
     result.probe_sets.iter().any(|set| set.cross_view.is_some())
 }
 
-/// Returns the sets of probes that the headline rates leave out.
-fn others(result: &RecognizerResult) -> impl Iterator<Item = &ProbeSetResult> {
-    let is_other =
-        |set: &&ProbeSetResult| set.probes > 0 && !result.of_probe_sets.contains(&set.name);
-    result.probe_sets.iter().filter(is_other)
-}
-
 /// Returns whether the people are those that are built in.
 fn is_synthetic(results: &ScoreResults) -> bool {
     let pack = results.header.settings.get("pack");
@@ -156,8 +148,7 @@ fn hardest(result: &RecognizerResult) -> Option<(String, f64)> {
 
 /// Returns the table of all recognizers, a row for each, the best first.
 pub(super) fn summary(results: &ScoreResults) -> Markup {
-    let mut ranked: Vec<&RecognizerResult> = results.recognizers.iter().collect();
-    ranked.sort_by(|a, b| b.rank1.total_cmp(&a.rank1));
+    let ranked = ranked(&results.recognizers);
     let scopes: Vec<_> = ranked.iter().map(|result| scope(result)).collect();
     // What is the same for all is said once.
     let scope = scopes
@@ -252,12 +243,6 @@ fn scope(result: &RecognizerResult) -> String {
         result.protocol,
         headline_scope::counts(result, THIN)
     )
-}
-
-fn same_view(result: &RecognizerResult) -> Option<SameViewResult> {
-    let sets = &result.probe_sets;
-    let leading = sets.iter().find(|set| set.clean).or_else(|| sets.first());
-    leading?.cross_view.as_ref()?.same_view
 }
 
 fn rate_and_interval(tally: Tally) -> Markup {

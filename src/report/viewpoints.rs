@@ -52,12 +52,13 @@ pub(super) fn recognizer(result: &RecognizerResult, all: &[RecognizerResult]) ->
 
 /// Returns the pictures of the viewpoints of all recognizers side by side, if there are several.
 pub(super) fn small_multiples(results: &[RecognizerResult]) -> Markup {
-    let grids = results.iter().filter_map(|result| {
-        let grid = HeatmapGrid::from_viewpoints(&result.by_viewpoint)?;
-        (result.by_viewpoint.len() > 1).then_some((result, grid))
-    });
-    let mut grids: Vec<_> = grids.collect();
-    grids.sort_by(|a, b| b.0.rank1.total_cmp(&a.0.rank1));
+    let grids = headline_scope::ranked(results)
+        .into_iter()
+        .filter_map(|result| {
+            let grid = HeatmapGrid::from_viewpoints(&result.by_viewpoint)?;
+            (result.by_viewpoint.len() > 1).then_some((result, grid))
+        });
+    let grids: Vec<_> = grids.collect();
     html! {
         @if let [(first, _), _, ..] = &grids[..] {
             h2 { "Rank-1 by viewpoint" }
