@@ -1,9 +1,7 @@
 //! Flags that choose walks from a pack or from the built-in cohort.
 
 use super::args::Common;
-use super::progress::Progress;
 use crate::dataset::sequences::{BUILT_IN_WALK, PackSource, Selection, built_in};
-use crate::encode::STEPS_OF_WALK;
 use crate::error::Result;
 use edgegait_core::pack::Pack;
 use std::path::PathBuf;
@@ -69,10 +67,9 @@ impl SourceArgs {
         if let Some(path) = &self.pack {
             return PackSource::read(path);
         }
+        // It is stored, so that nothing takes long.
         let options = built_in(&self.selection.selection(true).walks);
-        let walks = options.people * options.speeds_kmh.len();
-        let progress = Progress::new(common, ("making people in", "steps"), STEPS_OF_WALK * walks);
-        PackSource::made(&options, &|| progress.step())
+        PackSource::made(&options, &|| common.stop.check())
     }
 
     /// Returns the numbers of the chosen walks, in pack order.

@@ -345,6 +345,14 @@ fn render_without_a_file_draws_text_art_of_50_rows_in_25_lines() {
 }
 
 #[test]
+fn the_built_in_cohort_walks_on_two_days() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let render = "render --subjects M01 --walks s2-walk-6kmh";
+    let art = done(folder.path(), &render.split(' ').collect::<Vec<_>>());
+    assert!(art.starts_with("M01, s2-walk-6kmh, azimuth 90"), "{art}");
+}
+
+#[test]
 fn a_reader_that_goes_away_is_no_error() {
     let folder = folder();
     let mut child = Command::new(env!("CARGO_BIN_EXE_edgegait"))

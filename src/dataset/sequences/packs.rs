@@ -4,14 +4,15 @@ use super::cohort::stored;
 use crate::encode::{MAX_ERROR_MM, encode_subjects};
 use crate::error::{ChoiceError, Error, FilePlace, Result};
 use crate::files::{InputFile, sha256_of_bytes};
-use crate::people::cohort::{self, CohortOptions, SPEEDS_KMH};
+use crate::people::cohort::{self, CohortOptions};
 use edgegait_core::budget::MAX_PACK_BYTES;
 use edgegait_core::format::MAGIC;
 use edgegait_core::pack::Pack;
 use std::path::Path;
 
-/// The default walk of the built-in cohort.
+/// The default walk of the built-in cohort, and its speed in km/h.
 pub(crate) const BUILT_IN_WALK: &str = "walk-5kmh";
+const BUILT_IN_KMH: f64 = 5.0;
 
 /// A pack's bytes and their source.
 #[derive(Clone, Debug)]
@@ -153,24 +154,17 @@ impl PackSource {
     }
 }
 
-/// Returns the options of the built-in cohort at the speeds of these walks, or at all speeds
-/// without names.
+/// Returns the options of the built-in cohort: with its usual walk alone, if that is the only one
+/// that is wanted, or else with all walks and sessions. Both are stored.
 #[must_use]
 pub(crate) fn built_in(walks: &[String]) -> CohortOptions {
-    let mut speeds_kmh: Vec<f64> = SPEEDS_KMH
-        .into_iter()
-        .filter(|speed| {
-            let name = |verb: &str| format!("{verb}-{speed}kmh");
-            walks.contains(&name("walk")) || walks.contains(&name("run"))
-        })
-        .collect();
-    // If no speed matches a name, all speeds let an error list the names.
-    if speeds_kmh.is_empty() {
-        speeds_kmh = SPEEDS_KMH.to_vec();
-    }
-    CohortOptions {
-        speeds_kmh,
-        ..CohortOptions::default()
+    if walks == [BUILT_IN_WALK] {
+        CohortOptions {
+            speeds_kmh: vec![BUILT_IN_KMH],
+            ..CohortOptions::default()
+        }
+    } else {
+        CohortOptions::built_in()
     }
 }
 
