@@ -187,7 +187,7 @@ fn rounding_to_8_bits_is_the_same_and_a_scale_that_is_half_as_large_again_differ
         [&rounded["verdict"], &wrong["verdict"]],
         ["same", "differs"]
     );
-    // Expected values from ONNX Runtime 1.31.1 and NumPy: see EXPECTED below.
+    // Expected values from ONNX Runtime 1.32.0 and NumPy: see EXPECTED below.
     for (comparison, [greatest, mean]) in [rounded, wrong].into_iter().zip(EXPECTED) {
         // ONNX Runtime computes in 8 bits, so values between two steps may be rounded differently.
         assert_near(&comparison["embedding"]["greatest_relative"], greatest, 0.1);
@@ -204,9 +204,10 @@ fn rounding_to_8_bits_is_the_same_and_a_scale_that_is_half_as_large_again_differ
 }
 
 /// The greatest and the mean relative difference of `int8` and `wrong_scale` to `float`, over the
-/// 18 GEIs of first-take, computed in Python with onnxruntime: `norm(a - b) / sqrt(mean(norm(a -
+/// 18 GEIs of first-take (of the 24 of `TWO_TAKES`, those of walk-4kmh at 45 degrees are neither
+/// enrolled nor sought), computed in Python with onnxruntime: `norm(a - b) / sqrt(mean(norm(a -
 /// mean(a))**2))`.
-const EXPECTED: [[f64; 2]; 2] = [[0.0352, 0.0241], [1.247, 0.9919]];
+const EXPECTED: [[f64; 2]; 2] = [[0.0298, 0.0227], [1.242, 0.9867]];
 
 #[test]
 fn text_says_what_differs_and_where() {
