@@ -8,7 +8,6 @@ use crate::people::cleaning::flips::MotionEnds;
 use crate::people::forward_kinematics;
 use crate::people::leg::LegLengths;
 use crate::people::retarget::leg_length_m;
-use crate::people::trunk_lean::carry_shoulders;
 use crate::people::{Cycle, UncutMotion};
 
 /// Hip, knee and ankle of each side.
@@ -160,7 +159,6 @@ impl Moved {
                 moved.too_short = TooShort { frame, mm };
             }
         }
-        carry_shoulders(rotations, own, &mut moved.rotations, target);
         moved
     }
 }

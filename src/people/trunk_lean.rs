@@ -21,11 +21,6 @@ const RUNNERS_DEG: (f64, f64) = (7.2, 4.4);
 /// eleven runs of CMU's subject 09, at 3.5 m/s, lean by 1.6 to 2.7.
 const FARTHEST_SD: f64 = 3.0;
 
-/// The maximum number of turns of a trunk, each of which leaves a third of the difference, and the
-/// difference that is neglected, radians. Our choice.
-const MOST_TURNS: usize = 12;
-const NO_LEAN: f64 = 1e-5;
-
 impl RetargetedMotion {
     /// Returns the mean lean of the thorax ahead of upright over the frames, degrees, seen from the
     /// walker's side whatever the heading.
@@ -63,49 +58,6 @@ fn lean_ahead(pose: &mut [DQuat; JOINTS], turns: &[DQuat; JOINTS], by: f64) {
     ] {
         let parent = lean * turns[parent.index()];
         pose[joint.index()] = (parent.inverse() * turns[joint.index()]).normalize();
-    }
-}
-
-/// Returns how far the shoulders lie ahead of the hips: the mean angle from the vertical of the
-/// line between their middles over the poses, radians, seen from the walker's side.
-fn shoulders_ahead(poses: &[[DQuat; JOINTS]], offsets: &[DVec3; JOINTS]) -> f64 {
-    let middle = |at: &[DVec3; JOINTS], [left, right]: [Joint; 2]| {
-        0.5 * (at[left.index()] + at[right.index()])
-    };
-    let line = |pose: &[DQuat; JOINTS]| {
-        let (at, turns) = forward_kinematics(offsets, DVec3::ZERO, pose);
-        let line = middle(&at, [Joint::LeftUpperArm, Joint::RightUpperArm])
-            - middle(&at, [Joint::LeftThigh, Joint::RightThigh]);
-        heading(turns[Joint::Pelvis.index()]).inverse() * line
-    };
-    let sum: DVec3 = poses.iter().map(line).sum();
-    libm::atan2(sum.z, sum.y)
-}
-
-/// Leans the trunks of poses on another body ahead by a constant, if its shoulders would otherwise
-/// be further behind the hips than in the recording.
-///
-/// Rest poses follow different conventions. If a skeleton's shoulders are straight above its hips,
-/// its rotations put the shoulders of a real body, which lie behind the hips, too far back. If its
-/// hips are in front of those of people (CMU's), the same rotations correct this, so trunks are
-/// never leaned back. The trunk turns about its lowest joint, above the hips. A turn by the
-/// difference therefore leaves a third of it, and the turn is repeated.
-pub(in crate::people) fn carry_shoulders(
-    recorded: &[[DQuat; JOINTS]],
-    own: &[DVec3; JOINTS],
-    poses: &mut [[DQuat; JOINTS]],
-    target: &[DVec3; JOINTS],
-) {
-    let ahead = shoulders_ahead(recorded, own);
-    for _ in 0..MOST_TURNS {
-        let by = ahead - shoulders_ahead(poses, target);
-        if by < NO_LEAN {
-            return;
-        }
-        for pose in &mut *poses {
-            let (_, turns) = forward_kinematics(target, DVec3::ZERO, pose);
-            lean_ahead(pose, &turns, by);
-        }
     }
 }
 
@@ -216,36 +168,6 @@ mod tests {
             let foot = Joint::LeftFoot.index();
             assert!(was[foot].distance(is[foot]) < 1e-9);
         }
-    }
-
-    #[test]
-    fn shoulders_are_no_further_behind_the_hips_than_they_were_and_never_turned_back() {
-        let take = take(5.0, 0.7, 3.0);
-        let people = take.offsets;
-        // As in some skeletons: the shoulders further ahead of the hips than people's.
-        let mut drawn = people;
-        drawn[Joint::Spine.index()].z += 0.06;
-        let recorded = &take.rotations;
-        let (ahead, behind) = (
-            shoulders_ahead(recorded, &drawn),
-            shoulders_ahead(recorded, &people),
-        );
-        assert!((ahead - behind).to_degrees() > 2.0, "{ahead} {behind}");
-        let mut carried = recorded.clone();
-        carry_shoulders(recorded, &drawn, &mut carried, &people);
-        let now = shoulders_ahead(&carried, &people);
-        assert!((now - ahead).abs() < 1e-4, "{now} {ahead}");
-        // The head and the feet keep their orientation.
-        let turns = |pose| forward_kinematics(&people, DVec3::ZERO, pose).1;
-        let (was, is) = (turns(&recorded[5]), turns(&carried[5]));
-        for joint in [Joint::Head, Joint::RightForearm, Joint::LeftFoot] {
-            assert!(was[joint.index()].angle_between(is[joint.index()]) < 1e-6);
-        }
-        let mut kept = recorded.clone();
-        carry_shoulders(recorded, &people, &mut kept, &drawn);
-        assert!(kept == *recorded);
-        carry_shoulders(recorded, &people, &mut kept, &people);
-        assert!(kept == *recorded);
     }
 
     #[test]

@@ -252,17 +252,17 @@ mod slow_of_data {
                 .map(|(source, drawn)| drawn - source);
             let wider_cm = mean(wider);
             assert!(wider_cm.abs() < 0.2, "{title}: {wider_cm}");
-            // Measured bodies have their shoulders elsewhere at rest.
+            assert!(
+                apart("trunk lean, deg") < 0.6,
+                "{title}: {}",
+                apart("trunk lean, deg")
+            );
+            // Measured bodies have their shoulders elsewhere at rest. On others, levelled feet and
+            // limited collar bones turn the line by up to 2 degrees.
             if *title == "clips" {
-                assert!(
-                    apart("trunk lean, deg") < 0.6,
-                    "{title}: {}",
-                    apart("trunk lean, deg")
-                );
-            }
-            // Levelled feet and limited collar bones turn the line by up to 2 degrees.
-            for (source, drawn) in of("shoulders ahead, deg") {
-                assert!(drawn > source - 2.5, "{title}: {drawn} {source}");
+                for (source, drawn) in of("shoulders ahead, deg") {
+                    assert!(drawn > source - 2.5, "{title}: {drawn} {source}");
+                }
             }
             assert!(
                 apart("wrist height") < 0.02,
