@@ -3,20 +3,25 @@
 use super::args::{Common, FileArgs};
 use super::outputs::{Output, OutputKind};
 use super::progress::Progress;
-use crate::error::{Result, visible};
+use crate::error::{Error, Result, visible};
 use crate::files::ResultHeader;
 use crate::report::write_png;
 use crate::segment::{
-    SegmentSettings, Segmented, Segmenter, SequenceNames, SequenceWriter, Sheet, Video,
-    check_replaceable,
+    Follower, Mask, SegmentSettings, Segmented, Segmenter, SequenceNames, SequenceWriter, Sheet,
+    Track, Video, check_replaceable,
 };
 use rayon::prelude::*;
 use serde::Serialize;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// The maximum number of frames in a sequence that `score` and `train` read.
 const MOST_READ: usize = 10_000;
+/// The least number of frames in which a walker is seen; half of a shorter video.
+const LEAST_SEEN: usize = 10;
+/// The number of silhouettes that are written at a time.
+const WRITTEN: usize = 64;
 
 /// Segment a video of one walker into silhouettes, by background subtraction in LAB and two
 /// clusters of differences
@@ -45,7 +50,21 @@ pub(super) struct SegmentArgs {
     /// Viewpoint: the azimuth in degrees, and the elevation if it is not 0, as in 090e15
     #[arg(long, value_name = "V", default_value = "090")]
     view: String,
-    /// Keep all parts that differ from the background, not only the largest
+    /// Follow this one of several walkers, as the error that asks for it numbers them
+    #[arg(long, value_name = "N", conflicts_with = "all_parts", value_parser = clap::value_parser!(u16).range(1..))]
+    walker: Option<u16>,
+    /// Look only into this rectangle of the picture, pixels from its upper left corner
+    #[arg(
+        long,
+        value_name = "X,Y,WIDTH,HEIGHT",
+        value_delimiter = ',',
+        num_args = 4
+    )]
+    region: Vec<u32>,
+    /// Use only frames A to B-1, counted from 0
+    #[arg(long = "frames", value_name = "A..B", value_parser = frame_range)]
+    span: Option<Range<usize>>,
+    /// Keep all parts that differ from the background, and follow nobody
     #[arg(long)]
     all_parts: bool,
     /// Half the side of the square that closes gaps, pixels; 0 closes none
@@ -68,20 +87,22 @@ struct SegmentResults {
     frames: usize,
     empty_frames: usize,
     /// Thresholds of the frames, in LAB.
-    threshold: Range,
+    threshold: Spread,
     /// Noise of the frames, in LAB.
-    noise: Range,
+    noise: Spread,
     /// Gains of red, green and blue.
-    gain: Range,
+    gain: Spread,
     /// Areas of the silhouettes that are not empty, pixels.
-    area_px: Range,
+    area_px: Spread,
+    /// The figures that were followed, the walker first.
+    walkers: Vec<Walker>,
     seconds: f64,
     frames_per_second: f64,
 }
 
 /// The least, mean and greatest of several numbers; 0 without numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-struct Range {
+struct Spread {
     least: f64,
     mean: f64,
     greatest: f64,
@@ -89,7 +110,7 @@ struct Range {
     count: usize,
 }
 
-impl Range {
+impl Spread {
     fn add(&mut self, value: f64) {
         if self.count == 0 {
             (self.least, self.greatest) = (value, value);
@@ -121,13 +142,129 @@ impl SegmentArgs {
     }
 }
 
+/// A figure that was followed, in the results.
+#[derive(Clone, Debug, Serialize)]
+struct Walker {
+    /// Its first frame, and the one after its last; the first frame of all is 0.
+    frames: [usize; 2],
+    /// Number of frames in which it is seen.
+    seen: usize,
+    /// Whether it moves on.
+    moves: bool,
+    /// Mean area, pixels.
+    area_px: usize,
+}
+
+impl Walker {
+    fn of(track: &Track) -> Self {
+        Self {
+            frames: [track.first, track.end()],
+            seen: track.frames(),
+            moves: track.moves(),
+            area_px: track.total() / track.frames().max(1),
+        }
+    }
+}
+
+/// Returns the figures that may be the walker: those that are seen for long enough and are at least
+/// half as large in sum as the largest; only those that move, if one does.
+fn candidates(tracks: &[Track], frames: usize) -> Vec<&Track> {
+    let Some(first) = tracks.first() else {
+        return Vec::new();
+    };
+    let (moves, most) = (first.moves(), first.total());
+    let least = LEAST_SEEN.min(frames.div_ceil(2));
+    let is_one = |track: &&Track| {
+        track.frames() >= least && track.moves() == moves && 2 * track.total() >= most
+    };
+    tracks.iter().filter(is_one).collect()
+}
+
+impl SegmentArgs {
+    /// Returns the walker among the candidates; none if there is none.
+    ///
+    /// # Errors
+    /// If there are several, of which none was chosen, or the chosen one is not there.
+    fn chosen<'t>(&self, candidates: &[&'t Track]) -> Result<Option<&'t Track>> {
+        let count = candidates.len();
+        let refuse = |problem| Err(Error::input(&self.frames, problem));
+        match self.walker {
+            None if count > 1 => {
+                let each = candidates.iter().zip(1..).map(|(track, number)| {
+                    let last = track.end().saturating_sub(1);
+                    format!("{number} in frames {} to {last}", track.first)
+                });
+                let each = each.collect::<Vec<_>>().join(", ");
+                refuse(format!(
+                    "expected one walker, found {count}: {each} (choose one with --walker N, --frames A..B or --region)"
+                ))
+            }
+            None => Ok(candidates.first().copied()),
+            Some(number) => match candidates.get(usize::from(number) - 1) {
+                Some(track) => Ok(Some(track)),
+                None => refuse(format!("--walker {number}: expected 1 to {count}")),
+            },
+        }
+    }
+
+    /// Returns the region of the picture, if one is given.
+    ///
+    /// # Errors
+    /// If it is empty or reaches out of the picture.
+    fn region(&self, (columns, rows): (u32, u32)) -> Result<Option<Region>> {
+        let &[left, top, width, height] = &self.region[..] else {
+            return Ok(None);
+        };
+        let is_in = |from: u32, length: u32, all: u32| {
+            length > 0 && from.checked_add(length).is_some_and(|end| end <= all)
+        };
+        if !is_in(left, width, columns) || !is_in(top, height, rows) {
+            return Err(Error::Usage(format!(
+                "--region {left},{top},{width},{height}: expected a rectangle within {columns}x{rows} pixels"
+            )));
+        }
+        Ok(Some(Region {
+            columns: left as usize..(left + width) as usize,
+            rows: top as usize..(top + height) as usize,
+        }))
+    }
+}
+
+/// A rectangle of a picture.
+struct Region {
+    columns: Range<usize>,
+    rows: Range<usize>,
+}
+
+impl Region {
+    /// Returns a mask without what lies outside.
+    fn of(&self, mask: &Mask) -> Mask {
+        let columns = mask.columns();
+        let is_in = |at: usize| {
+            self.columns.contains(&(at % columns)) && self.rows.contains(&(at / columns))
+        };
+        let pixels = mask.pixels().iter().enumerate();
+        Mask::new(columns, pixels.map(|(at, on)| *on && is_in(at)).collect())
+    }
+}
+
+/// Parses a range of frames.
+fn frame_range(text: &str) -> std::result::Result<Range<usize>, String> {
+    let ends = text
+        .split_once("..")
+        .and_then(|(from, to)| Some(from.parse().ok()?..to.parse().ok()?));
+    ends.filter(|span| !span.is_empty())
+        .ok_or_else(|| "expected A..B, for frames A to B-1, as in 30..120".to_owned())
+}
+
 /// Runs the subcommand.
 pub(super) fn run(args: &SegmentArgs) -> Result<()> {
     let started = Instant::now();
     let names = SequenceNames::new(&args.person, &args.take, &args.view)?;
     check_replaceable(&args.out, &names, args.common.overwrite)?;
+    // All parts, of which those of the walker are chosen when all frames are known.
     let settings = SegmentSettings {
-        largest_part: !args.all_parts,
+        largest_part: false,
         closing_px: args.closing_px.into(),
     };
     let mut video = Video::open(&args.frames)?;
@@ -135,23 +272,31 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
     let background = args.background.as_deref();
     let (segmenter, inputs) = Segmenter::open(&args.frames, size, background, settings)?;
     let mut writer = SequenceWriter::new(&args.out, &names)?;
+    let region = args.region(size)?;
     let mut sheet = args.contact_sheet.as_ref().map(|_| Sheet::default());
     let progress = Progress::new(&args.common, ("segmenting", "frames"), video.frames());
-    let (mut frames, mut empty) = (0, 0);
-    let [mut threshold, mut noise, mut gain, mut area] = [Range::default(); 4];
-    loop {
-        let batch = video.batch()?;
+    let span = args.span.clone().unwrap_or(0..usize::MAX);
+    let (mut read, mut frames) = (0, 0);
+    let [mut threshold, mut noise, mut gain, mut area] = [Spread::default(); 4];
+    let mut follower = Follower::default();
+    while read < span.end {
+        let mut batch = video.batch()?;
         if batch.is_empty() {
             break;
         }
+        let first = read;
+        read += batch.len();
+        batch.truncate(span.end.saturating_sub(first));
+        batch.drain(..span.start.saturating_sub(first).min(batch.len()));
         let segment = |frame| {
-            let found = segmenter.segment(frame);
+            let mut found = segmenter.segment(frame);
+            if let Some(region) = &region {
+                found.mask = region.of(&found.mask);
+            }
             progress.step()?;
             Ok(found)
         };
         let found: Vec<Segmented> = batch.par_iter().map(segment).collect::<Result<_>>()?;
-        let masks: Vec<_> = found.iter().map(|found| &found.mask).collect();
-        writer.push(&masks)?;
         for (frame, found) in batch.iter().zip(&found) {
             frames += 1;
             threshold.add(found.threshold);
@@ -159,16 +304,40 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
             for of in found.gain {
                 gain.add(f64::from(of));
             }
-            match found.mask.area() {
-                0 => empty += 1,
-                pixels => area.add(pixels as f64),
+            if args.all_parts {
+                follower.push_whole(&found.mask);
+            } else {
+                segmenter.follow(&mut follower, found);
             }
             if let Some(sheet) = &mut sheet {
-                sheet.push(frame, &found.mask);
+                sheet.push(frame);
             }
         }
     }
     drop(progress);
+    if frames == 0 {
+        return Err(Error::Usage(format!(
+            "--frames {}..{}: the video has {read} frames",
+            span.start, span.end
+        )));
+    }
+    let tracks = follower.finish();
+    let candidates = candidates(&tracks, frames);
+    let track = args.chosen(&candidates)?;
+    let shape = (size.0 as usize, size.1 as usize);
+    let none = || Mask::new(shape.0, vec![false; shape.0 * shape.1]);
+    let mask = |frame: usize| track.map_or_else(none, |track| track.mask(frame, shape));
+    let mut empty = 0;
+    for first in (0..frames).step_by(WRITTEN) {
+        let masks: Vec<Mask> = (first..frames.min(first + WRITTEN)).map(mask).collect();
+        for mask in &masks {
+            match mask.area() {
+                0 => empty += 1,
+                pixels => area.add(pixels as f64),
+            }
+        }
+        writer.push(&masks.iter().collect::<Vec<_>>())?;
+    }
     let mut header = ResultHeader::new("segment", args.common.seed)
         .with(
             "background",
@@ -178,16 +347,29 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
         .with("take", args.take.as_str())
         .with("view", args.view.as_str())
         .with("all_parts", args.all_parts)
+        .with("walker", args.walker)
+        .with(
+            "region",
+            (!args.region.is_empty()).then(|| args.region.clone()),
+        )
+        .with(
+            "frames",
+            args.span.as_ref().map(|span| [span.start, span.end]),
+        )
         .with("closing_px", args.closing_px);
     let doubts = video.doubts();
     header.inputs.push(video.input()?);
     header.inputs.extend(inputs);
     header.warnings = warnings(frames, empty);
+    header
+        .warnings
+        .extend(track.map(Track::doubts).into_iter().flatten());
     header.warnings.extend(doubts);
     let folder = writer.finish()?;
-    if let (Some(path), Some(picture)) =
-        (&args.contact_sheet, sheet.and_then(|sheet| sheet.picture()))
-    {
+    if let (Some(path), Some(picture)) = (
+        &args.contact_sheet,
+        sheet.and_then(|sheet| sheet.picture(mask)),
+    ) {
         write_png(path, &picture)?;
     }
     let seconds = started.elapsed().as_secs_f64();
@@ -216,6 +398,7 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
         noise,
         gain,
         area_px: area,
+        walkers: candidates.into_iter().map(Walker::of).collect(),
         seconds,
         frames_per_second: frames as f64 / seconds,
     })
@@ -241,7 +424,7 @@ mod tests {
 
     #[test]
     fn a_range_is_of_all_numbers() {
-        let mut range = Range::default();
+        let mut range = Spread::default();
         for value in [4.0, -1.0, 6.0] {
             range.add(value);
         }

@@ -139,7 +139,7 @@ impl Mask {
     /// Returns the number of each pixel's part, 0 for pixels that are off, and the number of parts.
     /// Parts are connected by all eight neighbours and numbered from 1 in the order of their first
     /// pixels.
-    fn parts(&self) -> (Vec<u32>, usize) {
+    pub(super) fn parts(&self) -> (Vec<u32>, usize) {
         let columns = self.columns;
         // Runs of pixels in a row. Runs that touch get a common root (union-find).
         let mut roots: Vec<u32> = Vec::new();

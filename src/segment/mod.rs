@@ -33,6 +33,7 @@ mod background;
 mod cie_lab;
 mod difference;
 mod evenly_spaced;
+mod follow;
 mod frames;
 mod mask;
 mod painted;
@@ -42,6 +43,7 @@ mod writer;
 mod y4m;
 
 pub use background::median;
+pub(crate) use follow::{Follower, Track};
 pub use frames::Video;
 pub use mask::Mask;
 pub(crate) use painted::Painted;
@@ -71,6 +73,9 @@ const PEELS: usize = 2;
 const PEELED: f32 = 0.45;
 /// Gaps of up to twice this many pixels do not split a figure. Our choice.
 const BRIDGED: usize = 2;
+/// The minimum difference of a figure in LAB. Video that was compressed much has almost no noise (a
+/// standard deviation of 0.3 to 0.8), but walls that breathe and change with the exposure.
+const LEAST_LAB: f32 = 6.0;
 /// The minimum area of a figure as a share of the picture. Our choice: smaller areas are JPEG
 /// blocks in dark, saturated colours (up to 0.14 % of our empty frames), or a figure too small for
 /// 50 rows.
@@ -162,6 +167,17 @@ impl Segmenter {
         self.scene.picture()
     }
 
+    /// Returns the minimum area of a figure, pixels.
+    pub(crate) fn least_area(&self) -> usize {
+        let (columns, rows) = self.scene.size();
+        (LEAST_SHARE * f64::from(columns) * f64::from(rows)).ceil() as usize
+    }
+
+    /// Adds the next frame's figures to those that are followed.
+    pub(crate) fn follow(&self, follower: &mut Follower, found: &Segmented) {
+        follower.push(&found.mask, BRIDGED, self.least_area());
+    }
+
     /// Finds the figure in a frame. Needs about 60 bytes a pixel.
     ///
     /// # Panics
@@ -169,12 +185,13 @@ impl Segmenter {
     #[must_use]
     pub fn segment(&self, frame: &RgbImage) -> Segmented {
         let found = self.scene.difference(frame);
-        let least = f64::from(difference::level(LEAST_OVER_NOISE));
+        let least_over_noise = LEAST_OVER_NOISE.max(LEAST_LAB / found.noise);
+        let least = f64::from(difference::level(least_over_noise));
         let level = clusters(&found).max(least);
         let columns = frame.width() as usize;
         let above = found.levels.iter().map(|of| f64::from(*of) > level);
         let mut mask = Mask::new(columns, above.collect());
-        take_back(&mut mask, &found.raw);
+        take_back(&mut mask, &found.raw, least_over_noise);
         for _ in 0..PEELS {
             peel(&mut mask, &found.raw);
         }
@@ -182,7 +199,7 @@ impl Segmenter {
             mask = mask.largest(BRIDGED);
         }
         mask = mask.closed(self.settings.closing_px);
-        if (mask.area() as f64) < LEAST_SHARE * mask.pixels().len() as f64 {
+        if mask.area() < self.least_area() {
             mask = Mask::new(columns, vec![false; mask.pixels().len()]);
         }
         Segmented {
@@ -205,12 +222,12 @@ fn clusters(found: &SceneDifference) -> f64 {
 
 /// Adds pixels in gaps of the figure that differ from the scene, even if a shadow would explain
 /// them.
-fn take_back(mask: &mut Mask, raw: &[f32]) {
+fn take_back(mask: &mut Mask, raw: &[f32], least: f32) {
     let area = mask.largest(0).area() as f64;
     // Rounded; at least a pixel.
     let reach = ((TAKEN_BACK * area.sqrt() + 0.5) as usize).max(1);
     let closed = mask.closed(reach);
-    let differs = raw.iter().map(|raw| *raw > LEAST_OVER_NOISE);
+    let differs = raw.iter().map(|raw| *raw > least);
     mask.join(
         closed
             .pixels()

@@ -20,56 +20,66 @@ const OUTLINE: Rgb<u8> = Rgb([255, 0, 255]);
 /// A contact sheet of frames with outlines, evenly spaced over a video of any length.
 #[derive(Clone, Debug)]
 pub struct Sheet {
-    frames: EvenlySpaced<RgbImage>,
+    /// Reduced frames, each with its number.
+    frames: EvenlySpaced<(usize, RgbImage)>,
+    pushed: usize,
 }
 
 impl Default for Sheet {
     fn default() -> Self {
         Self {
             frames: EvenlySpaced::new(MOST),
+            pushed: 0,
         }
     }
 }
 
 impl Sheet {
-    /// Adds the next frame and its figure.
-    pub fn push(&mut self, frame: &RgbImage, mask: &Mask) {
-        self.frames.push(|| outlined(frame, mask));
+    /// Adds the next frame.
+    pub fn push(&mut self, frame: &RgbImage) {
+        let number = self.pushed;
+        self.frames.push(|| (number, reduced(frame)));
+        self.pushed += 1;
     }
 
-    /// Returns all frames as one picture; none without frames.
+    /// Returns all frames as one picture, each with the outline of its figure, the mask of its
+    /// number; none without frames.
     #[must_use]
-    pub fn picture(&self) -> Option<RgbImage> {
+    pub fn picture(&self, mask: impl Fn(usize) -> Mask) -> Option<RgbImage> {
         let frames = self.frames.kept();
-        let (columns, rows) = frames.first()?.dimensions();
+        let (columns, rows) = frames.first()?.1.dimensions();
         let across = frames.len().min(ACROSS);
         let down = frames.len().div_ceil(across);
         let side = |count: usize, pixels: u32| count as u32 * (pixels + GAP) + GAP;
         let size = (side(across, columns), side(down, rows));
         let mut sheet = RgbImage::from_pixel(size.0, size.1, GROUND);
-        for (at, frame) in frames.iter().enumerate() {
+        for (at, (number, frame)) in frames.iter().enumerate() {
             let place = |at: usize, pixels| i64::from(GAP) + at as i64 * i64::from(pixels + GAP);
             let (x, y) = (place(at % across, columns), place(at / across, rows));
-            imageops::replace(&mut sheet, frame, x, y);
+            imageops::replace(&mut sheet, &outlined(frame, &mask(*number)), x, y);
         }
         Some(sheet)
     }
 }
 
-/// Returns a frame, reduced if necessary, with the outline of its figure: pixels of the figure next
-/// to the background.
-fn outlined(frame: &RgbImage, mask: &Mask) -> RgbImage {
-    let times = frame.width().div_ceil(WIDEST);
-    let (columns, rows) = (
-        (frame.width() / times).max(1),
-        (frame.height() / times).max(1),
-    );
-    let mut small = if times == 1 {
-        frame.clone()
-    } else {
-        imageops::thumbnail(frame, columns, rows)
-    };
-    let at = |x: u32, y: u32| (y * times) as usize * mask.columns() + (x * times) as usize;
+/// Returns a frame, reduced by a whole number if it is wide.
+fn reduced(frame: &RgbImage) -> RgbImage {
+    match frame.width().div_ceil(WIDEST) {
+        0 | 1 => frame.clone(),
+        times => {
+            let side = |pixels: u32| (pixels / times).max(1);
+            imageops::thumbnail(frame, side(frame.width()), side(frame.height()))
+        }
+    }
+}
+
+/// Returns a reduced frame with the outline of its figure: pixels of the figure next to the
+/// background.
+fn outlined(small: &RgbImage, mask: &Mask) -> RgbImage {
+    let mut small = small.clone();
+    let (columns, rows) = small.dimensions();
+    let times = mask.columns() / columns as usize;
+    let at = |x: u32, y: u32| y as usize * times * mask.columns() + x as usize * times;
     let on = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
     let on = Mask::new(
         columns as usize,
@@ -104,14 +114,14 @@ mod tests {
     #[test]
     fn long_and_large_videos_have_sheets_that_can_be_looked_at() {
         let mut sheet = Sheet::default();
-        assert!(sheet.picture().is_none());
+        let none = |_| Mask::new(1000, vec![false; 500_000]);
+        assert!(sheet.picture(none).is_none());
         let frame = RgbImage::new(1000, 500);
-        let mask = Mask::new(1000, vec![false; 500_000]);
         for _ in 0..40 {
-            sheet.push(&frame, &mask);
+            sheet.push(&frame);
         }
         // A third: 333 x 166. Every second one of 40 frames: 20, in five rows.
-        let size = sheet.picture().map(|picture| picture.dimensions());
+        let size = sheet.picture(none).map(|picture| picture.dimensions());
         assert_eq!(size, Some((4 * 335 + 2, 5 * 168 + 2)));
     }
 }
