@@ -7,8 +7,8 @@ use crate::error::{Error, Result, visible};
 use crate::files::ResultHeader;
 use crate::report::write_png;
 use crate::segment::{
-    Follower, Mask, SegmentSettings, Segmented, Segmenter, SequenceNames, SequenceWriter, Sheet,
-    Track, Video, check_replaceable,
+    FollowedFigure, Follower, Mask, Part, SegmentSettings, Segmented, Segmenter, SequenceNames,
+    SequenceWriter, Sheet, Video, check_replaceable,
 };
 use rayon::prelude::*;
 use serde::Serialize;
@@ -95,7 +95,7 @@ struct SegmentResults {
     /// Areas of the silhouettes that are not empty, pixels.
     area_px: Spread,
     /// The figures that were followed, the walker first.
-    walkers: Vec<Walker>,
+    walkers: Vec<WalkerFound>,
     seconds: f64,
     frames_per_second: f64,
 }
@@ -144,7 +144,7 @@ impl SegmentArgs {
 
 /// A figure that was followed, in the results.
 #[derive(Clone, Debug, Serialize)]
-struct Walker {
+struct WalkerFound {
     /// Its first frame, and the one after its last; the first frame of all is 0.
     frames: [usize; 2],
     /// Number of frames in which it is seen.
@@ -155,8 +155,8 @@ struct Walker {
     area_px: usize,
 }
 
-impl Walker {
-    fn of(track: &Track) -> Self {
+impl WalkerFound {
+    fn of(track: &FollowedFigure) -> Self {
         Self {
             frames: [track.first, track.end()],
             seen: track.frames(),
@@ -168,16 +168,16 @@ impl Walker {
 
 /// Returns the figures that may be the walker: those that are seen for long enough and are at least
 /// half as large in sum as the largest; only those that move, if one does.
-fn candidates(tracks: &[Track], frames: usize) -> Vec<&Track> {
-    let Some(first) = tracks.first() else {
-        return Vec::new();
-    };
-    let (moves, most) = (first.moves(), first.total());
+fn candidates(tracks: &[FollowedFigure], frames: usize) -> Vec<&FollowedFigure> {
     let least = LEAST_SEEN.min(frames.div_ceil(2));
-    let is_one = |track: &&Track| {
-        track.frames() >= least && track.moves() == moves && 2 * track.total() >= most
-    };
-    tracks.iter().filter(is_one).collect()
+    let mut long: Vec<&FollowedFigure> = { tracks.iter() }
+        .filter(|track| track.frames() >= least)
+        .collect();
+    if let Some(first) = long.first() {
+        let (moves, most) = (first.moves(), first.total());
+        long.retain(|track| track.moves() == moves && 2 * track.total() >= most);
+    }
+    long
 }
 
 impl SegmentArgs {
@@ -185,7 +185,7 @@ impl SegmentArgs {
     ///
     /// # Errors
     /// If there are several, of which none was chosen, or the chosen one is not there.
-    fn chosen<'t>(&self, candidates: &[&'t Track]) -> Result<Option<&'t Track>> {
+    fn chosen<'t>(&self, candidates: &[&'t FollowedFigure]) -> Result<Option<&'t FollowedFigure>> {
         let count = candidates.len();
         let refuse = |problem| Err(Error::input(&self.frames, problem));
         match self.walker {
@@ -293,11 +293,13 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
             if let Some(region) = &region {
                 found.mask = region.of(&found.mask);
             }
+            let parts = Segmenter::parts(&found);
             progress.step()?;
-            Ok(found)
+            Ok((found, parts))
         };
-        let found: Vec<Segmented> = batch.par_iter().map(segment).collect::<Result<_>>()?;
-        for (frame, found) in batch.iter().zip(&found) {
+        let found: Vec<(Segmented, Vec<Part>)> =
+            batch.par_iter().map(segment).collect::<Result<_>>()?;
+        for (frame, (found, parts)) in batch.iter().zip(found) {
             frames += 1;
             threshold.add(found.threshold);
             noise.add(f64::from(found.noise));
@@ -305,9 +307,9 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
                 gain.add(f64::from(of));
             }
             if args.all_parts {
-                follower.push_whole(&found.mask);
+                follower.push_whole(parts);
             } else {
-                segmenter.follow(&mut follower, found);
+                follower.push(parts, segmenter.least_area());
             }
             if let Some(sheet) = &mut sheet {
                 sheet.push(frame);
@@ -363,7 +365,7 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
     header.warnings = warnings(frames, empty);
     header
         .warnings
-        .extend(track.map(Track::doubts).into_iter().flatten());
+        .extend(track.map(FollowedFigure::doubts).into_iter().flatten());
     header.warnings.extend(doubts);
     let folder = writer.finish()?;
     if let (Some(path), Some(picture)) = (
@@ -398,7 +400,7 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
         noise,
         gain,
         area_px: area,
-        walkers: candidates.into_iter().map(Walker::of).collect(),
+        walkers: candidates.into_iter().map(WalkerFound::of).collect(),
         seconds,
         frames_per_second: frames as f64 / seconds,
     })

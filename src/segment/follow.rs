@@ -1,24 +1,38 @@
 //! Follows the figures of a scene from frame to frame, so that one walker stays one walker.
 //!
-//! Parts of a mask that nearly touch are one figure. A figure goes on where its box, moved on by its
-//! mean speed, overlaps that of a figure of the next frame most. It may be hidden for some frames.
+//! A figure goes on in the part of the next mask whose box overlaps its own, moved on by its mean
+//! speed, most. Other parts inside that box are the figure's too: a head without a neck, or a foot
+//! without a shank, whose clothes have the wall's colour. A figure may be hidden for some frames.
 
 use super::mask::Mask;
 
-/// The distance of two boxes, of the taller one's height, up to which they are one figure: a head
-/// without a neck, or a foot without a shank, whose clothes have the wall's colour. Our choice.
-const NEAR: f64 = 0.06;
 /// The least overlap (Jaccard index) of a figure's expected and found boxes. Our choice: a person
 /// who walks at 1.5 m/s past a camera of 10 frames a second moves by half of their width.
 const LEAST_OVERLAP: f64 = 0.2;
+/// The share of a figure's height by which its box is widened for its other parts. Our choice.
+const WIDENED: f64 = 0.05;
+/// The least area of a part that is added, as a share of the figure's last one: a wall that
+/// flickers has smaller parts. Our choice: a head has a tenth of a figure, a leg more.
+const LEAST_PIECE: f64 = 0.1;
+/// The least area of all parts together of a figure that has fallen apart, as a share of its last
+/// one, and of a figure that may hide another one. Our choice.
+const LEAST_LEFT: f64 = 0.3;
 /// The maximum number of frames for which a walker may be hidden. Our choice: half a second.
 const MOST_HIDDEN: usize = 15;
-/// The weight of the last step in the mean speed.
+/// The least number of frames in which a figure is seen before it may meet another one. Our choice:
+/// a third of a second.
+const ESTABLISHED: usize = 10;
+/// The number of frames until a figure's speed is known. Until then the next one may be beside it.
+const YOUNG: usize = 3;
+/// The weight of the last step in the mean speed; more at the beginning. Our choice.
 const LATEST: f64 = 0.3;
+
+/// The number of times of a video whose median boxes show whether a figure moves. Our choice.
+const TIMES: usize = 6;
 
 /// The smallest upright rectangle around pixels: columns and rows, ends excluded.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PixelBox {
+struct PixelBox {
     left: f64,
     right: f64,
     top: f64,
@@ -51,12 +65,26 @@ impl PixelBox {
         }
     }
 
+    fn widened(self) -> Self {
+        let by = WIDENED * self.height();
+        Self {
+            left: self.left - by,
+            right: self.right + by,
+            top: self.top - by,
+            bottom: self.bottom + by,
+        }
+    }
+
     fn width(self) -> f64 {
         self.right - self.left
     }
 
     fn height(self) -> f64 {
         self.bottom - self.top
+    }
+
+    fn area(self) -> f64 {
+        self.width() * self.height()
     }
 
     fn centre(self) -> (f64, f64) {
@@ -66,47 +94,50 @@ impl PixelBox {
         )
     }
 
-    /// Returns the shared area over that of both together.
-    fn overlap(self, other: Self) -> f64 {
+    fn shared(self, other: Self) -> f64 {
         let across = self.right.min(other.right) - self.left.max(other.left);
         let down = self.bottom.min(other.bottom) - self.top.max(other.top);
-        let both = across.max(0.0) * down.max(0.0);
-        both / (self.width() * self.height() + other.width() * other.height() - both)
+        across.max(0.0) * down.max(0.0)
+    }
+
+    /// Returns the shared area over that of both together.
+    fn overlap(self, other: Self) -> f64 {
+        let both = self.shared(other);
+        both / (self.area() + other.area() - both)
+    }
+
+    /// Returns whether it is of a similar height and at most half of the height away.
+    fn is_beside(self, other: Self) -> bool {
+        let ((x, y), (to_x, to_y)) = (self.centre(), other.centre());
+        let ratio = self.height() / other.height();
+        libm::hypot(to_x - x, to_y - y) <= 0.5 * other.height() && (0.8..=1.25).contains(&ratio)
     }
 
     /// Returns whether most of it lies in another box.
     fn is_within(self, other: Self) -> bool {
-        let across = self.right.min(other.right) - self.left.max(other.left);
-        let down = self.bottom.min(other.bottom) - self.top.max(other.top);
-        across.max(0.0) * down.max(0.0) > 0.5 * self.width() * self.height()
-    }
-
-    /// Returns whether the boxes are one figure.
-    fn is_near(self, other: Self) -> bool {
-        let most = NEAR * self.height().max(other.height());
-        let across = self.left.max(other.left) - self.right.min(other.right);
-        let down = self.top.max(other.top) - self.bottom.min(other.bottom);
-        across <= most && down <= most
+        self.shared(other) > 0.5 * self.area()
     }
 }
 
-/// A figure in a frame, as runs of pixels: row, first column, and the column after the last.
+/// Connected pixels of a frame, or several such parts, as runs of pixels: row, first column, and
+/// the column after the last.
 #[derive(Clone, Debug)]
-struct Figure {
+pub(crate) struct Part {
     bounds: PixelBox,
     area: usize,
     runs: Vec<(u32, u32, u32)>,
 }
 
-impl Figure {
+impl Part {
     fn join(&mut self, other: Self) {
         self.bounds = self.bounds.joined(other.bounds);
         self.area += other.area;
         self.runs.extend(other.runs);
     }
 
-    /// Returns the figures of a mask, the first from above first.
-    fn all(mask: &Mask, bridged: usize) -> Vec<Self> {
+    /// Returns the parts of a mask, the first from above first. Gaps of up to twice `bridged`
+    /// pixels do not split a part.
+    pub(super) fn all(mask: &Mask, bridged: usize) -> Vec<Self> {
         let (part_of, parts) = mask.dilated(bridged).parts();
         let none = Self {
             bounds: PixelBox::EMPTY,
@@ -127,11 +158,11 @@ impl Figure {
                     column += 1;
                 }
                 // Pixels of a run are of one part, which their dilation keeps together.
-                let part = part_of[row * columns + start] as usize - 1;
+                let part = &mut found[part_of[row * columns + start] as usize - 1];
                 let (row, start, end) = (row as u32, start as u32, column as u32);
-                found[part].runs.push((row, start, end));
-                found[part].area += (end - start) as usize;
-                found[part].bounds = found[part].bounds.joined(PixelBox {
+                part.runs.push((row, start, end));
+                part.area += (end - start) as usize;
+                part.bounds = part.bounds.joined(PixelBox {
                     left: start.into(),
                     right: end.into(),
                     top: row.into(),
@@ -139,8 +170,7 @@ impl Figure {
                 });
             }
         }
-        found.retain(|figure| figure.area > 0);
-        joined(found)
+        found
     }
 
     fn mask(&self, (columns, rows): (usize, usize)) -> Mask {
@@ -152,43 +182,42 @@ impl Figure {
     }
 }
 
-/// Joins parts that are near each other, until none are.
-fn joined(parts: Vec<Figure>) -> Vec<Figure> {
-    let mut figures: Vec<Figure> = Vec::new();
-    for mut part in parts {
-        // A part that grew may have come near to others.
-        while let Some(at) = figures
-            .iter()
-            .position(|one| one.bounds.is_near(part.bounds))
-        {
-            let mut near = figures.remove(at);
-            near.join(part);
-            part = near;
-        }
-        figures.push(part);
-    }
-    figures
+/// Joins parts to one; none without parts.
+fn joined(parts: impl IntoIterator<Item = Part>) -> Option<Part> {
+    parts.into_iter().reduce(|mut all, more| {
+        all.join(more);
+        all
+    })
+}
+
+/// Returns the median of a measure of boxes; 0 without boxes.
+fn middle(boxes: &[PixelBox], of: impl Fn(PixelBox) -> f64) -> f64 {
+    let mut values: Vec<f64> = boxes.iter().map(|bounds| of(*bounds)).collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// A figure that was followed.
 #[derive(Clone, Debug)]
-pub(crate) struct Track {
+pub(crate) struct FollowedFigure {
     /// The number of its first frame.
     pub(crate) first: usize,
     /// The figure in each frame from the first on; none where it is hidden or meets another one.
-    figures: Vec<Option<Figure>>,
+    figures: Vec<Option<Part>>,
     bounds: PixelBox,
+    area: usize,
     speed: (f64, f64),
     hidden: usize,
     /// The frames in which it met another figure.
-    pub(crate) met: Vec<usize>,
+    met: Vec<usize>,
 }
 
-impl Track {
-    fn begin(frame: usize, figure: Figure) -> Self {
+impl FollowedFigure {
+    fn begin(frame: usize, figure: Part) -> Self {
         Self {
             first: frame,
             bounds: figure.bounds,
+            area: figure.area,
             figures: vec![Some(figure)],
             speed: (0.0, 0.0),
             hidden: 0,
@@ -203,15 +232,17 @@ impl Track {
             .moved((self.speed.0 * frames, self.speed.1 * frames))
     }
 
-    fn go_on(&mut self, figure: Figure) {
+    fn go_on(&mut self, figure: Part) {
         let steps = (self.hidden + 1) as f64;
         let (from, to) = (self.bounds.centre(), figure.bounds.centre());
-        let mean = |mean: f64, step: f64| mean + LATEST * (step / steps - mean);
+        let weight = LATEST.max(1.0 / self.frames() as f64);
+        let mean = |mean: f64, step: f64| mean + weight * (step / steps - mean);
         self.speed = (
             mean(self.speed.0, to.0 - from.0),
             mean(self.speed.1, to.1 - from.1),
         );
         self.bounds = figure.bounds;
+        self.area = figure.area;
         self.hidden = 0;
         self.figures.push(Some(figure));
     }
@@ -221,7 +252,7 @@ impl Track {
         self.figures.push(None);
     }
 
-    /// Returns the numbers of frames in which it is seen.
+    /// Returns the number of frames in which it is seen.
     pub(crate) fn frames(&self) -> usize {
         self.figures.iter().flatten().count()
     }
@@ -241,16 +272,27 @@ impl Track {
     }
 
     /// Returns whether it moves by more than its width, or grows or shrinks by a third, as those do
-    /// who walk towards the camera.
+    /// who walk towards the camera. The parts of a wall that flicker do not.
     pub(crate) fn moves(&self) -> bool {
-        let seen = || self.figures.iter().flatten().map(|figure| figure.bounds);
-        let centres = || seen().map(|bounds| bounds.centre().0);
-        let most = centres().fold(f64::NEG_INFINITY, f64::max);
-        let least = centres().fold(f64::INFINITY, f64::min);
-        let width = seen().map(PixelBox::width).sum::<f64>() / seen().count().max(1) as f64;
-        let tall = seen().map(PixelBox::height).fold(0.0, f64::max);
-        let small = seen().map(PixelBox::height).fold(f64::INFINITY, f64::min);
-        most - least > width || tall > small * 4.0 / 3.0
+        let seen: Vec<PixelBox> = { self.figures.iter().flatten() }
+            .map(|figure| figure.bounds)
+            .collect();
+        let times = seen.chunks(seen.len().div_ceil(TIMES).max(1));
+        let (mut centres, mut heights) = (Vec::new(), Vec::new());
+        for boxes in times {
+            centres.push(middle(boxes, |bounds| bounds.centre().0));
+            heights.push(middle(boxes, PixelBox::height));
+        }
+        let least = |of: &[f64]| of.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = |of: &[f64]| of.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        most(&centres) - least(&centres) > middle(&seen, PixelBox::width)
+            || most(&heights) > least(&heights) * 4.0 / 3.0
+    }
+
+    /// Returns whether it can hide a figure of this area.
+    fn can_hide(&self, area: usize) -> bool {
+        let least = LEAST_LEFT * area as f64;
+        self.frames() >= ESTABLISHED && self.area as f64 >= least && self.moves()
     }
 
     /// Returns warnings about frames in which it is not seen, though before and after.
@@ -259,9 +301,11 @@ impl Track {
             .filter(|frame| self.figures[frame - self.first].is_none())
             .filter(|frame| !self.met.contains(frame))
             .collect();
+        let mut met = self.met.clone();
+        met.retain(|frame| *frame < self.end());
         [
-            ("in which the walker meets somebody", &self.met),
-            ("in which the walker is not found", &hidden),
+            ("in which the walker meets somebody", met),
+            ("in which the walker is not found", hidden),
         ]
         .into_iter()
         .filter(|(_, frames)| !frames.is_empty())
@@ -292,85 +336,108 @@ impl Track {
 /// 1,000 rows.
 #[derive(Debug, Default)]
 pub(crate) struct Follower {
-    tracks: Vec<Track>,
+    tracks: Vec<FollowedFigure>,
     frames: usize,
 }
 
 impl Follower {
-    /// Adds the mask of the next frame. Gaps of up to twice `bridged` pixels do not split a part,
-    /// and figures of fewer than `least` pixels are none.
-    pub(crate) fn push(&mut self, mask: &Mask, bridged: usize, least: usize) {
+    /// Adds the parts of the next frame's mask. Figures of fewer than `least` pixels are none.
+    pub(crate) fn push(&mut self, parts: Vec<Part>, least: usize) {
         let frame = self.frames;
         self.frames += 1;
-        let mut figures: Vec<Option<Figure>> = { Figure::all(mask, bridged).into_iter() }
-            .filter(|figure| figure.area >= least)
-            .map(Some)
+        let mut parts: Vec<Option<Part>> = parts.into_iter().map(Some).collect();
+        let active: Vec<usize> = (0..self.tracks.len())
+            .filter(|at| self.tracks[*at].hidden <= MOST_HIDDEN)
             .collect();
-        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
-        let active = self.tracks.iter().enumerate();
-        let active: Vec<usize> = active
-            .filter(|(_, track)| track.hidden <= MOST_HIDDEN)
-            .map(|(at, _)| at)
-            .collect();
+        let mut found = self.nearest(&active, &mut parts, least);
         for &track in &active {
+            let place = self.tracks[track].expected().widened();
+            let large = LEAST_PIECE * self.tracks[track].area as f64;
+            let is_piece =
+                |part: &mut Part| part.area as f64 >= large && part.bounds.is_within(place);
+            let inside: Vec<Part> = { parts.iter_mut() }
+                .filter_map(|part| part.take_if(is_piece))
+                .collect();
+            let all = joined(found[track].take().into_iter().chain(inside));
+            let enough = least.max((LEAST_LEFT * self.tracks[track].area as f64) as usize);
+            found[track] = all.filter(|figure| figure.area >= enough);
+        }
+        // Who is expected within another one's figure, and found nowhere else, has met that one.
+        let lost: Vec<usize> = { active.iter().copied() }
+            .filter(|track| found[*track].is_none())
+            .collect();
+        let meets = |tracks: &[FollowedFigure], figure: &Part| {
+            let hides = |track: &usize| {
+                let other = &tracks[*track];
+                other.expected().is_within(figure.bounds) && other.can_hide(figure.area)
+            };
+            lost.iter().any(hides)
+        };
+        for track in active {
+            match found[track].take() {
+                Some(figure) if meets(&self.tracks, &figure) => {
+                    self.tracks[track].met.push(frame);
+                    self.tracks[track].hide();
+                }
+                Some(figure) => self.tracks[track].go_on(figure),
+                None => self.tracks[track].hide(),
+            }
+        }
+        let new = parts
+            .into_iter()
+            .flatten()
+            .filter(|part| part.area >= least);
+        self.tracks
+            .extend(new.map(|figure| FollowedFigure::begin(frame, figure)));
+    }
+
+    /// Takes the part of each active track that is most where the track is expected.
+    fn nearest(
+        &self,
+        active: &[usize],
+        parts: &mut [Option<Part>],
+        least: usize,
+    ) -> Vec<Option<Part>> {
+        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+        for &track in active {
             let expected = self.tracks[track].expected();
-            for (at, figure) in figures.iter().enumerate() {
-                let overlap = figure
-                    .as_ref()
-                    .map_or(0.0, |one| one.bounds.overlap(expected));
-                if overlap >= LEAST_OVERLAP {
+            for (at, part) in parts.iter().enumerate() {
+                let Some(part) = part.as_ref().filter(|part| part.area >= least) else {
+                    continue;
+                };
+                let overlap = part.bounds.overlap(expected);
+                let is_young = self.tracks[track].figures.len() < YOUNG;
+                if overlap >= LEAST_OVERLAP || is_young && part.bounds.is_beside(expected) {
                     pairs.push((overlap, track, at));
                 }
             }
         }
         // Of equal overlaps the older track goes on.
         pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        let mut found: Vec<Option<Figure>> = vec![None; self.tracks.len()];
+        let mut found: Vec<Option<Part>> = vec![None; self.tracks.len()];
         for (_, track, at) in pairs {
             if found[track].is_none() {
-                found[track] = figures[at].take();
+                found[track] = parts[at].take();
             }
         }
-        // Who is expected within another one's figure, and found nowhere else, has met that one.
-        let lost: Vec<PixelBox> = { active.iter() }
-            .filter(|track| found[**track].is_none())
-            .map(|track| self.tracks[*track].expected())
-            .collect();
-        for track in active {
-            let followed = &mut self.tracks[track];
-            match found[track].take() {
-                Some(figure) if lost.iter().any(|other| other.is_within(figure.bounds)) => {
-                    followed.met.push(frame);
-                    followed.hide();
-                }
-                Some(figure) => followed.go_on(figure),
-                None => followed.hide(),
-            }
-        }
-        let new = figures.into_iter().flatten();
-        self.tracks
-            .extend(new.map(|figure| Track::begin(frame, figure)));
+        found
     }
 
-    /// Adds the mask of the next frame as one figure, whatever is in it.
-    pub(crate) fn push_whole(&mut self, mask: &Mask) {
+    /// Adds the parts of the next frame's mask as one figure, whatever they are.
+    pub(crate) fn push_whole(&mut self, parts: Vec<Part>) {
         let frame = self.frames;
         self.frames += 1;
-        let whole = Figure::all(mask, 0).into_iter().reduce(|mut all, more| {
-            all.join(more);
-            all
-        });
-        match (self.tracks.first_mut(), whole) {
+        match (self.tracks.first_mut(), joined(parts)) {
             (Some(track), Some(figure)) => track.go_on(figure),
             (Some(track), None) => track.hide(),
-            (None, Some(figure)) => self.tracks.push(Track::begin(frame, figure)),
+            (None, Some(figure)) => self.tracks.push(FollowedFigure::begin(frame, figure)),
             (None, None) => {}
         }
     }
 
     /// Returns the figures that were followed, the one with the largest sum of areas first; those
     /// that move before those that do not.
-    pub(crate) fn finish(self) -> Vec<Track> {
+    pub(crate) fn finish(self) -> Vec<FollowedFigure> {
         let mut tracks = self.tracks;
         tracks.sort_by_key(|track| (!track.moves(), std::cmp::Reverse(track.total())));
         tracks
@@ -395,10 +462,10 @@ mod tests {
         Mask::new(SIZE.0, pixels.collect())
     }
 
-    fn followed(frames: &[Vec<(usize, usize, usize, usize)>]) -> Vec<Track> {
+    fn followed(frames: &[Vec<(usize, usize, usize, usize)>]) -> Vec<FollowedFigure> {
         let mut follower = Follower::default();
         for blocks in frames {
-            follower.push(&mask(blocks), 1, 10);
+            follower.push(Part::all(&mask(blocks), 1), 10);
         }
         follower.finish()
     }
@@ -412,6 +479,13 @@ mod tests {
         assert_eq!(tracks.len(), 1);
         assert_eq!(tracks[0].frames(), 20);
         assert_eq!(tracks[0].mask(7, SIZE), mask(&frames[7]));
+    }
+
+    #[test]
+    fn who_moves_by_more_than_their_width_a_frame_stays_one_walker() {
+        let frames: Vec<_> = (0..8).map(|at| vec![(14 * at, 10, 8, 40)]).collect();
+        let tracks = followed(&frames);
+        assert_eq!((tracks.len(), tracks[0].frames()), (1, 8));
     }
 
     #[test]

@@ -43,7 +43,7 @@ mod writer;
 mod y4m;
 
 pub use background::median;
-pub(crate) use follow::{Follower, Track};
+pub(crate) use follow::{FollowedFigure, Follower, Part};
 pub use frames::Video;
 pub use mask::Mask;
 pub(crate) use painted::Painted;
@@ -73,9 +73,12 @@ const PEELS: usize = 2;
 const PEELED: f32 = 0.45;
 /// Gaps of up to twice this many pixels do not split a figure. Our choice.
 const BRIDGED: usize = 2;
-/// The minimum difference of a figure in LAB. Video that was compressed much has almost no noise (a
-/// standard deviation of 0.3 to 0.8), but walls that breathe and change with the exposure.
-const LEAST_LAB: f32 = 6.0;
+/// The largest least difference of a figure in LAB, and the share of the pixels beside it that may
+/// exceed the least one. Compressed video has almost no noise (a standard deviation of 0.3 to 0.8),
+/// but walls that breathe and change with the exposure. Our choice, from ten rendered videos as they
+/// are and as H.264 at three rates.
+const LEAST_LAB: f32 = 8.0;
+const FALSE_ALARMS: f64 = 0.0002;
 /// The minimum area of a figure as a share of the picture. Our choice: smaller areas are JPEG
 /// blocks in dark, saturated colours (up to 0.14 % of our empty frames), or a figure too small for
 /// 50 rows.
@@ -173,9 +176,9 @@ impl Segmenter {
         (LEAST_SHARE * f64::from(columns) * f64::from(rows)).ceil() as usize
     }
 
-    /// Adds the next frame's figures to those that are followed.
-    pub(crate) fn follow(&self, follower: &mut Follower, found: &Segmented) {
-        follower.push(&found.mask, BRIDGED, self.least_area());
+    /// Returns the parts of a frame's mask, which narrow gaps do not split.
+    pub(crate) fn parts(found: &Segmented) -> Vec<Part> {
+        Part::all(&found.mask, BRIDGED)
     }
 
     /// Finds the figure in a frame. Needs about 60 bytes a pixel.
@@ -185,13 +188,13 @@ impl Segmenter {
     #[must_use]
     pub fn segment(&self, frame: &RgbImage) -> Segmented {
         let found = self.scene.difference(frame);
-        let least_over_noise = LEAST_OVER_NOISE.max(LEAST_LAB / found.noise);
-        let least = f64::from(difference::level(least_over_noise));
-        let level = clusters(&found).max(least);
         let columns = frame.width() as usize;
+        let clusters = clusters(&found);
+        let least = least_level(&found, clusters, columns);
+        let level = clusters.max(f64::from(least));
         let above = found.levels.iter().map(|of| f64::from(*of) > level);
         let mut mask = Mask::new(columns, above.collect());
-        take_back(&mut mask, &found.raw, least_over_noise);
+        take_back(&mut mask, &found.raw, over_noise(f64::from(least)) as f32);
         for _ in 0..PEELS {
             peel(&mut mask, &found.raw);
         }
@@ -218,6 +221,34 @@ fn clusters(found: &SceneDifference) -> f64 {
         counts[usize::from(*level)] += 1;
     }
     threshold(&counts)
+}
+
+/// Returns the least level of a figure: six times the noise, or up to [`LEAST_LAB`] if more pixels
+/// than noise explains exceed that in columns without a figure.
+fn least_level(found: &SceneDifference, clusters: f64, columns: usize) -> u8 {
+    let least = difference::level(LEAST_OVER_NOISE);
+    let most = difference::level(LEAST_OVER_NOISE.max(LEAST_LAB / found.noise));
+    let sure = clusters.max(f64::from(most));
+    let mut has_figure = vec![false; columns];
+    for row in found.levels.chunks_exact(columns) {
+        for (has, level) in has_figure.iter_mut().zip(row) {
+            *has |= f64::from(*level) > sure;
+        }
+    }
+    let mut counts = [0_usize; 256];
+    for row in found.levels.chunks_exact(columns) {
+        for (level, _) in row.iter().zip(&has_figure).filter(|(_, has)| !**has) {
+            counts[usize::from(*level)] += 1;
+        }
+    }
+    let all: usize = counts.iter().sum();
+    let mut rest = (FALSE_ALARMS * all as f64) as usize;
+    let mut level = 255;
+    while level > least && counts[usize::from(level)] <= rest {
+        rest -= counts[usize::from(level)];
+        level -= 1;
+    }
+    level.clamp(least, most)
 }
 
 /// Adds pixels in gaps of the figure that differ from the scene, even if a shadow would explain
