@@ -22,8 +22,7 @@ fn main() {
     criterion.final_summary();
 }
 
-/// Measures all frames of ten seconds, including the first, which are too few for a detection. From
-/// the side the width is enough; from the front the pixel counts are needed as well.
+/// Measures all frames of ten seconds, including the first, which are too few for a detection.
 fn cycle(criterion: &mut Criterion) {
     let bytes = common::pack();
     let pack = Pack::parse(&bytes).expect("our own pack");
@@ -48,8 +47,8 @@ fn cycle(criterion: &mut Criterion) {
     let case = BenchmarkId::new("lower-body", Size::S50x30.name());
     group.bench_with_input(case, &walk, |b, walk| {
         b.iter(|| {
-            let wide = walk.iter().filter_map(LowerBody::measure);
-            black_box(wide.map(|legs| legs.width).sum::<f32>())
+            let legs = walk.iter().filter_map(LowerBody::measure);
+            black_box(legs.map(|legs| legs.spread).sum::<f32>())
         });
     });
     group.finish();

@@ -126,15 +126,12 @@ pub const CYCLE_MOST_SAMPLES_HZ: f32 = 32.0;
 /// Samples that a [`crate::cycle::CycleDetector`] keeps: four of the slowest steps, 4 x 60 / 70 x
 /// 32 = 109.7.
 pub const CYCLE_SAMPLES: usize = 110;
-/// Number of frequencies that a [`crate::cycle::CycleDetector`] tries, from 66 to 228 steps per
+/// Number of frequencies of cycles that a [`crate::cycle::CycleDetector`] tries, of 24 to 228 steps a
 /// minute. Our choice: over 3.4 seconds, Hann's window shows a wave at half its strength 0.2 Hz
 /// beside its frequency.
-pub const CYCLE_FREQUENCIES: usize = 28;
-/// The lowest frequency that a [`crate::cycle::CycleDetector`] tries, Hz.
-pub const CYCLE_LOWEST_HZ: f32 = 1.1;
-/// Number of frequencies below [`CYCLE_LOWEST_HZ`] in which a [`crate::cycle::CycleDetector`] looks
-/// for a stronger wave, of 18 to 66 a minute, so that it does not take a slow walker's harmonic for
-/// a step. Our choice.
-pub const CYCLE_LOWER_FREQUENCIES: usize = 9;
+pub const CYCLE_FREQUENCIES: usize = 18;
+/// The lowest frequency of cycles that a [`crate::cycle::CycleDetector`] tries, Hz: below the slowest
+/// that it finds, so that it does not take a slow walker's steps for cycles.
+pub const CYCLE_LOWEST_HZ: f32 = 0.2;
 /// The distance between the frequencies that a [`crate::cycle::CycleDetector`] tries, Hz.
 pub const CYCLE_FREQUENCY_STEP_HZ: f32 = 0.1;

@@ -3,15 +3,16 @@
 
 mod errors;
 mod methods;
+mod synthetic;
 mod truth;
 
 use crate::data::{fixtures, given};
 use edgegait::dataset::TreeLayout;
-use edgegait::dataset::gait_cycles::{CycleFinder, LowerBody, lower_bodies};
+use edgegait::dataset::gait_cycles::{CycleFinder, FoundCycles, LowerBody, NoCycle, lower_bodies};
 use edgegait::{FramingMode, Tree};
 use edgegait_core::silhouette::Size;
 use errors::{Errors, Tally};
-use methods::{CycleMethod, Signal};
+use methods::{CycleMethod, Outline, Signal};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -20,53 +21,43 @@ use truth::takes;
 /// Thirty frames a second.
 const RATE_HZ: f32 = 30.0;
 
-/// The input of a method for each frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Given {
-    /// The lowest third and fifth of the figure, in the camera's image.
-    Legs,
-    /// The pixels of the lowest third.
-    Third,
-    /// The pixels of the lower half, as Sarkar et al. count them.
-    Half,
-    /// The legs in silhouettes of 64x44, each scaled to the same height.
+/// A way to find cycles.
+#[derive(Clone, Copy, Debug)]
+enum Way {
+    /// The product's, in the camera's images.
+    Wave,
+    /// The product's, in silhouettes of 64x44, each scaled to the same height.
     Framed,
+    /// Another one.
+    Other(CycleMethod),
 }
 
-const METHODS: [(&str, CycleMethod, Given); 10] = [
-    ("wave", CycleMethod::Wave, Given::Legs),
-    ("wave, 64x44 by height", CycleMethod::Wave, Given::Framed),
-    ("wave, pixels of the third", CycleMethod::Wave, Given::Third),
-    ("wave, pixels of the half", CycleMethod::Wave, Given::Half),
+const WAYS: [(&str, Way); 8] = [
+    ("wave", Way::Wave),
+    ("wave, 64x44 by height", Way::Framed),
     (
         "peaks, pixels of the half (the paper)",
-        CycleMethod::Peaks(Signal::Pixels),
-        Given::Half,
+        Way::Other(CycleMethod::Peaks(Signal::Pixels)),
     ),
     (
         "peaks, width",
-        CycleMethod::Peaks(Signal::Width),
-        Given::Legs,
+        Way::Other(CycleMethod::Peaks(Signal::Width)),
     ),
     (
         "minima, pixels of the half (Sarkar)",
-        CycleMethod::Minima(Signal::Pixels),
-        Given::Half,
+        Way::Other(CycleMethod::Minima(Signal::Pixels)),
     ),
     (
         "minima, width",
-        CycleMethod::Minima(Signal::Width),
-        Given::Legs,
+        Way::Other(CycleMethod::Minima(Signal::Width)),
     ),
     (
         "autocorrelation, pixels of the half",
-        CycleMethod::Autocorrelation(Signal::Pixels),
-        Given::Half,
+        Way::Other(CycleMethod::Autocorrelation(Signal::Pixels)),
     ),
     (
         "autocorrelation, width",
-        CycleMethod::Autocorrelation(Signal::Width),
-        Given::Legs,
+        Way::Other(CycleMethod::Autocorrelation(Signal::Width)),
     ),
 ];
 
@@ -82,43 +73,44 @@ fn is_for_choices(subject: &str) -> bool {
     }
 }
 
-/// Counts the pixels in the lower half of the figure.
-fn half(path: &Path) -> Option<LowerBody> {
+/// Measures the outline of the legs.
+fn outline(path: &Path) -> Option<Outline> {
     let picture = image::open(path).expect("a picture").into_luma8();
     let columns = picture.width() as usize;
-    let rows: Vec<usize> = picture
-        .as_raw()
-        .chunks_exact(columns)
-        .map(|row| row.iter().filter(|pixel| **pixel >= 128).count())
-        .collect();
-    let top = rows.iter().position(|on| *on > 0)?;
-    let bottom = rows.iter().rposition(|on| *on > 0)? + 1;
-    let on: usize = rows[top.midpoint(bottom)..bottom].iter().sum();
-    Some(LowerBody::counted(on as f32))
+    let is_on = |pixel: &u8| *pixel >= 128;
+    let rows: Vec<&[u8]> = picture.as_raw().chunks_exact(columns).collect();
+    let top = rows.iter().position(|row| row.iter().any(is_on))?;
+    let bottom = rows.iter().rposition(|row| row.iter().any(is_on))? + 1;
+    let half = &rows[top.midpoint(bottom)..bottom];
+    let on = half
+        .iter()
+        .flat_map(|row| row.iter().filter(|pixel| is_on(pixel)));
+    let fifth = &rows[bottom - ((bottom - top) / 5).max(1)..bottom];
+    let left = fifth.iter().filter_map(|row| row.iter().position(is_on));
+    let right = fifth.iter().filter_map(|row| row.iter().rposition(is_on));
+    Some(Outline {
+        pixels: on.count() as f32,
+        width: (right.max()? + 1 - left.min()?) as f32,
+    })
 }
 
-/// Returns the legs of a sequence, for each kind of input.
-fn sequence(tree: &Tree, index: usize) -> impl Fn(Given) -> Vec<Option<LowerBody>> {
-    let legs = tree.lower_bodies(index).expect("readable");
+/// Finds the cycles of a sequence in each way.
+fn found(tree: &Tree, index: usize) -> [Result<FoundCycles, NoCycle>; WAYS.len()] {
     let mut files: Vec<_> = std::fs::read_dir(tree.folder(index))
         .expect("a folder")
         .map(|entry| entry.expect("a file").path())
         .collect();
     files.sort();
-    let half: Vec<_> = files.iter().map(|path| half(path)).collect();
+    let outlines: Vec<_> = files.iter().map(|path| outline(path)).collect();
     let framed = tree
         .silhouettes(index, Size::S64x44, FramingMode::Height)
         .expect("readable");
-    let framed: Vec<_> = lower_bodies(&framed.pixels, [64, 44]).collect();
-    move |given| match given {
-        Given::Legs => legs.clone(),
-        Given::Third => legs
-            .iter()
-            .map(|legs| legs.map(|legs| LowerBody::counted(legs.pixels)))
-            .collect(),
-        Given::Half => half.clone(),
-        Given::Framed => framed.clone(),
-    }
+    let finder = CycleFinder::new(RATE_HZ).expect("a frame rate");
+    WAYS.map(|(_, way)| match way {
+        Way::Wave => finder.find(tree.lower_bodies(index).expect("readable")),
+        Way::Framed => finder.find(lower_bodies(&framed.pixels, [64, 44])),
+        Way::Other(method) => method.find(RATE_HZ, outlines.iter().copied()),
+    })
 }
 
 /// Returns the errors by view and method of people who were not used to choose settings, and prints
@@ -131,10 +123,7 @@ fn errors(folder: &Path, manifest: &Path) -> BTreeMap<(String, usize), Errors> {
         .collect();
     let found: Vec<_> = chosen
         .par_iter()
-        .map(|&index| {
-            let legs = sequence(&tree, index);
-            METHODS.map(|(_, method, given)| method.find(RATE_HZ, legs(given)))
-        })
+        .map(|&index| found(&tree, index))
         .collect();
     let mut tallies: BTreeMap<(String, usize), Tally> = BTreeMap::new();
     for (&index, found) in chosen.iter().zip(&found) {
@@ -153,7 +142,7 @@ fn errors(folder: &Path, manifest: &Path) -> BTreeMap<(String, usize), Errors> {
         let errors = tally.errors();
         println!(
             "| {view} | {} | {} | {errors} |",
-            tally.takes, METHODS[method].0
+            tally.takes, WAYS[method].0
         );
         ((view, method), errors)
     });
@@ -193,7 +182,7 @@ mod with_data {
     use super::*;
 
     /// Prints the table of the guide and checks bounds: errors are at most 1.5 times those measured
-    /// on 2026-11-26, or a percent more.
+    /// on 2026-11-26 (from in front on 2026-11-29), or a percent more.
     #[test]
     #[ignore = "needs EDGEGAIT_DATA"]
     fn cycles_of_other_people_are_close_to_their_heel_strikes() {
@@ -213,7 +202,7 @@ mod with_data {
             ("090e15", 1.0, [0.01, 0.035], 0.015, 0.65),
             ("045", 0.9, [0.015, 0.05], 0.015, 0.65),
             ("135", 0.9, [0.015, 0.05], 0.015, 0.65),
-            ("000", 0.84, [0.05, 0.82], 0.022, 0.36),
+            ("000", 1.0, [0.03, 0.07], 0.022, 0.65),
         ] {
             for method in [0, 1] {
                 let errors = of(&people, view, method);
@@ -237,13 +226,16 @@ mod with_data {
         // Where the paper's signal fails, the wave finds more cycles; from the side it finds no
         // fewer.
         for (view, more) in [("000", 0.0), ("045", 0.2), ("135", 0.05), ("090", 0.0)] {
-            let [wave, paper] = [0, 4].map(|method| of(&people, view, method).cycles);
+            let [wave, paper] = [0, 2].map(|method| of(&people, view, method).cycles);
             assert!(wave >= paper + more, "{view}: {wave} {paper}");
         }
         // Three people, walking, striding and running.
         for view in ["045", "045e15", "090", "090e15", "135", "135e15"] {
             let errors = of(&runners, view, 0);
-            assert_eq!((errors.found, errors.octaves), (1.0, 0.0), "{view}");
+            // A take of 32 frames, one cycle and a half, is too short.
+            let found = if view == "135e15" { 8.0 / 9.0 } else { 1.0 };
+            assert_eq!(errors.octaves, 0.0, "{view}");
+            assert!(errors.found >= found, "{view}: {errors:?}");
             assert!(
                 errors.period[0] < 0.06 && errors.cycles > 0.8,
                 "{view}: {errors:?}"

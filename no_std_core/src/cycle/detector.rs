@@ -1,6 +1,6 @@
 //! The detector: it finds gait cycles in a stream of frames.
 
-use super::wave::{FittedWave, LEAST_SWING, Wave, WaveSample};
+use super::wave::{LEAST_SWING, Wave, WaveSample};
 use super::{FrameRateError, LowerBody, NoCycle};
 use crate::budget::{
     CYCLE_FRAME_RATES_HZ, CYCLE_MOST_SAMPLES_HZ, CYCLE_SAMPLES, CYCLE_STEPS_PER_MINUTE,
@@ -34,8 +34,8 @@ pub struct DetectedCycle {
     pub start: f64,
     /// The end, where the next cycle begins.
     pub end: f64,
-    /// The share of the change in the legs' outline that a steady wave explains, 0..1: the least at
-    /// the three peaks of its two steps. Above 0.25; about 0.9 from the side.
+    /// The share of the legs' change that a steady wave explains, 0..1: the least at the three peaks
+    /// of its two steps. Above 0.25; about 0.95 from the side.
     pub regular: f32,
 }
 
@@ -52,9 +52,9 @@ impl DetectedCycle {
 pub struct Walking {
     /// The duration of a cycle in frames, from the last four steps.
     pub period_frames: f32,
-    /// The share of its mean by which the legs' outline swings.
+    /// The amplitude by which the legs swing, as a share of the figure's height.
     pub swing: f32,
-    /// The share of the outline's change that one steady wave explains, 0..1.
+    /// The share of the legs' change that one steady wave explains, 0..1.
     pub regular: f32,
 }
 
@@ -125,9 +125,9 @@ impl CycleDetector {
     pub fn push(&mut self, lower_body: Option<LowerBody>) -> Option<DetectedCycle> {
         self.frames = self.frames.saturating_add(1);
         if let Some(body) = lower_body.filter(LowerBody::is_somebody) {
-            let [width, pixels] = &mut self.sums;
-            *width += body.width;
-            *pixels += body.pixels;
+            let [spread, sway] = &mut self.sums;
+            *spread += body.spread;
+            *sway += body.sway;
             self.present += 1;
         }
         if self.frames.is_multiple_of(self.every.into()) {
@@ -196,7 +196,11 @@ impl CycleDetector {
             Ok(wave) if wave.regular < least_regular(&wave) => Err(NoCycle::Irregular {
                 regular: wave.regular,
             }),
-            other => other,
+            Ok(wave) => match wave.slow_steps_per_minute(self.rate_hz) {
+                Some(steps_per_minute) => Err(NoCycle::Slower { steps_per_minute }),
+                None => Ok(wave),
+            },
+            Err(reason) => Err(reason),
         };
     }
 
@@ -215,16 +219,10 @@ impl CycleDetector {
             return Err(too_short);
         }
         let most = libm::ceilf(STEPS * longest);
-        let FittedWave { wave, slower_hz } = self.wave(most).ok_or(NoCycle::Absent)?;
-        if let Some(slower_hz) = slower_hz {
-            return Err(NoCycle::Slower {
-                waves_per_minute: 60.0 * slower_hz,
-            });
-        }
+        let wave = self.wave(most).ok_or(NoCycle::Absent)?;
         let wanted = libm::roundf(STEPS * wave.step).min(most);
         if wanted < held {
-            let last = self.wave(wanted).ok_or(NoCycle::Absent)?;
-            return Ok(last.wave);
+            return self.wave(wanted).ok_or(NoCycle::Absent);
         }
         let is_enough = match ending {
             StreamState::Open => held >= wanted,
@@ -234,7 +232,7 @@ impl CycleDetector {
     }
 
     /// Returns the wave of the last `samples` samples, or of all.
-    fn wave(&self, samples: f32) -> Option<FittedWave> {
+    fn wave(&self, samples: f32) -> Option<Wave> {
         let skipped = self.samples.len().saturating_sub(whole(samples).into());
         let samples = self.samples.oldest_ordered().skip(skipped).copied();
         Wave::fit(samples, self.rate_hz)

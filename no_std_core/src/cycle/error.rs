@@ -17,17 +17,16 @@ pub enum NoCycle {
     Absent,
     /// A person is visible whose legs do not swing.
     Standing {
-        /// The share of its mean by which the legs' outline swings, at most.
+        /// The amplitude by which the legs swing, as a share of the figure's height.
         swing: f32,
     },
-    /// A wave below the range of steps swings at least 1.4 times as much as the strongest within:
-    /// slower steps, or whole cycles of a walker who is seen obliquely from in front or behind.
+    /// The steps are too slow.
     Slower {
-        /// The number of its maxima in a minute.
-        waves_per_minute: f32,
+        /// The number of steps in a minute.
+        steps_per_minute: f32,
     },
-    /// The legs' outline changes, but not in steps. The walker may be seen from in front or behind,
-    /// where the outline hardly changes, may turn, be partly hidden or badly segmented, or have a
+    /// The legs move, but not in steps. The walker may be seen from in front or behind, where the
+    /// outline hardly changes, may turn, be partly hidden or badly segmented, or have a
     /// cadence at which nobody walks.
     Irregular {
         /// The share of the change that one steady wave explains, 0..1.
@@ -47,14 +46,14 @@ impl fmt::Display for NoCycle {
             ),
             Self::Standing { swing } => write!(
                 f,
-                "expected swinging legs, found a person standing still: the outline of the legs changes by {:.1} %",
+                "expected swinging legs, found a person standing still: the legs swing by {:.1} % of the height",
                 100.0 * swing
             ),
-            Self::Slower { waves_per_minute } => {
+            Self::Slower { steps_per_minute } => {
                 let (slow, fast) = CYCLE_STEPS_PER_MINUTE;
                 write!(
                     f,
-                    "expected {slow} to {fast} steps a minute, found a stronger wave of {waves_per_minute:.0} a minute: slower steps, or whole cycles seen from nearly in front or behind (check the frame rate, or move the camera to the side)"
+                    "expected {slow} to {fast} steps a minute, found {steps_per_minute:.0} (check the frame rate)"
                 )
             }
             Self::Irregular { regular } => {

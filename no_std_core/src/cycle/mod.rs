@@ -1,20 +1,19 @@
 //! Detection of gait cycles in a stream of silhouettes.
 //!
 //! A [`CycleDetector`] receives the measurements of the legs in each frame, a [`LowerBody`], and
-//! returns where gait cycles begin and end. The method follows Charalambous & Bharath (BMVC 2016),
-//! after Sarkar et al. (IEEE TPAMI 27(2), 2005): the legs' outline grows and shrinks once a step,
-//! and every second maximum bounds a cycle, because left and right steps alternate. The differences
-//! are:
+//! returns where gait cycles begin and end. Charalambous & Bharath (BMVC 2016), after Sarkar et al.
+//! (IEEE TPAMI 27(2), 2005), count the pixels of the lower half, which grow and shrink once a step,
+//! and take every second maximum. The differences are:
 //!
-//! * Two numbers are measured, the pixels of the lowest third and the width of the lowest fifth.
-//!   The paper's pixels swing well only from the side. Seen obliquely they swing once a cycle, not
-//!   once a step, and the width is better. From in front neither is good, and both together are
-//!   best.
+//! * Two numbers are measured: how widely the legs are spread, and how far the trunk sways over the
+//!   feet. From the side the spread swings once a step, from nearly in front once a cycle, since the
+//!   feet are apart when one leg is ahead and cross when the other one is. From in front the trunk
+//!   sways once a cycle.
+//! * Power at the cycle's frequency and at the step's, twice as high, counts together, so that the
+//!   finder need not know the camera's place. It knows it roughly by the mean spread.
 //! * The peaks are those of the wave that fits four steps best, not of the smoothed signal. One
 //!   wave has no side peaks, its phase is a real number, and its share of the change shows how
 //!   reliable it is.
-//! * Where a wave below the range of steps is much stronger, there are no cycles: the wave within
-//!   may be its harmonic ([`NoCycle::Slower`]).
 //!
 //! ```
 //! use edgegait_core::cycle::{CycleDetector, LowerBody};
@@ -24,7 +23,7 @@
 //! let mut found = Vec::new();
 //! for frame in 0..90u8 {
 //!     let swing = libm::cosf(f32::from(frame) * core::f32::consts::TAU / 15.0);
-//!     let legs = LowerBody { pixels: 900.0 + 90.0 * swing, width: 40.0 + 16.0 * swing };
+//!     let legs = LowerBody { spread: 0.1 + 0.05 * swing, sway: 0.01 * swing };
 //!     found.extend(detector.push(Some(legs)));
 //! }
 //! found.extend(detector.finish());

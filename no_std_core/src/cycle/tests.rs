@@ -9,13 +9,33 @@ use std::vec;
 use std::vec::Vec;
 
 /// Returns the legs from the side at a time in seconds, with a cycle of `cycle_s` seconds: the
-/// width swings with the step, is larger when one of the legs is ahead, and has side peaks.
+/// spread swings with the step, is larger when one of the legs is ahead, and has side peaks. It is
+/// known to a 200th of the height.
 fn side(time_s: f64, cycle_s: f64) -> LowerBody {
     let phase = TAU * time_s / cycle_s;
-    let width = 40.0 + 16.0 * (2.0 * phase).cos() + 5.0 * phase.cos() + 4.0 * (4.0 * phase).cos();
+    let spread = 20.0 + 9.0 * (2.0 * phase).cos() + 2.5 * phase.cos() + 2.0 * (4.0 * phase).cos();
     LowerBody {
-        pixels: (900.0 + 60.0 * (2.0 * phase).cos()) as f32,
-        width: width.round() as f32,
+        spread: (spread.round() / 200.0) as f32,
+        sway: (0.01 * (2.0 * phase).cos()) as f32,
+    }
+}
+
+/// Returns the legs from 18 degrees beside the front: the feet are apart when one leg is ahead, and
+/// cross when the other one is.
+fn oblique(time_s: f64, cycle_s: f64) -> LowerBody {
+    let phase = TAU * time_s / cycle_s;
+    LowerBody {
+        spread: (0.05 + 0.022 * phase.cos() + 0.006 * (2.0 * phase).cos()) as f32,
+        sway: (0.009 * (phase + 0.4).cos()) as f32,
+    }
+}
+
+/// Returns the legs from in front: the trunk sways over the standing foot.
+fn front(time_s: f64, cycle_s: f64) -> LowerBody {
+    let phase = TAU * time_s / cycle_s;
+    LowerBody {
+        spread: (0.045 + 0.002 * (2.0 * phase).cos()) as f32,
+        sway: (0.01 * phase.sin()) as f32,
     }
 }
 
@@ -42,6 +62,14 @@ fn found(
 fn walk(rate_hz: f32, cycle_s: f64, seconds: f64) -> impl Iterator<Item = Option<LowerBody>> {
     let frames = (f64::from(rate_hz) * seconds) as u32;
     (0..frames).map(move |frame| Some(side(f64::from(frame) / f64::from(rate_hz), cycle_s)))
+}
+
+/// Returns legs with this spread, whose trunk does not sway.
+fn spread(spread: f64) -> LowerBody {
+    LowerBody {
+        spread: spread as f32,
+        sway: 0.0,
+    }
 }
 
 /// Returns a number from -1 to 1 for each frame: a linear congruential generator's high bits
@@ -100,7 +128,7 @@ fn the_paper_s_peaks_are_found_between_the_frames_that_show_them() {
     let counts = [
         5, 7, 9, 7, 5, 3, 5, 7, 10, 7, 5, 3, 5, 7, 9, 7, 5, 3, 5, 7, 10, 7, 5, 3, 5, 7, 9, 7_u8,
     ];
-    let frames = counts.map(|count| Some(LowerBody::counted(count.into())));
+    let frames = counts.map(|count| Some(spread(f64::from(count) / 60.0)));
     let (cycles, _) = found(10.0, frames);
     let [first, second] = cycles[..] else {
         panic!("{cycles:?}");
@@ -119,28 +147,47 @@ fn the_paper_s_peaks_are_found_between_the_frames_that_show_them() {
 }
 
 #[test]
+fn from_each_side_the_cycle_is_found_and_neither_its_half_nor_its_double() {
+    for cadence in [80.0, 95.0, 110.0, 125.0, 140.0] {
+        for rate_hz in [25.0, 30.0, 60.0] {
+            let cycle_s = 120.0 / cadence;
+            for legs in [side, oblique, front] {
+                let frames = (0..(10.0 * rate_hz) as u32)
+                    .map(|frame| Some(legs(f64::from(frame) / f64::from(rate_hz), cycle_s)));
+                let (cycles, end) = found(rate_hz, frames);
+                let frames = cycle_s * f64::from(rate_hz);
+                let off = f64::from(end.expect("a walk").period_frames) / frames - 1.0;
+                assert!(off.abs() < 0.05, "{cadence} {rate_hz}: {off}");
+                let fewest = (10.0 / cycle_s) as usize - 2;
+                assert!(cycles.len() >= fewest, "{cadence} {rate_hz}: {cycles:?}");
+                let mut periods: Vec<f64> =
+                    cycles.iter().map(DetectedCycle::period_frames).collect();
+                periods.sort_by(f64::total_cmp);
+                let off = periods[periods.len() / 2] / frames - 1.0;
+                assert!(off.abs() < 0.02, "{cadence} {rate_hz}: {off}");
+            }
+        }
+    }
+}
+
+#[test]
 fn slower_steps_are_not_read_by_their_harmonic() {
-    for cadence in [24.0, 40.0, 50.0, 60.0] {
+    for cadence in [40.0, 50.0, 60.0] {
         for rate_hz in [10.0, 25.0, 30.0, 60.0] {
-            // A side peak at twice the frequency of the steps, nearly as high.
+            // A side peak at twice the frequency of the steps, more than half as high.
             let legs = |frame: u32| {
                 let phase = TAU * f64::from(frame) / f64::from(rate_hz) * cadence / 60.0;
-                let width = 40.0 + 12.0 * phase.cos() + 7.0 * (2.0 * phase).cos();
-                let pixels = 900.0 + 60.0 * phase.cos();
-                Some(LowerBody {
-                    pixels: pixels as f32,
-                    width: width as f32,
-                })
+                Some(spread(
+                    0.1 + 0.03 * phase.cos() + 0.017 * (2.0 * phase).cos(),
+                ))
             };
             let (cycles, end) = found(rate_hz, (0..(20.0 * rate_hz) as u32).map(legs));
             assert_eq!(cycles, [], "{cadence} {rate_hz}");
-            let Err(NoCycle::Slower { waves_per_minute }) = end else {
+            let Err(NoCycle::Slower { steps_per_minute }) = end else {
                 panic!("{cadence} {rate_hz}: {end:?}");
             };
-            // The window holds 3.4 seconds: less than one and a half of the slowest waves.
-            let off = f64::from(waves_per_minute) - cadence;
-            let most = if cadence < 30.0 { 12.0 } else { 6.0 };
-            assert!(off.abs() < most, "{cadence} {rate_hz}: {waves_per_minute}");
+            let off = f64::from(steps_per_minute) - cadence;
+            assert!(off.abs() < 6.0, "{cadence} {rate_hz}: {steps_per_minute}");
         }
     }
 }
@@ -171,8 +218,8 @@ fn frames_that_are_missing_or_full_of_holes_move_boundaries_little() {
     assert_cycles(&cycles, 33.0, (9, 1.0));
     let noisy = walk(30.0, 1.1, 12.0).zip(0..).map(|(frame, number)| {
         frame.map(|legs| LowerBody {
-            pixels: legs.pixels * (1.0 - 0.15 * noise(number).abs()) as f32,
-            width: legs.width + (6.0 * noise(number + 9_999)) as f32,
+            spread: legs.spread + (0.02 * noise(number)) as f32,
+            sway: legs.sway + (0.02 * noise(number + 9_999)) as f32,
         })
     });
     let (cycles, _) = found(30.0, noisy);
@@ -183,8 +230,8 @@ fn frames_that_are_missing_or_full_of_holes_move_boundaries_little() {
 fn somebody_who_stands_and_then_walks_has_cycles_from_the_first_step_on() {
     let standing = (0..120).map(|number| {
         Some(LowerBody {
-            pixels: 900.0 + 3.0 * noise(number) as f32,
-            width: 24.0,
+            spread: 0.06 + 0.001 * noise(number) as f32,
+            sway: 0.002 * noise(number + 9_999) as f32,
         })
     });
     let (cycles, end) = found(30.0, standing.clone());
@@ -201,13 +248,9 @@ fn a_turn_breaks_the_row_of_cycles_and_no_cycle_has_it_within() {
     // From the side, then frontal with legs that swing at another phase, then from the other side.
     let turn = |number: u32| {
         let time_s = f64::from(number) / 30.0;
-        let legs = side(time_s, 1.0);
         match number {
-            150..=239 => LowerBody {
-                pixels: 700.0 + 28.0 * (TAU * (2.0 * time_s - 0.4)).cos() as f32,
-                width: (24.0 - 1.2 * (TAU * 2.0 * time_s).cos()).round() as f32,
-            },
-            _ => legs,
+            150..=239 => front(time_s - 0.2, 1.0),
+            _ => side(time_s, 1.0),
         }
     };
     let (cycles, _) = found(30.0, (0..390).map(|number| Some(turn(number))));
@@ -225,10 +268,7 @@ fn nobody_and_nothing_that_moves_says_so() {
         assert_eq!(cycles, []);
         end.expect_err("no walk")
     };
-    let still = Some(LowerBody {
-        pixels: 900.0,
-        width: 40.0,
-    });
+    let still = Some(spread(0.06));
     let seconds = |frame| core::iter::repeat_n(frame, 150);
     assert_eq!(reason(&mut seconds(None)), NoCycle::Absent);
     let NoCycle::Standing { swing } = reason(&mut seconds(still)) else {
@@ -248,13 +288,7 @@ fn nobody_and_nothing_that_moves_says_so() {
     // A person in every third frame.
     let mostly_absent = &mut (0..150).map(|number| still.filter(|_| number % 3 == 0));
     assert_eq!(reason(mostly_absent), NoCycle::Absent);
-    let growing = &mut (0..150_u8).map(|number| {
-        let size = f32::from(number);
-        Some(LowerBody {
-            pixels: 500.0 + 3.0 * size,
-            width: 20.0 + size / 20.0,
-        })
-    });
+    let growing = &mut (0..150_u8).map(|number| Some(spread(0.06 + 0.0002 * f64::from(number))));
     assert!(matches!(reason(growing), NoCycle::Standing { .. }));
 }
 
@@ -264,8 +298,8 @@ fn noise_is_no_walk() {
     for seed in 0..40 {
         let random = (0..300).map(|number| {
             Some(LowerBody {
-                pixels: 900.0 + 90.0 * noise(1_000 * seed + number) as f32,
-                width: 40.0 + 8.0 * noise(77_777 + 1_000 * seed + number) as f32,
+                spread: 0.08 + 0.03 * noise(1_000 * seed + number) as f32,
+                sway: 0.02 * noise(77_777 + 1_000 * seed + number) as f32,
             })
         });
         cycles += found(30.0, random).0.len();
@@ -280,14 +314,14 @@ fn noise_is_no_walk() {
 
 #[test]
 fn numbers_that_are_none_count_as_nobody() {
-    let legs = |pixels, width| Some(LowerBody { pixels, width });
+    let legs = |spread, sway| Some(LowerBody { spread, sway });
     for bad in [
-        legs(f32::NAN, 40.0),
-        legs(900.0, f32::NAN),
-        legs(f32::INFINITY, 40.0),
-        legs(900.0, f32::NEG_INFINITY),
-        legs(-900.0, 40.0),
-        legs(900.0, -1.0),
+        legs(f32::NAN, 0.0),
+        legs(0.1, f32::NAN),
+        legs(f32::INFINITY, 0.0),
+        legs(0.1, f32::NEG_INFINITY),
+        legs(-0.1, 0.0),
+        legs(0.0, 0.0),
         legs(f32::MAX, f32::MAX),
     ] {
         let (cycles, end) = found(30.0, core::iter::repeat_n(bad, 150));
@@ -333,31 +367,40 @@ fn a_million_frames_have_as_many_cycles_as_steps_are_made() {
 }
 
 #[test]
-fn the_legs_of_a_silhouette_are_its_lowest_third_and_fifth() {
+fn legs_are_measured_by_the_definitions() {
     use crate::silhouette::{Silhouette, Size};
-    // Fifteen rows, from row 10 on: twelve of them 4 wide, then legs.
-    let mut rows = [0_u64; 25];
-    rows[10..22].fill(0b1111_0000);
-    rows[22..24].fill(0b0110_0110_0000);
-    rows[24] = 0b0010_0000_0100;
+    // Twelve rows, from row 10 on: eight of the columns 4 to 7, then legs.
+    let mut rows = [0_u64; 22];
+    rows[10..19].fill(0b1111_0000);
+    rows[19..21].fill(0b0110_0110_0000);
+    rows[21] = 0b0010_0000_0100;
     let silhouette = Silhouette::from_rows(Size::S50x30, &rows);
-    // Rows 20 to 24: 4 + 4 + 4 + 4 + 2 pixels; rows 22 to 24: columns 2 to 10.
+    // The lowest third are four rows: columns 4 to 7, twice 5, 6, 9 and 10, then 2 and 9. Their sum
+    // is 22 + 60 + 11 = 93 and the sum of their squares 126 + 484 + 85 = 695, of 14 pixels.
+    let spread = (695.0_f64 / 14.0 - (93.0_f64 / 14.0).powi(2)).sqrt() / 12.0;
+    // The lowest quarter are three rows, with 71 / 10; the mean of the upper half is 5.5.
+    let sway = (7.1 - 5.5) / 12.0;
     let expected = LowerBody {
-        pixels: 18.0,
-        width: 9.0,
+        spread: spread as f32,
+        sway: sway as f32,
     };
-    assert_eq!(LowerBody::measure(&silhouette), Some(expected));
+    let found = LowerBody::measure(&silhouette).expect("a figure");
+    assert!(
+        (found.spread - expected.spread).abs() < 1e-7,
+        "{found:?} {expected:?}"
+    );
+    assert!(
+        (found.sway - expected.sway).abs() < 1e-7,
+        "{found:?} {expected:?}"
+    );
     let coverage = silhouette.to_coverage();
-    assert_eq!(LowerBody::of_pixels(coverage.pixels(), 30), Some(expected));
+    assert_eq!(LowerBody::of_pixels(coverage.pixels(), 30), Some(found));
     assert_eq!(LowerBody::measure(&Silhouette::empty(Size::S64x64)), None);
     assert_eq!(LowerBody::of_pixels(&[127; 100], 10), None);
     assert_eq!(LowerBody::of_pixels(&[255; 100], 0), None);
     // One pixel is a figure of one row.
     assert_eq!(
         LowerBody::of_pixels(&[0, 0, 255, 0], 2),
-        Some(LowerBody {
-            pixels: 1.0,
-            width: 1.0
-        })
+        Some(LowerBody::default())
     );
 }

@@ -1,35 +1,44 @@
-//! The wave in the legs' outline: one period a step.
+//! The wave in the legs' outline: one period a cycle, and its second harmonic, one period a step.
 //!
-//! A window of samples is weighted by Hann's window, which suppresses waves of two steps or half a
-//! step once it spans four steps. The trend is removed (an approaching walker grows), the rest is
-//! divided by the mean, and the frequency is the one with the highest power within the range of
-//! human steps.
+//! A window of samples is weighted by Hann's window, which suppresses waves of other periods once it
+//! spans four steps, and the trend is removed. At each frequency of cycles, the powers at that
+//! frequency and at twice that frequency are added, each with the share that is expected of it. From
+//! the side nearly all power is that of the step, from nearly in front that of the cycle: left and
+//! right steps look alike from the side only. How widely the legs are spread shows which it is.
 
 use crate::budget::{
-    CYCLE_FREQUENCIES, CYCLE_FREQUENCY_STEP_HZ, CYCLE_LOWER_FREQUENCIES, CYCLE_LOWEST_HZ,
-    CYCLE_SAMPLES,
+    CYCLE_FREQUENCIES, CYCLE_FREQUENCY_STEP_HZ, CYCLE_LOWEST_HZ, CYCLE_SAMPLES,
+    CYCLE_STEPS_PER_MINUTE,
 };
 use core::f32::consts::TAU;
 
-/// The swing of the width, as a share of its mean, from which the width alone is used. Our choice:
-/// for the people used for tuning it is 0.17 or more from 45, 90 or 135 degrees, and 0.05 (median)
-/// from in front or behind. Values from 0.09 to 0.16 make no difference.
-const WIDE_SWING: f32 = 0.12;
-/// The weight of the pixels beside the width below that swing. Our choice: from in front they swing
-/// by 0.04 of their mean and more steadily than the width; 2 and 3 find most cycles of the people
-/// used for tuning.
-const PIXELS_WEIGHT: f32 = 3.0;
+/// The mean spread of the legs at which powers of cycle and step count alike. The mean spread is 0.05
+/// of the height from 18 degrees, 0.07 from 36, and 0.1 from the side. Our choice, like all constants
+/// of frequencies here: of 200 people of the built-in population, dressed, at 3 to 7 km/h, and of 84
+/// recorded people, seen from all sides, most have the right period.
+const EVEN_SPREAD: f32 = 0.07;
+/// The change with the spread of the share with which the cycle's power counts, and its range.
+const SHARE_PER_SPREAD: f32 = 10.0;
+const CYCLE_SHARES: (f32, f32) = (0.42, 0.7);
+/// The power of the cycle, as a multiple of the step's, from which what is seen from the side is a
+/// slow walker's step. Our choice: it is the power of a harmonic of 0.63 of the swing.
+const MOST_OF_CYCLE: f32 = 2.5;
+/// The weight of the sway beside the spread where a step is widest, from in front. Our choice: of 0,
+/// 0.3, 0.5, 1 and 2, boundaries are nearest to heel strikes with 0.3.
+const SWAY_WEIGHT: f32 = 0.3;
+/// The frequency of cycles that is expected most, Hz: 120 steps a minute.
+const USUAL_HZ: f32 = 1.0;
+/// How far below and above it frequencies are expected half as much, Hz.
+const HALF_AS_USUAL_HZ: (f32, f32) = (0.9, 0.6);
 
-/// The minimum swing of the outline of walking legs. Our choice: nine of ten walkers seen from in
-/// front reach three times as much.
-pub(super) const LEAST_SWING: f32 = 0.03;
-/// The swing of a slower wave, as a multiple of a step's, from which the steps are doubted. Our
-/// choice: 98 % of the windows in which a walk slowed to 40 to 66 steps a minute would be read
-/// wrongly have such a wave, and 0.8 % of those in which a walk of usual speed is read rightly
-/// (19 people slowed, and all takes with known heel strikes, from all views).
-const SLOWER_SWING: f32 = 1.4;
+/// The minimum swing of walking legs, as a share of the figure's height. Our choice: nine of ten
+/// walkers seen from in front reach twice as much.
+pub(super) const LEAST_SWING: f32 = 0.003;
+/// The share of the slowest cycle's frequency below which a cycle is too slow. Our choice: the
+/// frequency of a walker at the limit is found to 5 %.
+const TOO_SLOW: f32 = 0.95;
 
-/// The measurements of one sample: width and pixels; both 0 if nobody is visible.
+/// The measurements of one sample: spread and sway; both 0 if nobody is visible.
 pub(super) type WaveSample = [f32; 2];
 
 /// A steady wave.
@@ -37,21 +46,14 @@ pub(super) type WaveSample = [f32; 2];
 pub(super) struct Wave {
     /// Samples per step.
     pub step: f32,
-    /// The maximum nearest to the window's middle, in samples from the window's last: negative.
+    /// The widest stance nearest to the window's middle, in samples from the window's last: negative.
     pub peak: f32,
     /// The window's middle, in samples from the window's last.
     pub middle: f32,
-    /// The amplitude, as a share of the mean.
+    /// The amplitude of cycle and step together, as a share of the figure's height.
     pub swing: f32,
     /// The share of the change in the window that it explains, 0..1.
     pub regular: f32,
-}
-
-/// The wave of a window, and what speaks against it.
-pub(super) struct FittedWave {
-    pub wave: Wave,
-    /// The frequency of a stronger wave below the range of human steps, Hz.
-    pub slower_hz: Option<f32>,
 }
 
 /// A window of samples, weighted, and relative to their trend.
@@ -61,32 +63,30 @@ struct SampleWindow {
     middle: f32,
     /// Hann's window, 0 for samples that show nobody.
     weights: [f32; CYCLE_SAMPLES],
-    /// Width and pixels as differences from their trends, over their means, weighted.
+    /// Spread and sway as differences from their trends, weighted.
     weighted: [WaveSample; CYCLE_SAMPLES],
     /// Sum of all weights.
     sum: f32,
+    /// How far the share of the cycle's power is from that of the side, 0..1.
+    doubt: f32,
 }
 
-/// Real and imaginary parts of width and pixels at one frequency.
+/// Real and imaginary parts of spread and sway at one frequency.
 type WaveParts = [[f32; 2]; 2];
 
 impl Wave {
     /// Fits a wave to these samples at `rate_hz`; `None` if most of them show nobody.
-    pub(super) fn fit(
-        samples: impl Iterator<Item = WaveSample>,
-        rate_hz: f32,
-    ) -> Option<FittedWave> {
+    pub(super) fn fit(samples: impl Iterator<Item = WaveSample>, rate_hz: f32) -> Option<Self> {
         let window = SampleWindow::new(samples)?;
-        let spectrum = window.spectrum(rate_hz);
-        let width = window.best(&spectrum, rate_hz, 0.0);
-        let (wave, pixels_weight) = if width.swing >= WIDE_SWING {
-            (width, 0.0)
-        } else {
-            let both = window.best(&spectrum, rate_hz, PIXELS_WEIGHT);
-            (both, PIXELS_WEIGHT)
-        };
-        let slower_hz = window.slower(&wave, rate_hz, pixels_weight);
-        Some(FittedWave { wave, slower_hz })
+        let frequency = window.frequency(rate_hz);
+        Some(window.wave(frequency / rate_hz))
+    }
+
+    /// Returns the steps per minute at `rate_hz`, if they are too few.
+    pub(super) fn slow_steps_per_minute(&self, rate_hz: f32) -> Option<f32> {
+        let steps = 60.0 * rate_hz / self.step;
+        let (slowest, _) = CYCLE_STEPS_PER_MINUTE;
+        (steps < TOO_SLOW * slowest).then_some(steps)
     }
 }
 
@@ -101,7 +101,7 @@ impl SampleWindow {
         let count = count(len);
         let middle = (count - 1.0) / 2.0;
         let mut weights = [0.0; CYCLE_SAMPLES];
-        // Weighted sums of 1, t, t^2 and of both channels times 1 and t.
+        // Weighted sums of 1, t, t^2 and of spread and sway times 1 and t.
         let (mut ones, mut times, mut squares) = (0.0, 0.0, 0.0);
         let mut sums = [[0.0; 2]; 2];
         let mut whole = 0.0;
@@ -111,8 +111,8 @@ impl SampleWindow {
         {
             let hann = 0.5 + 0.5 * cos;
             whole += hann;
-            let [_, pixels] = sample;
-            if *pixels <= 0.0 {
+            let [spread, _] = sample;
+            if *spread <= 0.0 {
                 continue;
             }
             *weight = hann;
@@ -134,14 +134,14 @@ impl SampleWindow {
             let slope = (ones * by_time - times * sum) / determinant;
             [level, slope]
         });
+        let [[spread, _], _] = trends;
+        let (low, high) = CYCLE_SHARES;
+        let share = 0.5 - SHARE_PER_SPREAD * (spread - EVEN_SPREAD);
+        let doubt = (share.clamp(low, high) - low) / (high - low);
         let mut t = -middle;
         for (sample, weight) in weighted.iter_mut().zip(&weights).take(len) {
             for (value, [level, slope]) in sample.iter_mut().zip(trends) {
-                *value = if level > 0.0 {
-                    weight * (*value - level - slope * t) / level
-                } else {
-                    0.0
-                };
+                *value = weight * (*value - level - slope * t);
             }
             t += 1.0;
         }
@@ -151,40 +151,51 @@ impl SampleWindow {
             weights,
             weighted,
             sum: ones,
+            doubt,
         })
     }
 
-    /// Returns the parts at each frequency that is tried.
-    fn spectrum(&self, rate_hz: f32) -> [WaveParts; CYCLE_FREQUENCIES] {
-        let mut frequency_hz = CYCLE_LOWEST_HZ;
-        core::array::from_fn(|_| {
-            let parts = self.at(frequency_hz / rate_hz);
-            frequency_hz += CYCLE_FREQUENCY_STEP_HZ;
-            parts
-        })
+    /// Returns the frequency of the cycle, Hz: that of the score's highest local maximum, or the
+    /// lowest that is tried if there is none.
+    fn frequency(&self, rate_hz: f32) -> f32 {
+        let (low, high) = CYCLE_SHARES;
+        let share = low + (high - low) * self.doubt;
+        let score = |hz: f32| {
+            let (cycle, step) = (hz / rate_hz, 2.0 * hz / rate_hz);
+            share * power(self.at(cycle)) + (1.0 - share) * power(self.at(step))
+        };
+        // From the side the share alone tells a cycle from its half and its double.
+        let usual = |hz| 1.0 - self.doubt * (1.0 - how_usual(hz));
+        let hz = |number| CYCLE_LOWEST_HZ + count(number) * CYCLE_FREQUENCY_STEP_HZ;
+        let scores: [f32; CYCLE_FREQUENCIES] = core::array::from_fn(|number| score(hz(number)));
+        let Some((number, [left, middle, right])) = highest(&scores, |number| usual(hz(number)))
+        else {
+            return CYCLE_LOWEST_HZ;
+        };
+        // Twice as close, the step's frequencies are as far apart as the cycle's were.
+        let (hz, half) = (hz(number), 0.5 * CYCLE_FREQUENCY_STEP_HZ);
+        let closer = [left, score(hz - half), middle, score(hz + half), right];
+        let Some((number, [left, middle, right])) = highest(&closer, |_| 1.0) else {
+            return hz;
+        };
+        // The vertex of the parabola through three scores.
+        let aside = 0.5 * (left - right) / (left - 2.0 * middle + right);
+        let hz = hz + half * (count(number) - 2.0 + aside);
+        let [cycle, step] = [1.0, 2.0].map(|times| power(self.at(times * hz / rate_hz)));
+        let is_step = self.doubt <= 0.0 && cycle > MOST_OF_CYCLE * step;
+        if is_step { 0.5 * hz } else { hz }
     }
 
-    /// Returns the strongest wave of width and weighted pixels.
-    fn best(
-        &self,
-        spectrum: &[WaveParts; CYCLE_FREQUENCIES],
-        rate_hz: f32,
-        pixels_weight: f32,
-    ) -> Wave {
-        let powers = spectrum.map(|parts| {
-            let [re, im] = together(parts, pixels_weight);
-            re * re + im * im
-        });
-        let peak = highest(&powers, CYCLE_LOWEST_HZ, CYCLE_FREQUENCY_STEP_HZ);
-        let frequency = peak.map_or(CYCLE_LOWEST_HZ, |peak| peak.frequency_hz) / rate_hz;
-        let [re, im] = together(self.at(frequency), pixels_weight);
+    /// Returns the wave whose cycle has this frequency, in periods a sample.
+    fn wave(&self, frequency: f32) -> Wave {
+        let cycle = self.at(frequency);
+        let step = self.at(2.0 * frequency);
         let scale = 2.0 / self.sum;
-        let swing = scale * libm::sqrtf(re * re + im * im);
+        let swing = scale * libm::sqrtf(power(cycle) + power(step));
         let mut all = 0.0;
-        for ([width, pixels], weight) in self.weighted.iter().zip(&self.weights) {
+        for (sample, weight) in self.weighted.iter().zip(&self.weights) {
             if *weight > 0.0 {
-                let value = width + pixels_weight * pixels;
-                all += value * value / weight;
+                all += sample.iter().map(|value| value * value).sum::<f32>() / weight;
             }
         }
         let all = all / self.sum;
@@ -193,32 +204,22 @@ impl SampleWindow {
         } else {
             0.0
         };
+        // From in front the spread hardly changes, and the sway peaks twice a cycle, ahead and back.
+        let [widest, _] = step;
+        let [_, sway] = cycle.map(twice_the_phase);
+        let doubt = self.doubt * self.doubt;
+        let weight = SWAY_WEIGHT * doubt * doubt;
+        let [re, im] = [0, 1].map(|part| widest[part] + weight * sway[part]);
         Wave {
-            step: 1.0 / frequency,
-            peak: -self.middle - libm::atan2f(im, re) / (TAU * frequency),
+            step: 0.5 / frequency,
+            peak: -self.middle - libm::atan2f(im, re) / (2.0 * TAU * frequency),
             middle: -self.middle,
             swing,
             regular: regular.min(1.0),
         }
     }
 
-    /// Returns the frequency of the strongest wave below the range of human steps, Hz, if it swings
-    /// much more than `wave`.
-    fn slower(&self, wave: &Wave, rate_hz: f32, pixels_weight: f32) -> Option<f32> {
-        let mut frequency_hz = CYCLE_LOWEST_HZ + 2.0 * CYCLE_FREQUENCY_STEP_HZ;
-        let powers: [f32; CYCLE_LOWER_FREQUENCIES + 2] = core::array::from_fn(|_| {
-            frequency_hz -= CYCLE_FREQUENCY_STEP_HZ;
-            let [re, im] = together(self.at(frequency_hz / rate_hz), pixels_weight);
-            re * re + im * im
-        });
-        let swing = LEAST_SWING.max(SLOWER_SWING * wave.swing);
-        let least = swing * self.sum / 2.0;
-        let from = CYCLE_LOWEST_HZ + CYCLE_FREQUENCY_STEP_HZ;
-        let peak = highest(&powers, from, -CYCLE_FREQUENCY_STEP_HZ)?;
-        (peak.power > least * least).then_some(peak.frequency_hz)
-    }
-
-    /// Sums width and pixels times a wave of `frequency` periods a sample, whose phase is 0 in the
+    /// Sums spread and sway times a wave of `frequency` periods a sample, whose phase is 0 in the
     /// middle.
     fn at(&self, frequency: f32) -> WaveParts {
         let mut parts: WaveParts = [[0.0; 2]; 2];
@@ -233,47 +234,46 @@ impl SampleWindow {
     }
 }
 
-/// Returns the real and imaginary part of width plus weighted pixels.
-fn together([width, pixels]: WaveParts, pixels_weight: f32) -> [f32; 2] {
-    let ([re, im], [pixels_re, pixels_im]) = (width, pixels);
-    [
-        re + pixels_weight * pixels_re,
-        im + pixels_weight * pixels_im,
-    ]
-}
-
-/// A local maximum of power.
-struct Peak {
-    frequency_hz: f32,
-    power: f32,
-}
-
-/// Returns the highest local maximum of powers at frequencies from `first_hz` on, `step_hz` apart;
-/// its frequency is the vertex of the parabola through it and its neighbours. A maximum at the edge
-/// of the range belongs to a wave outside, such as that of a whole cycle. `None` if there is no
-/// other.
-fn highest(powers: &[f32], first_hz: f32, step_hz: f32) -> Option<Peak> {
-    let mut best: Option<Peak> = None;
-    let mut middle_hz = first_hz;
-    for around in powers.windows(3) {
-        middle_hz += step_hz;
-        let [left, middle, right] = around else {
+/// Returns the local maximum that is the highest if multiplied by its weight, and not at an end, as
+/// its number and the three scores around it.
+fn highest(scores: &[f32], weight: impl Fn(usize) -> f32) -> Option<(usize, [f32; 3])> {
+    let (mut best, mut most) = (None, 0.0);
+    for (number, around) in (1..).zip(scores.windows(3)) {
+        let &[left, middle, right] = around else {
             continue;
         };
-        let bend = left - 2.0 * middle + right;
-        let most = best.as_ref().map_or(0.0, |peak| peak.power);
-        if middle > left && middle >= right && *middle > most && bend < 0.0 {
-            let aside = 0.5 * (left - right) / bend;
-            best = Some(Peak {
-                frequency_hz: middle_hz + step_hz * aside,
-                power: *middle,
-            });
+        let height = weight(number) * middle;
+        if middle > left && middle >= right && height > most {
+            (best, most) = (Some((number, [left, middle, right])), height);
         }
     }
     best
 }
 
-/// Converts a number of samples or frequencies, which a byte holds.
+/// Returns how usual a frequency of cycles is, 0..1: Cauchy's curve.
+fn how_usual(hz: f32) -> f32 {
+    let (below, above) = HALF_AS_USUAL_HZ;
+    let off = hz - USUAL_HZ;
+    let off = off / if off < 0.0 { below } else { above };
+    1.0 / (1.0 + off * off)
+}
+
+/// Returns the sum of all squares.
+fn power(parts: WaveParts) -> f32 {
+    parts.iter().flatten().map(|part| part * part).sum()
+}
+
+/// Returns a complex number of the same size and twice the phase.
+fn twice_the_phase([re, im]: [f32; 2]) -> [f32; 2] {
+    let size = libm::sqrtf(re * re + im * im);
+    if size > 0.0 {
+        [(re * re - im * im) / size, 2.0 * re * im / size]
+    } else {
+        [0.0; 2]
+    }
+}
+
+/// Converts a number of samples, which a byte holds.
 fn count(number: usize) -> f32 {
     f32::from(u8::try_from(number).unwrap_or(u8::MAX))
 }

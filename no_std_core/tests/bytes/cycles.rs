@@ -5,12 +5,12 @@ use edgegait_core::cycle::{CycleDetector, LowerBody};
 /// Steps of six samples: a left one, and a right one of other widths.
 const STEP: [[u8; 6]; 2] = [[33, 38, 47, 52, 45, 37], [34, 40, 50, 57, 48, 38]];
 
-/// Returns the legs at a frame, in whole numbers.
+/// Returns the legs at a frame, in 512ths of the height.
 fn legs(frame: usize) -> LowerBody {
-    let width = STEP[frame / 6 % 2][frame % 6];
+    let width = f32::from(STEP[frame / 6 % 2][frame % 6]);
     LowerBody {
-        pixels: f32::from(width) * 9.0 + 500.0,
-        width: f32::from(width),
+        spread: width / 512.0,
+        sway: (width - 44.0) / 2048.0,
     }
 }
 
@@ -29,11 +29,11 @@ fn boundaries_are_the_same_bits_everywhere() {
     }
     let bits: Vec<u64> = ends.iter().map(|end| end.to_bits()).collect();
     let expected = [
-        0x402d_d079_0000_0000,
-        0x403a_e83c_8000_0000,
-        0x4043_741e_4000_0000,
-        0x4049_741e_4000_0000,
-        0x404f_6eb1_0000_0000,
+        0x402d_d000_c000_0000,
+        0x403a_e800_6000_0000,
+        0x4043_7400_3000_0000,
+        0x4049_7400_3000_0000,
+        0x404f_70e7_6000_0000,
     ];
     assert_eq!(bits, expected, "{ends:?}");
 }

@@ -32,7 +32,7 @@ impl CycleFinder {
     }
 
     /// Also finds walkers of 35 to 70 steps a minute, if the camera sees the walker from the side.
-    /// From nearly in front or behind, a slow walker's steps look like the whole cycles of another.
+    /// Obliquely from in front or behind, a slow walker's steps look like the whole cycles of another.
     #[must_use]
     pub const fn from_the_side(self) -> Self {
         Self {

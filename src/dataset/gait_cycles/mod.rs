@@ -6,9 +6,9 @@
 //! ```
 //! use edgegait::dataset::gait_cycles::{CycleFinder, LowerBody};
 //!
-//! // Counts of lower-body pixels by frame, of a person who takes two steps a second.
-//! let counts = (0..120).map(|frame| 900.0 + 90.0 * (f64::from(frame) * 0.419).cos());
-//! let frames = counts.map(|count| Some(LowerBody::counted(count as f32)));
+//! // The spread of the legs by frame, of a person who takes two steps a second.
+//! let spreads = (0..120).map(|frame| 0.1 + 0.05 * (f64::from(frame) * 0.419).cos());
+//! let frames = spreads.map(|spread| Some(LowerBody { spread: spread as f32, sway: 0.0 }));
 //! let found = CycleFinder::new(30.0)?.find(frames).expect("a walker");
 //! assert_eq!(found.period_frames.round(), 30.0);
 //! let ranges: Vec<_> = found.cycles.iter().map(edgegait::dataset::gait_cycles::whole_frames).collect();

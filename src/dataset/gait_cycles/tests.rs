@@ -18,9 +18,10 @@ fn arrays_of_frames_are_measured_and_what_is_no_frame_left_out() {
     // Two frames of 3x2, the second empty, and one more pixel.
     let pixels = [0, 255, 255, 255, 200, 127, 0, 0, 0, 0, 0, 0, 255];
     let found: Vec<_> = lower_bodies(&pixels, [3, 2]).collect();
+    // The lowest row has one pixel, in column 0; the mean column of the others is 2/3.
     let legs = LowerBody {
-        pixels: 1.0,
-        width: 1.0,
+        spread: 0.0,
+        sway: -2.0 / 9.0,
     };
     assert_eq!(found, [Some(legs), None]);
     assert_eq!(lower_bodies(&pixels, [0, 2]).count(), 0);
@@ -36,8 +37,8 @@ fn reasons_say_what_was_expected_and_found() {
         "expected a whole gait cycle, found 9 frames, which are too few (record two cycles or more)"
     );
     assert!(
-        text(NoCycle::Standing { swing: 0.0123 })
-            .ends_with("standing still: the outline of the legs changes by 1.2 %")
+        text(NoCycle::Standing { swing: 0.0012 })
+            .ends_with("standing still: the legs swing by 0.1 % of the height")
     );
     let irregular = text(NoCycle::Irregular { regular: 0.18 });
     assert!(

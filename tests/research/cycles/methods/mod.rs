@@ -5,15 +5,13 @@ mod extrema;
 mod series;
 mod unit;
 
-use edgegait::dataset::gait_cycles::{CycleFinder, DetectedCycle, FoundCycles, LowerBody, NoCycle};
-pub use series::Signal;
+use edgegait::dataset::gait_cycles::{DetectedCycle, FoundCycles, NoCycle};
+pub use series::{Outline, Signal};
 use series::{SmoothedSignal, median};
 
 /// The method by which cycles are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CycleMethod {
-    /// The product's: the wave that fits four steps best.
-    Wave,
     /// Every second peak of the signal (Charalambous & Bharath, BMVC 2016).
     Peaks(Signal),
     /// The mean of the median distances between every second minimum (Sarkar et al., IEEE TPAMI
@@ -29,14 +27,10 @@ impl CycleMethod {
     pub fn find(
         self,
         frame_rate_hz: f32,
-        frames: impl IntoIterator<Item = Option<LowerBody>>,
+        frames: impl IntoIterator<Item = Option<Outline>>,
     ) -> Result<FoundCycles, NoCycle> {
         let series = |frames, signal| SmoothedSignal::new(frames, signal, frame_rate_hz.into());
         match self {
-            Self::Wave => {
-                let finder = CycleFinder::new(frame_rate_hz).expect("a frame rate");
-                finder.find(frames)
-            }
             Self::Peaks(signal) => extrema::by_peaks(&series(frames, signal)?),
             Self::Minima(signal) => extrema::by_minima(&series(frames, signal)?),
             Self::Autocorrelation(signal) => autocorrelation::cycles(&series(frames, signal)?),

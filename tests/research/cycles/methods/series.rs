@@ -1,7 +1,16 @@
 //! A signal with one number for each frame, without gaps.
 
-use super::{LowerBody, NoCycle};
+use super::NoCycle;
 use edgegait_core::budget::CYCLE_STEPS_PER_MINUTE;
+
+/// The outline of the legs in a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outline {
+    /// Pixels in the lower half of the figure, as Sarkar et al. count them.
+    pub pixels: f32,
+    /// Columns from the leftmost to the rightmost pixel in the lowest fifth of the height.
+    pub width: f32,
+}
 
 /// The number that is followed over the frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,8 +21,7 @@ pub enum Signal {
     Width,
 }
 
-/// The minimum swing of the signal of walking legs, as a share of its mean, as in the core. Our
-/// choice.
+/// The minimum swing of the signal of walking legs, as a share of its mean. Our choice.
 const LEAST_SWING: f64 = 0.03;
 /// Time over which the signal is smoothed, seconds: a tenth of a usual cycle. Our choice.
 const SMOOTHED_S: f64 = 0.1;
@@ -29,11 +37,11 @@ pub struct SmoothedSignal {
 
 impl SmoothedSignal {
     pub fn new(
-        frames: impl IntoIterator<Item = Option<LowerBody>>,
+        frames: impl IntoIterator<Item = Option<Outline>>,
         signal: Signal,
         frame_rate_hz: f64,
     ) -> Result<Self, NoCycle> {
-        let value = |body: LowerBody| match signal {
+        let value = |body: Outline| match signal {
             Signal::Pixels => body.pixels,
             Signal::Width => body.width,
         };
