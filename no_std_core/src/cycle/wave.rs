@@ -2,9 +2,10 @@
 //!
 //! A window of samples is weighted by Hann's window, which suppresses waves of other periods once it
 //! spans four steps, and the trend is removed. At each frequency of cycles, the powers at that
-//! frequency and at twice that frequency are added, each with the share that is expected of it. From
-//! the side nearly all power is that of the step, from nearly in front that of the cycle: left and
-//! right steps look alike from the side only. How widely the legs are spread shows which it is.
+//! frequency and at twice that frequency are added. From the side nearly all power is that of the
+//! step, from nearly in front that of the cycle: left and right steps look alike from the side only.
+//! How widely the legs are spread shows roughly where the camera is, and so how much each power
+//! counts.
 
 use crate::budget::{
     CYCLE_FREQUENCIES, CYCLE_FREQUENCY_STEP_HZ, CYCLE_LOWEST_HZ, CYCLE_SAMPLES,
@@ -67,7 +68,8 @@ struct SampleWindow {
     weighted: [WaveSample; CYCLE_SAMPLES],
     /// Sum of all weights.
     sum: f32,
-    /// How far the share of the cycle's power is from that of the side, 0..1.
+    /// How far the share with which the cycle's power counts is from that of the side, 0..1: 0 from
+    /// a mean spread of 0.078 on, 1 up to 0.05.
     doubt: f32,
 }
 
