@@ -13,13 +13,14 @@ use crate::budget::{
 };
 use core::f32::consts::TAU;
 
-/// The mean spread of the legs at which powers of cycle and step count alike. The mean spread is 0.05
-/// of the height from 18 degrees, 0.07 from 36, and 0.1 from the side. Our choice, like all constants
-/// of frequencies here: of 200 people of the built-in population, dressed, at 3 to 7 km/h, and of 84
-/// recorded people, seen from all sides, most have the right period.
-const EVEN_SPREAD: f32 = 0.07;
-/// The change with the spread of the share with which the cycle's power counts, and its range.
-const SHARE_PER_SPREAD: f32 = 10.0;
+/// The mean spreads of the legs up to which the camera is taken to be in front or behind, and from
+/// which at the side; in between there is doubt. The mean spread is 0.05 of the height from 18
+/// degrees, 0.07 from 36, and 0.1 from the side. Our choice, like all constants of frequencies here:
+/// of 200 people of the built-in population, dressed, at 3 to 7 km/h, and of 84 recorded people, seen
+/// from all sides, most have the right period.
+const SPREADS: (f32, f32) = (0.05, 0.078);
+/// The shares with which the cycle's power counts from the side and from in front; the rest is that
+/// of the step's.
 const CYCLE_SHARES: (f32, f32) = (0.42, 0.7);
 /// The power of the cycle, as a multiple of the step's, from which what is seen from the side is a
 /// slow walker's step. Our choice: it is the power of a harmonic of 0.63 of the swing.
@@ -68,8 +69,7 @@ struct SampleWindow {
     weighted: [WaveSample; CYCLE_SAMPLES],
     /// Sum of all weights.
     sum: f32,
-    /// How far the share with which the cycle's power counts is from that of the side, 0..1: 0 from
-    /// a mean spread of 0.078 on, 1 up to 0.05.
+    /// How doubtful it is by the mean spread that the camera is at the side, 0..1.
     doubt: f32,
 }
 
@@ -80,8 +80,13 @@ impl Wave {
     /// Fits a wave to these samples at `rate_hz`; `None` if most of them show nobody.
     pub(super) fn fit(samples: impl Iterator<Item = WaveSample>, rate_hz: f32) -> Option<Self> {
         let window = SampleWindow::new(samples)?;
-        let frequency = window.frequency(rate_hz);
-        Some(window.wave(frequency / rate_hz))
+        let frequency = window.frequency(rate_hz) / rate_hz;
+        let parts = window.cycle_and_step(frequency);
+        if window.is_slow_step(parts) {
+            let frequency = 0.5 * frequency;
+            return Some(window.wave(frequency, window.cycle_and_step(frequency)));
+        }
+        Some(window.wave(frequency, parts))
     }
 
     /// Returns the steps per minute at `rate_hz`, if they are too few.
@@ -137,9 +142,8 @@ impl SampleWindow {
             [level, slope]
         });
         let [[spread, _], _] = trends;
-        let (low, high) = CYCLE_SHARES;
-        let share = 0.5 - SHARE_PER_SPREAD * (spread - EVEN_SPREAD);
-        let doubt = (share.clamp(low, high) - low) / (high - low);
+        let (narrow, wide) = SPREADS;
+        let doubt = ((wide - spread) / (wide - narrow)).clamp(0.0, 1.0);
         let mut t = -middle;
         for (sample, weight) in weighted.iter_mut().zip(&weights).take(len) {
             for (value, [level, slope]) in sample.iter_mut().zip(trends) {
@@ -160,11 +164,11 @@ impl SampleWindow {
     /// Returns the frequency of the cycle, Hz: that of the score's highest local maximum, or the
     /// lowest that is tried if there is none.
     fn frequency(&self, rate_hz: f32) -> f32 {
-        let (low, high) = CYCLE_SHARES;
-        let share = low + (high - low) * self.doubt;
+        let (side, front) = CYCLE_SHARES;
+        let share = side + (front - side) * self.doubt;
         let score = |hz: f32| {
-            let (cycle, step) = (hz / rate_hz, 2.0 * hz / rate_hz);
-            share * power(self.at(cycle)) + (1.0 - share) * power(self.at(step))
+            let [cycle, step] = self.cycle_and_step(hz / rate_hz).map(power);
+            share * cycle + (1.0 - share) * step
         };
         // From the side the share alone tells a cycle from its half and its double.
         let usual = |hz| 1.0 - self.doubt * (1.0 - how_usual(hz));
@@ -182,16 +186,21 @@ impl SampleWindow {
         };
         // The vertex of the parabola through three scores.
         let aside = 0.5 * (left - right) / (left - 2.0 * middle + right);
-        let hz = hz + half * (count(number) - 2.0 + aside);
-        let [cycle, step] = [1.0, 2.0].map(|times| power(self.at(times * hz / rate_hz)));
-        let is_step = self.doubt <= 0.0 && cycle > MOST_OF_CYCLE * step;
-        if is_step { 0.5 * hz } else { hz }
+        hz + half * (count(number) - 2.0 + aside)
     }
 
-    /// Returns the wave whose cycle has this frequency, in periods a sample.
-    fn wave(&self, frequency: f32) -> Wave {
-        let cycle = self.at(frequency);
-        let step = self.at(2.0 * frequency);
+    /// Returns the parts of cycle and step if the cycle has this frequency, in periods a sample.
+    fn cycle_and_step(&self, frequency: f32) -> [WaveParts; 2] {
+        [self.at(frequency), self.at(2.0 * frequency)]
+    }
+
+    /// Returns whether what seems to be a cycle is a slow walker's step, seen from the side.
+    fn is_slow_step(&self, [cycle, step]: [WaveParts; 2]) -> bool {
+        self.doubt <= 0.0 && power(cycle) > MOST_OF_CYCLE * power(step)
+    }
+
+    /// Returns the wave whose cycle has this frequency, in periods a sample, and these parts.
+    fn wave(&self, frequency: f32, [cycle, step]: [WaveParts; 2]) -> Wave {
         let scale = 2.0 / self.sum;
         let swing = scale * libm::sqrtf(power(cycle) + power(step));
         let mut all = 0.0;
@@ -208,7 +217,8 @@ impl SampleWindow {
         };
         // From in front the spread hardly changes, and the sway peaks twice a cycle, ahead and back.
         let [widest, _] = step;
-        let [_, sway] = cycle.map(twice_the_phase);
+        let [_, sway] = cycle;
+        let sway = twice_the_phase(sway);
         let doubt = self.doubt * self.doubt;
         let weight = SWAY_WEIGHT * doubt * doubt;
         let [re, im] = [0, 1].map(|part| widest[part] + weight * sway[part]);

@@ -19,7 +19,7 @@ const SPEEDS_KMH: [f64; 5] = [3.0, 4.0, 5.0, 6.0, 7.0];
 /// A cycle's frames; a recording has four cycles.
 const FRAMES: u32 = 32;
 /// The faults of masks: an outline that drifts by 1.5 cm, holes with a tenth of the area, what a
-/// median leaves of 15 % of all pixels flipped, and and 9 % of the frames lost.
+/// median leaves of 15 % of all pixels flipped, and 9 % of the frames lost.
 const FAULTS: [(ConfounderKind, f64); 4] = [
     (ConfounderKind::Waver, 0.5),
     (ConfounderKind::Holes, 0.4),
@@ -65,7 +65,8 @@ fn by_view(people: Range<usize>, faults: &[(ConfounderKind, f64)]) -> [Wrong; VI
         frames_per_cycle: FRAMES,
         ..Settings::default()
     };
-    let walks = (0..options.people).map(|person| person * SPEEDS_KMH.len() + person % 5);
+    let speeds = SPEEDS_KMH.len();
+    let walks = (0..options.people).map(|person| person * speeds + person % speeds);
     let walks: Vec<usize> = walks.collect();
     let found: Vec<_> = walks
         .par_iter()
