@@ -96,6 +96,12 @@ impl Array {
         self.sides.iter().product::<usize>() * number
     }
 
+    /// Returns the number of bytes of a row with this number of frames.
+    pub(super) fn bytes_of(&self, frames: u32) -> usize {
+        let times = if self.is_of_frames { frames } else { 1 };
+        self.bytes() * times as usize
+    }
+
     /// Returns the name of the array's file.
     pub(super) fn file(&self) -> String {
         format!("{}.npy", self.name)

@@ -7,17 +7,18 @@
 mod drawn;
 mod shares;
 
-pub use drawn::DrawnItem;
+pub use drawn::DrawnItems;
 
 use super::contents::Array;
 use super::{Contents, IndexRow, ItemOrder};
 use crate::dataset::design::Design;
 use crate::draw::confounders::Condition;
-use crate::draw::sweep::{Drawer, Job, Settings, View, Wanted, is_uncut};
+use crate::draw::sweep::{Drawer, Job, Settings, Swept, View, Wanted, is_uncut};
 use crate::encode::{Effort, MAX_ERROR_MM, encode_population};
 use crate::error::{ChoiceError, Error, Result};
 use crate::people::cohort;
 use crate::people::variation::CYCLES_OF_A_TAKE;
+use drawn::ItemBytes;
 use edgegait_core::pack::Pack;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -185,9 +186,8 @@ impl Items {
 
     /// Returns the number of bytes of an item with this number of frames.
     fn bytes(&self, frames: u32) -> usize {
-        let times = |array: &Array| if array.is_of_frames { frames } else { 1 };
-        let bytes = |array: &Array| array.bytes() * times(array) as usize;
-        self.arrays().iter().map(bytes).sum()
+        let arrays = self.arrays();
+        arrays.iter().map(|array| array.bytes_of(frames)).sum()
     }
 
     /// Returns the number of cycles of each person.
@@ -283,55 +283,63 @@ impl Items {
         packs: &BTreeMap<usize, PackBytes>,
         drawers: &mut Vec<Drawer>,
         tell: &(dyn Fn() -> Result<()> + Sync),
-    ) -> Result<Vec<DrawnItem>> {
+    ) -> Result<DrawnItems> {
         let shift = self.shift(pass)?;
         let shelf = self.shelf(packs)?;
-        self.check_room(items, &shelf)?;
+        let arrays = self.arrays();
+        let mut drawn = DrawnItems::new(&arrays, self.frames(items, shift, &shelf)?);
         // The calling thread draws a single item, without a pool.
         let threads = match items.len() {
             0 | 1 => 1,
             _ => rayon::current_num_threads(),
         };
-        let shares = shares::divide(items, self.views(), threads);
+        let mut places = drawn.places(&arrays);
+        let with_places = |share: Vec<usize>| {
+            let own = share.iter().map(|&at| std::mem::take(&mut places[at]));
+            (own.collect(), share)
+        };
+        let shares = shares::divide(items, self.views(), threads).into_iter();
+        let mut shares: Vec<(Vec<ItemBytes<'_>>, Vec<usize>)> = shares.map(with_places).collect();
         let spare = Mutex::new(std::mem::take(drawers));
-        let paint = |share: &Vec<usize>| {
+        let paint = |(places, share): &mut (Vec<ItemBytes<'_>>, Vec<usize>)| {
             let known = spare.lock().expect("nobody panics here").pop();
             let mut drawer = match known {
                 Some(drawer) => drawer,
                 None => Drawer::new(self.settings, &self.wanted)?,
             };
-            let mut drawn = Vec::with_capacity(share.len());
+            let mut places = places.as_mut_slice();
             for cycle in share.chunk_by(|&a, &b| items[a] / self.views() == items[b] / self.views())
             {
                 tell()?;
-                drawn.extend(self.cycle(&mut drawer, &shelf, items, cycle, shift)?);
+                let (own, others) = std::mem::take(&mut places).split_at_mut(cycle.len());
+                ItemBytes::fill(own, &self.cycle(&mut drawer, &shelf, items, cycle, shift)?)?;
+                places = others;
             }
             spare.lock().expect("nobody panics here").push(drawer);
-            Ok(drawn)
+            Ok(())
         };
-        let drawn: Vec<Result<Vec<DrawnItem>>> = match &shares[..] {
+        let done: Vec<Result<()>> = match &mut shares[..] {
             [share] => vec![paint(share)],
-            shares => shares.par_iter().map(paint).collect(),
+            shares => shares.par_iter_mut().map(paint).collect(),
         };
         *drawers = spare.into_inner().expect("nobody panics here");
-        let mut all = vec![DrawnItem::default(); items.len()];
-        for (share, drawn) in shares.iter().zip(drawn) {
-            for (&at, one) in share.iter().zip(drawn?) {
-                all[at] = one;
-            }
-        }
-        Ok(all)
+        // The first error, whichever thread ended first.
+        done.into_iter().collect::<Result<()>>()?;
+        Ok(drawn)
     }
 
-    /// Checks that the items fit into the memory limit of one call.
-    fn check_room(&self, items: &[usize], shelf: &Shelf<'_>) -> Result<()> {
+    /// Returns the number of frames of each item, if all fit into the memory limit of one call.
+    fn frames(&self, items: &[usize], shift: u32, shelf: &Shelf<'_>) -> Result<Vec<u32>> {
         let fixed = self.bytes(0);
         let of_frame = self.bytes(1) - fixed;
         let mut bytes = 0;
+        let mut all = Vec::with_capacity(items.len());
         for cycle in items.chunk_by(|&a, &b| a / self.views() == b / self.views()) {
             let (pack, job) = self.job(shelf, self.place(cycle[0]))?;
-            let frames = self.wanted.frames(pack, job, &self.settings)? as usize;
-            bytes += cycle.len() * (fixed + frames * of_frame);
+            let job = job_in(pack, job, shift);
+            let frames = self.wanted.frames(pack, job, &self.settings)?;
+            bytes += cycle.len() * (fixed + frames as usize * of_frame);
+            all.resize(all.len() + cycle.len(), frames);
         }
         if bytes > MAX_BYTES {
             return Err(ChoiceError::TooMuchAtOnce {
@@ -341,7 +349,7 @@ impl Items {
             }
             .into());
         }
-        Ok(())
+        Ok(all)
     }
 
     /// Returns the index rows of these items.
@@ -467,7 +475,7 @@ impl Items {
         }
     }
 
-    /// Draws the items of one cycle.
+    /// Draws one cycle from the views of these items.
     fn cycle(
         &self,
         drawer: &mut Drawer,
@@ -475,17 +483,13 @@ impl Items {
         items: &[usize],
         cycle: &[usize],
         shift: u32,
-    ) -> Result<Vec<DrawnItem>> {
-        let Some(&first) = cycle.first() else {
-            return Ok(Vec::new());
-        };
-        let (pack, job) = self.job(shelf, self.place(items[first]))?;
+    ) -> Result<Swept> {
+        let (pack, job) = self.job(shelf, self.place(items[cycle[0]]))?;
         let job = job_in(pack, job, shift);
         let all = self.views_of(pack, job)?;
         let of = |&at: &usize| all[items[at] % all.len()];
         let views: Vec<View> = cycle.iter().map(of).collect();
-        let swept = drawer.draw(pack, job, &views)?;
-        Ok(DrawnItem::split(swept, views.len(), self.wanted.joints))
+        drawer.draw(pack, job, &views)
     }
 }
 

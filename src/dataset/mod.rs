@@ -40,7 +40,7 @@ mod writer;
 pub use contents::{Array, Contents, DatasetFormat, Shard};
 pub use existing::{Existing, check_replaceable};
 pub use index::{IndexRow, WalkerRow, kmh};
-pub use items::{DrawnItem, Items, PackBytes, PackItems};
+pub use items::{DrawnItems, Items, PackBytes, PackItems};
 pub use merge::merge;
 pub use npy::write_npy;
 pub use order::ItemOrder;

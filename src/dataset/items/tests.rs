@@ -35,11 +35,14 @@ fn packs_of(items: &Items, numbers: &[usize]) -> BTreeMap<usize, PackBytes> {
         .collect()
 }
 
-fn drawn(items: &Items, numbers: &[usize], pass: u32) -> Vec<DrawnItem> {
+/// Returns each item's arrays, one after another.
+fn drawn(items: &Items, numbers: &[usize], pass: u32) -> Vec<Vec<u8>> {
     let packs = packs_of(items, numbers);
-    items
+    let mut drawn = items
         .draw(numbers, pass, &packs, &mut Vec::new(), &|| Ok(()))
-        .expect("items that can be drawn")
+        .expect("items that can be drawn");
+    let places = drawn.places(&items.arrays());
+    places.iter().map(|place| place.0.concat()).collect()
 }
 
 /// Returns the images of a sweep of all people in one pack.
@@ -111,7 +114,7 @@ fn items_of_a_design_are_those_of_a_sweep_of_its_people() {
     let all: Vec<usize> = (0..items.len()).collect();
     let expected = swept(&design(), 4..7);
     let found = drawn(&items, &all, 0);
-    assert!(found.iter().map(|item| &item.arrays[0]).eq(&expected));
+    assert!(found == expected);
     assert_eq!(items.subjects(), ["5-F03", "5-M03", "5-F04"]);
     let labels: Vec<usize> = all.iter().map(|&item| items.label(item)).collect();
     let by_person: Vec<usize> = (0..3).flat_map(|person| [person; 36]).collect();
@@ -124,7 +127,7 @@ fn an_item_is_the_same_alone_and_among_others() {
     let numbers = [107, 3, 3, 4, 40, 72, 5, 0];
     let together = drawn(&items, &numbers, 0);
     for (&number, one) in numbers.iter().zip(&together) {
-        assert_eq!(drawn(&items, &[number], 0)[0].arrays, one.arrays);
+        assert_eq!(drawn(&items, &[number], 0)[0], *one);
     }
     let packs = packs_of(&items, &numbers);
     let rows = items.rows(&numbers, 0, &packs).expect("rows");
@@ -184,7 +187,7 @@ fn passes_have_variations_that_no_command_can_name() {
     assert_eq!(variations(2), [1_048_584, 1_048_585, 1_048_584]);
     const { assert!(FIRST_OF_PASSES > crate::evaluate::protocol::MAX_VARIATION + 1_000) };
     assert_eq!(FIRST_OF_PASSES % CYCLES_OF_A_TAKE, 0);
-    let images = [0, 1, 2].map(|pass| drawn(&items, &[6], pass)[0].arrays.clone());
+    let images = [0, 1, 2].map(|pass| drawn(&items, &[6], pass).concat());
     assert!(images[0] != images[1] && images[1] != images[2]);
     // Pass 1 is shifted by FIRST_OF_PASSES alone, so one more pass fits.
     let last = (u32::MAX - FIRST_OF_PASSES - 2) / 8 + 1;
@@ -222,7 +225,7 @@ fn late_variations_have_as_many_passes_as_early_ones_and_no_take_in_two() {
 fn takes_are_the_same_in_each_pass() {
     let items = of_takes();
     let [first, second] = [0, 1].map(|pass| drawn(&items, &[0], pass));
-    assert!(first[0].frames > 1 && first[0].arrays == second[0].arrays);
+    assert!(first[0].len() > items.bytes(1) && first == second);
     let rows = items.rows(&[0], 7, &BTreeMap::new()).expect("rows");
     assert_eq!(rows[0].variation, 0);
 }
@@ -233,7 +236,7 @@ fn as_many_are_drawn_at_once_as_there_is_room_for() {
     assert_eq!(of_pack(Vec::new(), 0..1).most_at_once(), 1_431_655);
     // Frames count in uncut motions.
     let takes = of_takes();
-    let bytes = drawn(&takes, &[0], 0)[0].arrays[0].len();
+    let bytes = drawn(&takes, &[0], 0)[0].len();
     let most = (1 << 31) / bytes;
     let said = takes.draw(
         &vec![0; most + 1],
@@ -252,8 +255,9 @@ fn as_many_are_drawn_at_once_as_there_is_room_for() {
     );
     assert!(
         takes
-            .check_room(
+            .frames(
                 &vec![0; most],
+                0,
                 &takes.shelf(&BTreeMap::new()).expect("a pack")
             )
             .is_ok()

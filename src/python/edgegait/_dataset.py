@@ -5,8 +5,11 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
+from collections import deque
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,8 +29,9 @@ if TYPE_CHECKING:
 #: An array of each item, or several by name.
 Arrays = Any
 
-#: Approximate bytes that a sweep draws before it yields the first cycle, with this many frames a cycle.
-_BYTES_AT_ONCE = 1 << 25
+#: The maximum of items a core, and of approximate bytes, with this many frames a cycle, that a sweep draws at once.
+_ITEMS_AT_ONCE = 1024
+_BYTES_AT_ONCE = 1 << 22
 _FRAMES = 32
 
 #: Items that `rows` requests in one call.
@@ -440,11 +444,16 @@ class Swept:
 
     Attributes:
         arrays: Arrays by name ("geis", "silhouettes", "joints"), with one entry for each viewpoint.
-        rows: The rows of `index.csv`, by column.
     """
 
     arrays: dict[str, np.ndarray]
-    rows: dict[str, list[Any]]
+    _dataset: Dataset
+    _numbers: range
+
+    @cached_property
+    def rows(self) -> dict[str, list[Any]]:
+        """The rows of `index.csv`, by column."""
+        return self._dataset.rows(self._numbers, epoch=0)
 
     @property
     def images(self) -> np.ndarray:
@@ -486,22 +495,27 @@ def sweep(
 
 
 def swept(dataset: Dataset) -> Iterator[Swept]:
-    """Yields the cycles of a dataset, drawn in groups on all cores."""
+    """Yields the cycles of a dataset, drawn in groups on all cores: two groups are drawn while one is used."""
     views = dataset.views
     of_one = views * sum(size * (_FRAMES if has_frames else 1) for size, has_frames in dataset._arrays.values())
     cycles = len(dataset) // views
-    at_once = max(1, min(2 * (dataset.threads or os.cpu_count() or 1), _BYTES_AT_ONCE // max(1, of_one)))
-    for first in range(0, cycles, at_once):
-        count = min(at_once, cycles - first)
-        numbers = list(range(first * views, (first + count) * views))
-        arrays, _ = dataset._drawn(numbers, 0)
-        rows = dataset._items.rows(numbers, 0, dataset._threads())
-        for cycle in range(count):
-            part = slice(cycle * views, (cycle + 1) * views)
-            yield Swept(
-                {name: _stacked(name, _part(one, part)) for name, one in _named(arrays, dataset._arrays).items()},
-                {name: column[part] for name, column in rows.items()},
-            )
+    items = _ITEMS_AT_ONCE * (dataset.threads or os.cpu_count() or 1)
+    at_once = max(1, min(items // max(1, views), _BYTES_AT_ONCE // max(1, of_one)))
+    groups = [range(first, min(first + at_once, cycles)) for first in range(0, cycles, at_once)]
+
+    def drawn(cycles: range) -> dict[str, Any]:
+        arrays, _ = dataset._drawn(list(range(cycles.start * views, cycles.stop * views)), 0)
+        return _named(arrays, dataset._arrays)
+
+    with ThreadPoolExecutor(max_workers=2) as threads:
+        ahead = deque(threads.submit(drawn, group) for group in groups[:2])
+        for number, group in enumerate(groups):
+            arrays = ahead.popleft().result()
+            ahead.extend(threads.submit(drawn, later) for later in groups[number + 2 : number + 3])
+            for cycle in group:
+                at = (cycle - group.start) * views
+                part = {name: _stacked(name, _part(one, slice(at, at + views))) for name, one in arrays.items()}
+                yield Swept(part, dataset, range(cycle * views, (cycle + 1) * views))
 
 
 def _part(array: np.ndarray | list[np.ndarray], part: slice) -> np.ndarray | list[np.ndarray]:

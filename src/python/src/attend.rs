@@ -53,6 +53,11 @@ fn pool(_: Python<'_>, asked: usize) -> PyResult<Arc<ThreadPool>> {
     Ok(pool)
 }
 
+/// Returns the number of threads that work on what asks for this number (all cores if 0).
+pub(crate) fn thread_count(py: Python<'_>, asked: usize) -> PyResult<usize> {
+    Ok(pool(py, asked)?.current_num_threads())
+}
+
 /// Does `work` on this number of threads (all cores if 0), without the interpreter's lock, while
 /// this thread checks for signals. If a signal raises an exception, the work is stopped.
 pub(crate) fn attended<R: Send>(

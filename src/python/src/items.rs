@@ -1,10 +1,10 @@
 //! Items of datasets that are drawn on request.
 
-use crate::attend::attended;
+use crate::attend::{attended, thread_count};
 use crate::errors::exception;
 use crate::pack::PyPack;
 use edgegait::dataset::design::{self, Design};
-use edgegait::dataset::{Array, DrawnItem, IndexRow, PackBytes};
+use edgegait::dataset::{Array, IndexRow, PackBytes};
 use edgegait::draw::sweep::Drawer;
 use edgegait::files::grey_png;
 use ndarray::{Array1, ArrayD};
@@ -237,8 +237,17 @@ impl PyItems {
     ) -> PyResult<(Bound<'py, PyDict>, Vec<u32>)> {
         self.check(&numbers)?;
         let packs = self.packs(py, &numbers, threads)?;
+        // Another call may want the others.
+        let most = match numbers.len() {
+            1 => 1,
+            _ => thread_count(py, threads)?,
+        };
         let kept = || self.drawers.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut drawers = std::mem::take(&mut *kept());
+        let mut drawers = {
+            let mut kept = kept();
+            let left = kept.len().saturating_sub(most);
+            kept.split_off(left)
+        };
         let drawn = if numbers.len() == 1 {
             py.detach(|| {
                 self.items
@@ -254,10 +263,10 @@ impl PyItems {
         kept().append(&mut drawers);
         let drawn = drawn.map_err(|error| exception(&error))?;
         let dict = PyDict::new(py);
-        for (at, array) in self.items.arrays().into_iter().enumerate() {
-            dict.set_item(&array.name, joined(py, &array, at, &drawn)?)?;
+        for (array, bytes) in self.items.arrays().iter().zip(drawn.arrays) {
+            dict.set_item(&array.name, shaped(py, array, bytes)?)?;
         }
-        Ok((dict, drawn.iter().map(|one| one.frames).collect()))
+        Ok((dict, drawn.frames))
     }
 
     /// Returns the rows of an index for these items, by column.
@@ -275,18 +284,8 @@ impl PyItems {
     }
 }
 
-/// Joins one array of all drawn items.
-fn joined<'py>(
-    py: Python<'py>,
-    array: &Array,
-    at: usize,
-    drawn: &[DrawnItem],
-) -> PyResult<Bound<'py, PyAny>> {
-    let length = drawn.iter().map(|one| one.arrays[at].len()).sum();
-    let mut bytes = Vec::with_capacity(length);
-    for one in drawn {
-        bytes.extend_from_slice(&one.arrays[at]);
-    }
+/// Returns the bytes of an array as an array of its shape.
+fn shaped<'py>(py: Python<'py>, array: &Array, bytes: Vec<u8>) -> PyResult<Bound<'py, PyAny>> {
     let count = bytes.len() / array.bytes();
     let shape: Vec<usize> = std::iter::once(count)
         .chain(array.sides.iter().copied())
