@@ -223,6 +223,7 @@ pub(super) fn run(args: &GenerateArgs) -> Result<()> {
             format: args.export.format,
             units: share.len(),
             shard: args.export.shard,
+            is_recorded: false,
         };
         let Some(mut writer) = args
             .export

@@ -1,22 +1,26 @@
 //! `edgegait render`: draws walks to look at.
 
+mod folder;
+mod groups;
 mod terminal;
 
 use super::args::{Common, FileArgs, ViewArgs};
 use super::conditions::ConditionArgs;
 use super::drawing::DrawArgs;
+use super::layout::{LayoutArgs, refuse_without_tree};
 use super::outputs::{Output, OutputKind};
 use super::walks::SourceArgs;
 use crate::dataset::write_npy;
-use crate::draw::sweep::{Job, Moments, Settings, Shot, View, is_uncut, silhouettes, walk_name};
-use crate::draw::template::{Builder, Template, TemplateShape};
+use crate::draw::sweep::{Job, Moments, Shot, is_uncut, walk_name};
+use crate::draw::template::{Template, TemplateShape};
 use crate::error::{Error, Result};
 use crate::files::{ResultHeader, write_bytes};
-use crate::report::{SheetRow, cells, contact_sheet, gif, write_png};
 #[cfg(feature = "plots")]
 use crate::report::{condition_gallery, template_gallery};
+use crate::report::{contact_sheet, gif, write_png};
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::{AnySilhouette, Size};
+use groups::{ShownGroup, made, pixels, rows};
 use serde::Serialize;
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
@@ -25,7 +29,8 @@ use terminal::{text_art, walk_on};
 /// Render silhouettes or templates of walks: on the terminal, as PNG or GIF, or as npy
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  edgegait render                          # the first person walks on the terminal\n  edgegait render --views side --out walk.png\n  edgegait render --azimuth-deg 0,45,90 --size 64x64 --scale 4 --out walk.gif\n  edgegait render cohort.egp --subjects M03 --walks run-10kmh --azimuth-deg 0,45,90 --out run.npy\n  edgegait render turn.egp --start-s 1.5 --fps 25 --frames 50 --out turn.png\n  edgegait render --template gei,mei,mhi,msi,ghi,geni,frequency,kfd,row-width --out templates.png"
+    mut_arg("pack", |arg| arg.value_name("PACK|TREE|DATASET").help("A pack, a tree of silhouettes (<person>/<take>/<view>/), which is cut into gait cycles, or a dataset [default: the built-in cohort of 26 people]")),
+    after_help = "Examples:\n  edgegait render                          # the first person walks on the terminal\n  edgegait render --views side --out walk.png\n  edgegait render --azimuth-deg 0,45,90 --size 64x64 --scale 4 --out walk.gif\n  edgegait render cohort.egp --subjects M03 --walks run-10kmh --azimuth-deg 0,45,90 --out run.npy\n  edgegait render turn.egp --start-s 1.5 --fps 25 --frames 50 --out turn.png\n  edgegait render silhouettes --fps 30 --template gei --out cycles.png   # the gait cycles of a tree\n  edgegait render --template gei,mei,mhi,msi,ghi,geni,frequency,kfd,row-width --out templates.png"
 )]
 pub(super) struct RenderArgs {
     #[command(flatten)]
@@ -52,14 +57,15 @@ pub(super) struct RenderArgs {
         allow_negative_numbers = true
     )]
     start_s: f64,
-    /// Frames a second, instead of --frames-per-cycle
-    #[arg(
-        long,
-        value_name = "F",
-        requires = "frames",
-        conflicts_with = "frames_per_cycle"
-    )]
+    /// Frames a second, with --frames, instead of --frames-per-cycle. For a tree, the frame rate of
+    /// its recordings, to find gait cycles [default for trees: 25]
+    #[arg(long, value_name = "F", conflicts_with = "frames_per_cycle")]
     fps: Option<f64>,
+    /// Show each whole recording of a tree, not its gait cycles
+    #[arg(long, conflicts_with = "fps")]
+    whole_recordings: bool,
+    #[command(flatten)]
+    layout: LayoutArgs,
     /// Number of frames, with --fps
     #[arg(long, value_name = "N", requires = "fps", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: Option<u32>,
@@ -110,8 +116,10 @@ impl RenderArgs {
 
     /// Returns the times at which the walks are drawn.
     fn moments(&self) -> Result<Moments> {
-        let (Some(fps), Some(frames)) = (self.fps, self.frames) else {
-            return Ok(Moments::Cycle);
+        let (fps, frames) = match (self.fps, self.frames) {
+            (Some(fps), Some(frames)) => (fps, frames),
+            (Some(_), None) => return Err(Error::Usage("--fps: expected --frames too".into())),
+            _ => return Ok(Moments::Cycle),
         };
         if !(fps > 0.0 && fps <= 1e6) {
             return Err(Error::Usage(format!(
@@ -142,7 +150,7 @@ impl RenderArgs {
                 "--template silhouettes: expected it alone, found other templates too".into(),
             ));
         }
-        if !templates.is_empty() && self.fps.is_some() {
+        if !templates.is_empty() && self.frames.is_some() {
             return Err(Error::Usage(
                 "--template: a template needs a whole cycle, which --fps does not draw".into(),
             ));
@@ -226,6 +234,11 @@ struct Rendered {
 pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let templates = args.templates()?;
     let target = args.target(templates)?;
+    if let Some(path) = args.source.pack.as_deref().filter(|path| path.is_dir()) {
+        return folder::run(args, path, &target);
+    }
+    let trees = [("--whole-recordings", args.whole_recordings)];
+    refuse_without_tree(trees.into_iter().chain(args.layout.given()))?;
     let moments = args.moments()?;
     let views = args.views.views("side")?;
     if args.gallery && (views.list.len() > 1 || !matches!(target, RenderTarget::Png(_))) {
@@ -252,29 +265,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         views: &views.list,
     };
     let jobs: Vec<Job<'_>> = jobs.flat_map(under).collect();
-    let shots: Vec<Shot<'_>> = jobs.iter().copied().map(shot).collect();
-    let mut frames: Vec<Vec<AnySilhouette>> = Vec::new();
-    for &shot in &shots {
-        frames.extend(silhouettes(&pack, shot, settings)?);
-    }
-    let per_walk = views.list.len();
+    let drawn = |job| ShownGroup::of_shot(&pack, shot(job), settings);
+    let groups: Vec<ShownGroup> = jobs.iter().copied().map(drawn).collect::<Result<_>>()?;
     let mut left_out = 0;
     match &target {
-        RenderTarget::Terminal => {
-            if let Some(shot) = shots.first()
-                && !args.common.quiet
-                && std::io::stdout().is_terminal()
-            {
-                let each_s = frame_s(&pack, *shot, frames[0].len());
-                walk_on(
-                    &mut std::io::stdout(),
-                    &frames[0],
-                    each_s,
-                    &args.common.stop,
-                )?;
-            }
-            args.common.say(text_art(&pack, &shots, &frames));
-        }
         #[cfg(feature = "plots")]
         RenderTarget::Png(path) if args.gallery && templates.is_empty() => {
             let gallery = condition_gallery(&pack, &jobs, &views.list[0], settings)?;
@@ -288,56 +282,22 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         }
         #[cfg(feature = "plots")]
         RenderTarget::Png(path) if args.gallery => {
-            let of = |&template| Ok((template, made(template, &frames[0], settings.size)?));
+            let frames = &groups[0].members[0].frames;
+            let of = |&template| Ok((template, made(template, frames, settings.size)?));
             let made = templates.iter().map(of).collect::<Result<Vec<_>>>()?;
             write_png(path, &template_gallery(&made, settings)?)?;
         }
-        RenderTarget::Png(path) => {
-            let rows = pictures(templates, &frames, per_walk, settings)?;
-            let rows = labelled(rows, templates, &pack, &shots);
-            let sheet = contact_sheet(&rows, settings.size, args.scale)?;
-            write_png(path, &sheet.picture)?;
-            left_out = sheet.left_out;
-        }
-        RenderTarget::Gif(path) => {
-            let at = |moment: usize| {
-                let at = |frames: &Vec<AnySilhouette>| pixels(&frames[moment]);
-                let row = |views: &[Vec<AnySilhouette>]| views.iter().map(at).collect();
-                let rows = frames.chunks(per_walk).map(row).collect();
-                // Labelled as the viewpoints of one template are.
-                let rows = labelled(rows, &[Template::Gei], &pack, &shots);
-                contact_sheet(&rows, settings.size, args.scale)
-            };
-            let moments = frames.first().map_or(0, Vec::len);
-            let sheets = (0..moments).map(at).collect::<Result<Vec<_>>>()?;
-            left_out = sheets.first().map_or(0, |sheet| sheet.left_out);
-            let pictures: Vec<_> = sheets.into_iter().map(|sheet| sheet.picture).collect();
-            let each_s = shots
-                .first()
-                .map_or(1.0, |shot| frame_s(&pack, *shot, moments));
-            write_bytes(path, &gif(&pictures, each_s)?)?;
-        }
-        RenderTarget::Npy(path) => {
-            write_array(path, templates.first().copied(), &frames, settings.size)?;
-        }
+        _ => left_out = args.write(&target, &groups, templates, settings.size)?,
     }
-    if let Some(path) = &args.out {
-        let others = args.source.choose(&pack)?.len() - walks.len();
-        let chosen = match others {
-            0 => String::new(),
-            _ => format!(
-                ": {}; {others} other walks are left out (--subjects, --walks)",
-                who(&pack, walks[0])
-            ),
-        };
-        args.common
-            .say(format_args!("wrote {}{chosen}", path.display()));
-        if left_out > 0 {
-            args.common.say(format_args!(
-                "{left_out} images did not fit and are left out (draw fewer, or a smaller --scale)"
-            ));
-        }
-    }
+    let others = args.source.choose(&pack)?.len() - walks.len();
+    let chosen = match (others, groups.first()) {
+        (1.., Some(group)) => format!(
+            ": {}; {others} other walks are left out (--subjects, --walks)",
+            group.name
+        ),
+        _ => String::new(),
+    };
+    args.say(&chosen, left_out);
     let mut header = header
         .drawn(&settings)
         .with("cycle", args.cycle)
@@ -350,23 +310,95 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         .with("walks", args.source.selection.walks.join(","))
         .with("template", names(templates));
     header.inputs.extend(source.inputs);
-    args.common.write_json(&Rendered {
-        header,
-        out: args.out.as_ref().map(|path| path.display().to_string()),
-        walks: walks.len(),
-        viewpoints: views.list.len(),
-        silhouettes: frames.iter().map(Vec::len).sum(),
-    })
+    args.report(header, walks.len(), views.list.len(), &groups)
+}
+
+impl RenderArgs {
+    /// Writes the groups to the target. Returns the number of images for which it had no room.
+    fn write(
+        &self,
+        target: &RenderTarget<'_>,
+        groups: &[ShownGroup],
+        templates: &[Template],
+        size: Size,
+    ) -> Result<usize> {
+        let first = groups.first();
+        let shown = first.and_then(|group| Some((group, group.members.first()?)));
+        match target {
+            RenderTarget::Terminal => {
+                let Some((group, member)) = shown else {
+                    return Ok(0);
+                };
+                if !self.common.quiet && std::io::stdout().is_terminal() {
+                    let out = &mut std::io::stdout();
+                    walk_on(out, &member.frames, group.each_s, &self.common.stop)?;
+                }
+                self.common.say(text_art(group, member));
+                Ok(0)
+            }
+            RenderTarget::Png(path) => {
+                let sheet = contact_sheet(&rows(groups, templates, size)?, size, self.scale)?;
+                write_png(path, &sheet.picture)?;
+                Ok(sheet.left_out)
+            }
+            RenderTarget::Gif(path) => {
+                let moments = shown.map_or(0, |(_, member)| member.frames.len());
+                let at = |moment: usize| {
+                    let rows: Vec<_> = groups.iter().map(|group| group.at(moment)).collect();
+                    contact_sheet(&rows, size, self.scale)
+                };
+                let sheets = (0..moments).map(at).collect::<Result<Vec<_>>>()?;
+                let left_out = sheets.first().map_or(0, |sheet| sheet.left_out);
+                let pictures: Vec<_> = sheets.into_iter().map(|sheet| sheet.picture).collect();
+                let each_s = first.map_or(1.0, |group| group.each_s);
+                write_bytes(path, &gif(&pictures, each_s)?)?;
+                Ok(left_out)
+            }
+            RenderTarget::Npy(path) => {
+                let members = groups.iter().flat_map(|group| &group.members);
+                let frames: Vec<_> = members.map(|member| member.frames.as_slice()).collect();
+                write_array(path, templates.first().copied(), &frames, size)?;
+                Ok(0)
+            }
+        }
+    }
+
+    /// Says what was written.
+    fn say(&self, chosen: &str, left_out: usize) {
+        let Some(path) = &self.out else {
+            return;
+        };
+        self.common
+            .say(format_args!("wrote {}{chosen}", path.display()));
+        if left_out > 0 {
+            self.common.say(format_args!(
+                "{left_out} images did not fit and are left out (draw fewer, or a smaller --scale)"
+            ));
+        }
+    }
+
+    /// Writes the results.
+    fn report(
+        &self,
+        header: ResultHeader,
+        walks: usize,
+        viewpoints: usize,
+        groups: &[ShownGroup],
+    ) -> Result<()> {
+        let members = groups.iter().flat_map(|group| &group.members);
+        self.common.write_json(&Rendered {
+            header,
+            out: self.out.as_ref().map(|path| path.display().to_string()),
+            walks,
+            viewpoints,
+            silhouettes: members.map(|member| member.frames.len()).sum(),
+        })
+    }
 }
 
 pub(super) fn has_extension(path: &Path, extension: &str) -> bool {
     path.extension()
         .is_some_and(|found| found.eq_ignore_ascii_case(extension))
-}
-
-/// Returns the bytes of a frame.
-fn pixels(frame: &AnySilhouette) -> Vec<u8> {
-    frame.to_coverage().pixels().to_vec()
 }
 
 /// Returns the names of templates; none without templates.
@@ -375,69 +407,26 @@ fn names(templates: &[Template]) -> Option<String> {
     (!names.is_empty()).then(|| names.join(","))
 }
 
-/// Makes a template from the frames of a cycle.
-fn made(template: Template, frames: &[AnySilhouette], size: Size) -> Result<Vec<u8>> {
-    let mut builder = Builder::new(template, size, frames.len() as u32);
-    for frame in frames {
-        builder.add(frame)?;
-    }
-    Ok(builder.finish())
-}
-
-/// Returns the images of a contact sheet: a row of frames for each viewpoint of each walk; for one
-/// template, a row of viewpoints for each walk; for several, a row of templates for each viewpoint.
-fn pictures(
-    templates: &[Template],
-    frames: &[Vec<AnySilhouette>],
-    per_walk: usize,
-    settings: Settings,
-) -> Result<Vec<Vec<Vec<u8>>>> {
-    let size = settings.size;
-    let shown = |template: &Template, frames: &Vec<AnySilhouette>| {
-        let bytes = made(*template, frames, size)?;
-        Ok(cells(&bytes, template.shape(size), size))
-    };
-    let of_row = |row: Result<Vec<Vec<Vec<u8>>>>| row.map(|cells| cells.concat());
-    match templates {
-        [] => {
-            let of_view = |frames: &Vec<AnySilhouette>| frames.iter().map(pixels).collect();
-            Ok(frames.iter().map(of_view).collect())
-        }
-        [template] => {
-            let of_view = |frames: &Vec<AnySilhouette>| shown(template, frames);
-            let of_walk =
-                |views: &[Vec<AnySilhouette>]| of_row(views.iter().map(of_view).collect());
-            frames.chunks(per_walk).map(of_walk).collect()
-        }
-        several => {
-            let of_view = |frames: &Vec<AnySilhouette>| {
-                let of = |template| shown(template, frames);
-                of_row(several.iter().map(of).collect())
-            };
-            frames.iter().map(of_view).collect()
-        }
-    }
-}
-
 /// Writes the frames of several viewpoints as `[V,T,rows,columns]`, of one viewpoint as
 /// `[T,rows,columns]`; templates as `[V,rows,columns]`, or `[V,numbers]` if they are vectors.
 fn write_array(
     path: &Path,
     template: Option<Template>,
-    frames: &[Vec<AnySilhouette>],
+    frames: &[&[AnySilhouette]],
     size: Size,
 ) -> Result<()> {
     let views = frames.len();
     let (height, width) = (size.rows(), size.columns());
     let Some(template) = template else {
-        let bytes: Vec<u8> = frames.iter().flatten().flat_map(pixels).collect();
-        let count = frames.first().map_or(0, Vec::len);
+        let all = frames.iter().copied().flatten();
+        let bytes: Vec<u8> = all.flat_map(pixels).collect();
+        let count = frames.first().map_or(0, |frames| frames.len());
         return match views {
             1 => write_npy(path, &[count, height, width], &bytes),
             _ => write_npy(path, &[views, count, height, width], &bytes),
         };
     };
-    let of = |frames: &Vec<AnySilhouette>| made(template, frames, size);
+    let of = |frames: &&[AnySilhouette]| made(template, frames, size);
     let bytes = frames.iter().map(of).collect::<Result<Vec<_>>>()?.concat();
     match template.shape(size) {
         TemplateShape::Image {
@@ -446,73 +435,6 @@ fn write_array(
             columns,
         } => write_npy(path, &[views, planes * rows, columns], &bytes),
         TemplateShape::Vector(numbers) => write_npy(path, &[views, numbers], &bytes),
-    }
-}
-
-/// Returns the names of a walk's person and of the walk.
-fn who(pack: &Pack<'_>, walk: usize) -> String {
-    let Some(walk) = pack.walk(walk) else {
-        return String::new();
-    };
-    let subject = pack.subject(walk.subject);
-    format!(
-        "{}, {}",
-        subject.map_or("", |subject| subject.name),
-        walk.name
-    )
-}
-
-/// Labels the rows of a contact sheet: by walk, condition and viewpoint; for one template, by walk
-/// and condition.
-fn labelled(
-    rows: Vec<Vec<Vec<u8>>>,
-    templates: &[Template],
-    pack: &Pack<'_>,
-    shots: &[Shot<'_>],
-) -> Vec<SheetRow> {
-    let from = |views: &[View]| {
-        let is_level = views.iter().all(|view| view.elevation_deg == 0.0);
-        let angles = views.iter().map(|view| match is_level {
-            true => view.azimuth_deg.to_string(),
-            false => format!("{}/{}", view.azimuth_deg, view.elevation_deg),
-        });
-        let what = if is_level {
-            "azimuth"
-        } else {
-            "azimuth/elevation"
-        };
-        format!("{what} {}", angles.collect::<Vec<_>>().join(", "))
-    };
-    let of_shot = |shot: &Shot<'_>| {
-        let under = shot
-            .job
-            .condition
-            .map(|condition| format!(", {}", condition.name));
-        let who = who(pack, shot.job.walk) + &under.unwrap_or_default();
-        let each = if templates.len() == 1 {
-            shot.views.len()
-        } else {
-            1
-        };
-        let label = |views| format!("{who}, {}", from(views));
-        shot.views
-            .chunks(each.max(1))
-            .map(label)
-            .collect::<Vec<_>>()
-    };
-    let labels = shots.iter().flat_map(of_shot);
-    let row = |(images, label)| SheetRow { label, images };
-    rows.into_iter().zip(labels).map(row).collect()
-}
-
-/// Returns how long a frame is shown, seconds.
-fn frame_s(pack: &Pack<'_>, shot: Shot<'_>, frames: usize) -> f64 {
-    let clip = pack
-        .walk(shot.job.walk)
-        .and_then(|walk| pack.clip(walk.clip));
-    match shot.moments {
-        Moments::Seconds { fps, .. } => 1.0 / fps,
-        Moments::Cycle => clip.map_or(1.0, |clip| clip.duration_s()) / frames.max(1) as f64,
     }
 }
 

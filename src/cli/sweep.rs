@@ -296,6 +296,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<()> {
         format,
         units: work.units.len(),
         shard: args.export.shard,
+        is_recorded: false,
     };
     let Some(mut writer) = args.export.begin(&args.out, run, args.common.overwrite)? else {
         args.common

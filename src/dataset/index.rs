@@ -24,6 +24,9 @@ pub(super) const COLUMNS: [&str; 11] = [
     "seed",
 ];
 
+/// The columns that follow in the index of a tree's gait cycles.
+pub(super) const RECORDED_COLUMNS: [&str; 2] = ["first_frame", "last_frame"];
+
 /// The columns of `walkers.csv`, in order.
 pub(super) const WALKER_COLUMNS: [&str; 7] = [
     "subject",
@@ -64,6 +67,12 @@ pub struct IndexRow {
     pub frames: u32,
     /// The seed that made this GEI.
     pub seed: u64,
+    /// The first frame of a gait cycle in its recording, counted from 0; none if it was drawn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub first_frame: Option<u32>,
+    /// The last frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub last_frame: Option<u32>,
 }
 
 impl IndexRow {
@@ -91,6 +100,7 @@ impl IndexRow {
             alternative: drawn(pack, job, seed)?,
             frames,
             seed,
+            ..Self::default()
         })
     }
 
@@ -142,7 +152,8 @@ pub(super) fn read_plain_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow
     read(path, bytes, |header| {
         let mut names = header.iter().enumerate();
         let other = names.find(|(at, name)| {
-            !COLUMNS.contains(name) || header.iter().take(*at).any(|before| before == *name)
+            ![&COLUMNS[..], &RECORDED_COLUMNS].concat().contains(name)
+                || header.iter().take(*at).any(|before| before == *name)
         });
         if let Some((_, other)) = other {
             return Some(format!(
@@ -159,7 +170,8 @@ pub(super) fn read_plain_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow
 /// are not text, and names the line.
 pub(super) fn read_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {
     read(path, bytes, |header| {
-        (*header != *COLUMNS.as_slice()).then(|| {
+        let recorded = [&COLUMNS[..], &RECORDED_COLUMNS].concat();
+        (*header != *COLUMNS.as_slice() && *header != *recorded).then(|| {
             format!(
                 "expected the columns {}, found {} (make the dataset again, or add the missing columns: 0 as variation, nothing as alternative)",
                 COLUMNS.join(","),
@@ -286,6 +298,7 @@ mod tests {
                 alternative: "coat=0.5".into(),
                 frames: 32,
                 seed: u64::MAX,
+                ..IndexRow::default()
             }]
         );
     }

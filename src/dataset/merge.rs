@@ -104,6 +104,7 @@ pub fn merge(
         format,
         units: all.len(),
         shard: None,
+        is_recorded: false,
     };
     let mut writer = DatasetWriter::begin(target, run, existing, resume)?;
     for (_, path, manifest) in all.iter().skip(writer.done()) {

@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter, Read as _, Write as _};
 use std::path::Path;
 
-use super::index::COLUMNS;
+use super::index::{COLUMNS, RECORDED_COLUMNS};
 use super::manifest::parse_manifest;
 use super::npy::npy_header;
 use super::{INDEX, MANIFEST, Manifest};
@@ -20,7 +20,7 @@ pub(super) const FILE: &str = "whole.npz";
 /// Returns NumPy's type of a column of numbers by the column's name; none for text.
 fn descr(column: &str) -> Option<&'static str> {
     match column {
-        "cycle" | "variation" | "frames" => Some("<u4"),
+        "cycle" | "variation" | "frames" | "first_frame" | "last_frame" => Some("<u4"),
         "seed" => Some("<u8"),
         "speed_kmh" | "azimuth_deg" | "elevation_deg" => Some("<f8"),
         _ => None,
@@ -46,7 +46,7 @@ pub(super) fn write(made: &Path, names: &[String]) -> Result<()> {
         std::io::copy(&mut from, &mut archive).map_err(io)?;
     }
     let index = made.join(INDEX);
-    for (at, column) in COLUMNS.into_iter().enumerate() {
+    for (at, column) in columns(&index)?.into_iter().enumerate() {
         archive
             .start_file(format!("{column}.npy"), options)
             .map_err(failed)?;
@@ -92,6 +92,17 @@ pub(super) fn manifest(path: &Path) -> Result<Manifest> {
     let read = entry.take(MOST_MANIFEST).read_to_end(&mut text);
     read.map_err(|error| Error::io(path, error))?;
     parse_manifest(path, &text)
+}
+
+/// Returns the columns of an index.
+fn columns(index: &Path) -> Result<Vec<&'static str>> {
+    let mut reader = csv::Reader::from_reader(BufReader::new(crate::files::open(index)?));
+    let header = reader.headers();
+    let header = header.map_err(|error| Error::input(index, error.to_string()))?;
+    let recorded = RECORDED_COLUMNS
+        .into_iter()
+        .filter(|_| header.len() > COLUMNS.len());
+    Ok(COLUMNS.into_iter().chain(recorded).collect())
 }
 
 /// Calls `take` with the text of each row in a column.

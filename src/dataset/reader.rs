@@ -243,6 +243,7 @@ mod tests {
             alternative: String::new(),
             frames: 32,
             seed: 9,
+            ..IndexRow::default()
         }
     }
 
@@ -253,6 +254,7 @@ mod tests {
             format: DatasetFormat::Folder,
             units: 0,
             shard: None,
+            is_recorded: false,
         };
         let mut writer = DatasetWriter::begin(dir, run, Existing::ReplaceOwn, false).unwrap();
         for (bytes, row) in rows {

@@ -6,7 +6,7 @@
 use super::arrays::{GrowingArray, GrowingTable};
 use super::contents::{Contents, DatasetFormat, Shard};
 use super::existing::{Existing, check_replaceable};
-use super::index::{COLUMNS, WALKER_COLUMNS};
+use super::index::{COLUMNS, RECORDED_COLUMNS, WALKER_COLUMNS};
 use super::manifest::read_manifest;
 use super::partition::Partition;
 use super::tree_writer::{GrowingSequences, PARTITION, SEQUENCES};
@@ -36,6 +36,8 @@ pub struct DatasetRun {
     pub units: usize,
     /// The shard that the dataset is; none for a whole dataset.
     pub shard: Option<Shard>,
+    /// Whether the rows are gait cycles of recordings, with their first and last frames.
+    pub is_recorded: bool,
 }
 
 impl DatasetRun {
@@ -140,7 +142,13 @@ impl DatasetWriter {
             let arrays = run.contents.arrays().into_iter().map(open);
             Store::Arrays(arrays.collect::<Result<_>>()?)
         };
-        let index = GrowingTable::open(&made, INDEX, &COLUMNS, known(INDEX))?;
+        let recorded: &[&str] = if run.is_recorded {
+            &RECORDED_COLUMNS
+        } else {
+            &[]
+        };
+        let columns = [&COLUMNS[..], recorded].concat();
+        let index = GrowingTable::open(&made, INDEX, &columns, known(INDEX))?;
         let walkers = known(WALKERS)
             .map(|bytes| GrowingTable::open(&made, WALKERS, &WALKER_COLUMNS, Some(bytes)))
             .transpose()?;

@@ -32,6 +32,7 @@ pub(crate) fn write_geis(dir: &Path, geis: &[Gei<'_>]) -> Result<()> {
         format: DatasetFormat::Folder,
         units: 0,
         shard: None,
+        is_recorded: false,
     };
     let mut writer = DatasetWriter::begin(dir, run, Existing::ReplaceOwn, false)?;
     for &(subject, walk, (azimuth_deg, elevation_deg), (first, second)) in geis {
@@ -49,6 +50,7 @@ pub(crate) fn write_geis(dir: &Path, geis: &[Gei<'_>]) -> Result<()> {
             alternative: String::new(),
             frames: 32,
             seed: 1,
+            ..IndexRow::default()
         };
         writer.push(Item {
             row: &row,

@@ -174,14 +174,8 @@ fn a_bad_pack_is_exit_code_1_and_the_message_names_file_and_byte() {
         }
     }
     for (command, words) in [
-        (
-            "inspect",
-            "folder.egp: expected a regular file, found a folder",
-        ),
-        (
-            "render",
-            "folder.egp: expected a regular file, found a folder",
-        ),
+        ("inspect", "folder.egp: expected a dataset"),
+        ("render", "folder.egp: expected a dataset"),
         (
             "sweep",
             "folder.egp: expected a pack or a tree of silhouettes",

@@ -1,10 +1,8 @@
 //! Walks on a terminal: a moving figure, and two moments as text.
 
-use super::who;
+use super::groups::{ShownCycle, ShownGroup};
 use crate::cli::stop::Stop;
-use crate::draw::sweep::{Moments, Shot};
 use crate::error::Result;
-use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::{AnySilhouette, Silhouette};
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -42,38 +40,13 @@ pub(super) fn walk_on(
     Ok(())
 }
 
-/// Draws two frames of the first view side by side as text, with two rows of pixels in a line: at
-/// phases 0 and 0.25 of a cycle, or the first and last frame.
-pub(super) fn text_art(
-    pack: &Pack<'_>,
-    shots: &[Shot<'_>],
-    frames: &[Vec<AnySilhouette>],
-) -> String {
-    let mut text = String::new();
-    let (Some(shot), Some(frames)) = (shots.first(), frames.first()) else {
-        return text;
-    };
-    let Some(view) = shot.views.first() else {
-        return text;
-    };
-    let later = match shot.moments {
-        Moments::Cycle => frames.len() / 4,
-        Moments::Seconds { .. } => frames.len() - 1,
-    };
-    let shown = [0, later].map(|index| frames[index].silhouette());
-    let when = match shot.moments {
-        Moments::Cycle => "phases 0 and 0.25".to_owned(),
-        Moments::Seconds { start_s, fps, .. } => {
-            format!("{start_s:.3} and {:.3} s", start_s + later as f64 / fps)
-        }
-    };
-    let _ = writeln!(
-        text,
-        "{}, azimuth {}, elevation {} degrees; {when}",
-        who(pack, shot.job.walk),
-        view.azimuth_deg,
-        view.elevation_deg
-    );
+/// Draws two frames of a cycle side by side as text, with two rows of pixels in a line: at phases 0
+/// and 0.25, or the first and last frame.
+pub(super) fn text_art(group: &ShownGroup, member: &ShownCycle) -> String {
+    let (later, when) = &group.later;
+    let last = member.frames.len().saturating_sub(1);
+    let shown = [0, (*later).min(last)].map(|index| member.frames[index].silhouette());
+    let mut text = format!("{}, {when}\n", group.name);
     for row in (0..shown[0].size().rows()).step_by(2) {
         let line = shown.map(|silhouette| half_blocks(&silhouette, row));
         let _ = writeln!(text, "{}", line.join("    ").trim_end());

@@ -81,6 +81,9 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
     }
     let cutting = CuttingArgs::new(args.fps.map(|fps| fps as f32), args.whole_recordings);
     let recordings = cutting.cut(recordings, &mut header, &args.common)?;
+    let starts: Vec<usize> = (0..recordings.len())
+        .map(|at| recordings.first_frame(at))
+        .collect();
     let source = SequenceSource::Tree(Box::new(recordings));
     let run = DatasetRun {
         header: header.clone(),
@@ -92,13 +95,14 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
         format: args.export.format,
         units: source.sequences().list.len(),
         shard: None,
+        is_recorded: true,
     };
     let Some(mut writer) = args.export.begin(&args.out, run, args.common.overwrite)? else {
         return Ok(());
     };
     let variants = augmentation.variants();
     let shown = stored(
-        &source,
+        (&source, &starts),
         settings,
         &wanted,
         &variants,
@@ -127,7 +131,7 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
 /// Makes the templates of all sequences, on all cores, writes them, and returns statistics of the
 /// images.
 fn stored(
-    source: &SequenceSource<'_>,
+    (source, starts): (&SequenceSource<'_>, &[usize]),
     settings: Settings,
     wanted: &Wanted,
     variants: &[Variant],
@@ -160,6 +164,8 @@ fn stored(
                 .angles_deg()
                 .ok_or(Error::Missing("angles"))?;
             let origin = sequences.origin(number);
+            let first = starts[number] as u32;
+            let frames = (of_one.silhouettes + of_one.empty) as u32;
             let row = IndexRow {
                 subject: sequences.subjects[sequences.subject(number)].clone(),
                 walk: origin.walk.clone(),
@@ -172,6 +178,8 @@ fn stored(
                 alternative: String::new(),
                 frames: u32::try_from(of_one.silhouettes).unwrap_or(u32::MAX),
                 seed: 0,
+                first_frame: Some(first),
+                last_frame: Some(first + frames.saturating_sub(1)),
             };
             for &variant in variants {
                 let row = IndexRow {

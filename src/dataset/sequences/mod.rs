@@ -14,7 +14,7 @@ pub(crate) use cohort::stored;
 pub(crate) use packs::require;
 pub(crate) use packs::{BUILT_IN_WALK, built_in, is_pack_or_folder};
 pub use packs::{PackSource, Selection};
-pub(crate) use tree::{CutRecordings, Recordings, in_form, summary};
+pub(crate) use tree::{CutRecordings, RecordingSummary, Recordings, in_form, summary};
 pub(crate) use walks::{MadeTake, PackWalks};
 
 use crate::dataset::{Dataset, Tree, TreeLayout};

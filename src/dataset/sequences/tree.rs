@@ -4,20 +4,23 @@ use super::packs::{Selection, require};
 use super::{
     Form, Labels, SequenceOrigin, SequencePurpose, Sequences, ShownCounts, ViewLabel, mean,
 };
+use crate::dataset::gait_cycles::NoCycle;
 use crate::dataset::{Partition, Tree, TreeLayout, TreeSequence};
 use crate::draw::sweep::Views;
 use crate::draw::template::{Builder, Template};
 use crate::error::{Error, Result};
 use edgegait_core::silhouette::{AnySilhouette, Coverage, Size};
 use rayon::prelude::*;
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
 use std::path::Path;
 
 mod cut;
 mod cycles;
+mod listed;
 
 pub(crate) use cut::CutRecordings;
+pub(crate) use listed::RecordingSummary;
 
 /// A whole recording of a tree, or a gait cycle of it.
 #[derive(Clone)]
@@ -36,6 +39,8 @@ pub struct Recordings {
     pub(super) sequences: Sequences,
     /// For each sequence of the tree its gait cycles; empty where none were searched or found.
     cycles: Vec<Vec<Range<usize>>>,
+    /// Why recordings have no gait cycle, by their numbers in the tree.
+    no_cycle: BTreeMap<usize, NoCycle>,
     as_stored: bool,
     /// Whether a recording stays a sequence beside its gait cycles, for recognizers that take
     /// silhouettes.
@@ -88,6 +93,7 @@ impl Recordings {
             parts: Vec::new(),
             sequences: Sequences::default(),
             cycles: Vec::new(),
+            no_cycle: BTreeMap::new(),
             as_stored: false,
             keeps_whole: false,
             roles: None,
@@ -271,6 +277,21 @@ impl Recordings {
             ..
         } = &self.tree.sequences()[number];
         format!("{subject}/{take}/{view}")
+    }
+
+    /// Returns the labels of all sequences.
+    #[must_use]
+    pub const fn sequences(&self) -> &Sequences {
+        &self.sequences
+    }
+
+    /// Returns the number of a sequence's first frame in its recording, from 0.
+    ///
+    /// # Panics
+    /// If there is no such sequence.
+    #[must_use]
+    pub fn first_frame(&self, sequence: usize) -> usize {
+        self.parts[sequence].frames.start
     }
 
     /// Returns the number of sequences.

@@ -19,6 +19,7 @@ fn row() -> IndexRow {
         alternative: String::new(),
         frames: 8,
         seed: 1,
+        ..IndexRow::default()
     }
 }
 
@@ -29,6 +30,7 @@ fn run(size: Size, units: usize) -> DatasetRun {
         format: DatasetFormat::Folder,
         units,
         shard: None,
+        is_recorded: false,
     }
 }
 

@@ -4,7 +4,7 @@ use super::Recordings;
 use crate::dataset::gait_cycles::{CycleFinder, median, whole_frames};
 use crate::error::Result;
 use rayon::prelude::*;
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 
 /// Recordings cut into gait cycles.
 pub struct CutRecordings {
@@ -62,18 +62,26 @@ impl Recordings {
         };
         let found: Vec<Result<_>> = numbers.par_iter().map(find).collect::<Result<_>>()?;
         let mut cycles = vec![Vec::new(); self.tree.sequences().len()];
-        let (mut without, mut periods) = (Vec::new(), Vec::new());
+        let (mut no_cycle, mut periods) = (BTreeMap::new(), Vec::new());
         for (&number, found) in numbers.iter().zip(found) {
             match found? {
                 Ok(found) => {
                     cycles[number] = found.cycles.iter().map(whole_frames).collect();
                     periods.push(found.period_frames);
                 }
-                Err(reason) => without.push(format!("{}: {reason}", self.name(number))),
+                Err(reason) => {
+                    no_cycle.insert(number, reason);
+                }
             }
         }
+        let named = |(number, reason): (&usize, _)| format!("{}: {reason}", self.name(*number));
+        let without = no_cycle.iter().map(named).collect();
         let kept: HashSet<usize> = numbers.into_iter().collect();
-        let cut = Self { cycles, ..self };
+        let cut = Self {
+            cycles,
+            no_cycle,
+            ..self
+        };
         Ok(CutRecordings {
             recordings: cut.filter(|number, _| kept.contains(&number)),
             without,
