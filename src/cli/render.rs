@@ -267,12 +267,12 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
     let jobs: Vec<Job<'_>> = jobs.flat_map(under).collect();
     let drawn = |job| ShownGroup::of_shot(&pack, shot(job), settings);
     let groups: Vec<ShownGroup> = jobs.iter().copied().map(drawn).collect::<Result<_>>()?;
-    let mut left_out = 0;
-    match &target {
+    let left_out = match &target {
         #[cfg(feature = "plots")]
         RenderTarget::Png(path) if args.gallery && templates.is_empty() => {
             let gallery = condition_gallery(&pack, &jobs, &views.list[0], settings)?;
             write_png(path, &gallery)?;
+            0
         }
         RenderTarget::Png(_) if args.gallery && jobs.len() > 1 => {
             return Err(Error::Usage(format!(
@@ -286,9 +286,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
             let of = |&template| Ok((template, made(template, frames, settings.size)?));
             let made = templates.iter().map(of).collect::<Result<Vec<_>>>()?;
             write_png(path, &template_gallery(&made, settings)?)?;
+            0
         }
-        _ => left_out = args.write(&target, &groups, templates, settings.size)?,
-    }
+        _ => args.write(&target, &groups, templates, settings.size)?,
+    };
     let others = args.source.choose(&pack)?.len() - walks.len();
     let chosen = match (others, groups.first()) {
         (1.., Some(group)) => format!(

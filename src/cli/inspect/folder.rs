@@ -171,6 +171,9 @@ impl fmt::Display for FolderSummary {
             ("take", &self.takes),
             ("view", &self.views),
         ] {
+            if counted.is_empty() {
+                continue;
+            }
             let mut table = Table::new(&[Left(20), Right(0)]);
             table.row([head, "sequences"]);
             for one in counted.iter().take(LINES) {
