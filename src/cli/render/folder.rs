@@ -17,6 +17,8 @@ use std::path::Path;
 /// The maximum number of gait cycles, or images of a dataset, that are read: more than a picture
 /// has room for.
 const MOST: usize = 4_096;
+/// The number of frames after which no further gait cycle is read: 100 MB of 50x30.
+const MOST_FRAMES: usize = 1 << 16;
 
 /// Runs the subcommand for a folder.
 pub(super) fn run(args: &RenderArgs, path: &Path, target: &RenderTarget<'_>) -> Result<()> {
@@ -71,7 +73,11 @@ fn of_tree(
     }
     let left_out = args.write(target, &groups, templates, settings.size)?;
     args.common.say_warnings(&header.warnings);
-    args.say("", left_out + left);
+    let others = match left {
+        0 => String::new(),
+        _ => format!("; {left} other gait cycles are left out (--subjects, --walks, --views)"),
+    };
+    args.say(&others, left_out);
     let cycles = groups.iter().map(|group| group.members.len()).sum();
     args.report(header, cycles, groups.len(), &groups)
 }
@@ -94,8 +100,11 @@ fn groups(
     let source = SequenceSource::Tree(Box::new(recordings));
     let sequences = source.sequences();
     let mut groups: Vec<ShownGroup> = Vec::new();
-    let shown = sequences.list.len().min(MOST);
-    for (number, &first) in starts.iter().enumerate().take(shown) {
+    let (mut shown, mut kept) = (0, 0);
+    for (number, &first) in starts.iter().enumerate().take(MOST) {
+        if kept >= MOST_FRAMES {
+            break;
+        }
         let origin = sequences.origin(number);
         let view = match sequences.view_label(number) {
             ViewLabel::Named(name) => name.clone(),
@@ -114,6 +123,8 @@ fn groups(
             Some(_) => format!("frames {first} to {last}"),
             None => "whole".to_owned(),
         };
+        shown += 1;
+        kept += frames.len();
         let member = ShownCycle {
             name: cycle,
             frames,

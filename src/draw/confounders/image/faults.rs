@@ -42,8 +42,9 @@ pub(crate) fn holes(
 ) {
     let area = picture.area() as f64;
     let radius = radius(fine, area * HOLES_AREA * strength / HOLES as f64);
+    let hulls = hulls(figure);
     for spot in Spot::draw::<HOLES>(rng) {
-        let centre = on_body(figure, spot.place).and_then(|place| fine.sample_of(place));
+        let centre = on_body(&hulls, spot.place).and_then(|place| fine.sample_of(place));
         if let Some(centre) = centre {
             ellipse(picture, centre, radius * spot.shape, false);
         }
@@ -82,7 +83,7 @@ pub(crate) fn missing_part(
     strength: f64,
     rng: &mut ChaCha8Rng,
 ) -> Result<(), DrawError> {
-    let hulls: Vec<Vec<Vec3>> = figure.hulls().map(Iterator::collect).collect();
+    let hulls = hulls(figure);
     let first = at_most(rng.random::<f64>() * hulls.len() as f64, hulls.len());
     #[expect(clippy::cast_possible_truncation, reason = "a share")]
     let share = strength as f32;
@@ -99,6 +100,11 @@ pub(crate) fn missing_part(
     Ok(())
 }
 
+/// Returns the points of each of a figure's hulls.
+fn hulls(figure: &Figure<'_>) -> Vec<Vec<Vec3>> {
+    figure.hulls().map(Iterator::collect).collect()
+}
+
 /// Returns the mean of a hull's points.
 fn middle(points: &[Vec3]) -> Vec3 {
     #[expect(clippy::cast_precision_loss, reason = "a few points")]
@@ -108,13 +114,12 @@ fn middle(points: &[Vec3]) -> Vec3 {
 
 /// Returns a place of the body at a share of all of its points: halfway from the point to the middle
 /// of its hull.
-fn on_body(figure: &Figure<'_>, share: f64) -> Option<Vec3> {
-    let count = figure.points().count();
+fn on_body(hulls: &[Vec<Vec3>], share: f64) -> Option<Vec3> {
+    let count = hulls.iter().map(Vec::len).sum();
     let mut left = at_most(share * count as f64, count);
-    for hull in figure.hulls() {
-        let points: Vec<Vec3> = hull.collect();
+    for points in hulls {
         match points.get(left) {
-            Some(point) => return Some(0.5 * (*point + middle(&points))),
+            Some(point) => return Some(0.5 * (*point + middle(points))),
             None => left -= points.len(),
         }
     }
@@ -313,7 +318,7 @@ mod tests {
             // Two frames of one person: each place is as far from the nearest point of its hull.
             let [one, other] = [2, 6].map(|frame| {
                 let figure = side_figure(frame);
-                let place = on_body(&figure, share).expect("a place");
+                let place = on_body(&hulls(&figure), share).expect("a place");
                 let away = figure.points().map(|point| point.distance(place));
                 away.fold(f32::MAX, f32::min)
             });
