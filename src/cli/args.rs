@@ -190,6 +190,14 @@ impl ViewArgs {
         self.views.is_some() || !self.azimuth_deg.is_empty() || !self.elevation_deg.is_empty()
     }
 
+    /// Returns the requested viewpoints, or none if no flag was given.
+    ///
+    /// # Errors
+    /// As [`Self::views`].
+    pub(super) fn given(&self) -> Result<Option<Views>> {
+        self.is_given().then(|| self.views("side")).transpose()
+    }
+
     /// Returns the requested viewpoints, or the set named `default`.
     ///
     /// # Errors

@@ -303,7 +303,7 @@ impl ContestArgs {
         Ok(ContestOptions {
             protocol,
             cycles: self.cycles,
-            views: self.given_views()?.or(usual),
+            views: self.views.given()?.or(usual),
             conditions,
         })
     }
@@ -319,7 +319,7 @@ impl ContestArgs {
             self.refuse_without_tree()?;
             return Ok(source);
         };
-        let views = self.given_views()?;
+        let views = self.views.given()?;
         let mut recordings = recordings.chosen(&self.selection.selection(false), views.as_ref())?;
         if let Some(path) = &self.partition {
             let partition = Partition::read(path)?;
@@ -333,11 +333,6 @@ impl ContestArgs {
         } else {
             recordings
         })))
-    }
-
-    fn given_views(&self) -> Result<Option<Views>> {
-        let views = self.views.is_given().then(|| self.views.views("paper"));
-        views.transpose()
     }
 
     /// Rejects flags about reading a tree where there is none.

@@ -2,6 +2,7 @@
 
 use crate::dataset::{Modality, TreeLayout};
 use crate::error::{Error, Result};
+use std::path::Path;
 
 /// The flags that choose how a tree is read.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -26,6 +27,14 @@ pub(super) fn refuse_without_tree(
             "{flag}: expected a tree of silhouettes"
         ))),
     }
+}
+
+/// Returns the error that nothing in a folder was chosen.
+pub(super) fn none_chosen(path: &Path) -> Error {
+    Error::input(
+        path,
+        "expected some of the chosen people, takes and viewpoints, found none",
+    )
 }
 
 impl LayoutArgs {

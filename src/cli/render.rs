@@ -20,7 +20,7 @@ use crate::report::{condition_gallery, template_gallery};
 use crate::report::{contact_sheet, gif, write_png};
 use edgegait_core::pack::Pack;
 use edgegait_core::silhouette::{AnySilhouette, Size};
-use groups::{ShownGroup, made, pixels, rows};
+use groups::{ShownGroup, count, made, pixels, rows};
 use serde::Serialize;
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
@@ -311,7 +311,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
         .with("walks", args.source.selection.walks.join(","))
         .with("template", names(templates));
     header.inputs.extend(source.inputs);
-    args.report(header, walks.len(), views.list.len(), &groups)
+    args.report(header, walks.len(), views.list.len(), count(&groups))
 }
 
 impl RenderArgs {
@@ -384,15 +384,14 @@ impl RenderArgs {
         header: ResultHeader,
         walks: usize,
         viewpoints: usize,
-        groups: &[ShownGroup],
+        silhouettes: usize,
     ) -> Result<()> {
-        let members = groups.iter().flat_map(|group| &group.members);
         self.common.write_json(&Rendered {
             header,
             out: self.out.as_ref().map(|path| path.display().to_string()),
             walks,
             viewpoints,
-            silhouettes: members.map(|member| member.frames.len()).sum(),
+            silhouettes,
         })
     }
 }

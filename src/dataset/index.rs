@@ -9,8 +9,8 @@ use crate::draw::sweep::{Job, View, drawn};
 use crate::error::{Error, FilePlace, Result, SweepError};
 use edgegait_core::pack::Pack;
 
-/// The columns of `index.csv`, in order.
-pub(super) const COLUMNS: [&str; 11] = [
+/// The columns of the index of a tree's gait cycles, in order.
+pub(super) const RECORDED_COLUMNS: [&str; 13] = [
     "subject",
     "walk",
     "cycle",
@@ -22,10 +22,11 @@ pub(super) const COLUMNS: [&str; 11] = [
     "alternative",
     "frames",
     "seed",
+    "first_frame",
+    "last_frame",
 ];
-
-/// The columns that follow in the index of a tree's gait cycles.
-pub(super) const RECORDED_COLUMNS: [&str; 2] = ["first_frame", "last_frame"];
+/// The columns of `index.csv` otherwise.
+pub(super) const COLUMNS: &[&str] = RECORDED_COLUMNS.split_at(11).0;
 
 /// The columns of `walkers.csv`, in order.
 pub(super) const WALKER_COLUMNS: [&str; 7] = [
@@ -152,7 +153,7 @@ pub(super) fn read_plain_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow
     read(path, bytes, |header| {
         let mut names = header.iter().enumerate();
         let other = names.find(|(at, name)| {
-            ![&COLUMNS[..], &RECORDED_COLUMNS].concat().contains(name)
+            !RECORDED_COLUMNS.contains(name)
                 || header.iter().take(*at).any(|before| before == *name)
         });
         if let Some((_, other)) = other {
@@ -170,8 +171,7 @@ pub(super) fn read_plain_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow
 /// are not text, and names the line.
 pub(super) fn read_index(path: &Path, bytes: &[u8]) -> Result<Vec<IndexRow>> {
     read(path, bytes, |header| {
-        let recorded = [&COLUMNS[..], &RECORDED_COLUMNS].concat();
-        (*header != *COLUMNS.as_slice() && *header != *recorded).then(|| {
+        (*header != *COLUMNS && *header != *RECORDED_COLUMNS.as_slice()).then(|| {
             format!(
                 "expected the columns {}, found {} (make the dataset again, or add the missing columns: 0 as variation, nothing as alternative)",
                 COLUMNS.join(","),

@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter, Read as _, Write as _};
 use std::path::Path;
 
-use super::index::{COLUMNS, RECORDED_COLUMNS};
+use super::index::RECORDED_COLUMNS;
 use super::manifest::parse_manifest;
 use super::npy::npy_header;
 use super::{INDEX, MANIFEST, Manifest};
@@ -99,10 +99,7 @@ fn columns(index: &Path) -> Result<Vec<&'static str>> {
     let mut reader = csv::Reader::from_reader(BufReader::new(crate::files::open(index)?));
     let header = reader.headers();
     let header = header.map_err(|error| Error::input(index, error.to_string()))?;
-    let recorded = RECORDED_COLUMNS
-        .into_iter()
-        .filter(|_| header.len() > COLUMNS.len());
-    Ok(COLUMNS.into_iter().chain(recorded).collect())
+    Ok(RECORDED_COLUMNS.into_iter().take(header.len()).collect())
 }
 
 /// Calls `take` with the text of each row in a column.

@@ -142,13 +142,11 @@ impl DatasetWriter {
             let arrays = run.contents.arrays().into_iter().map(open);
             Store::Arrays(arrays.collect::<Result<_>>()?)
         };
-        let recorded: &[&str] = if run.is_recorded {
-            &RECORDED_COLUMNS
-        } else {
-            &[]
+        let columns = match run.is_recorded {
+            true => &RECORDED_COLUMNS[..],
+            false => COLUMNS,
         };
-        let columns = [&COLUMNS[..], recorded].concat();
-        let index = GrowingTable::open(&made, INDEX, &columns, known(INDEX))?;
+        let index = GrowingTable::open(&made, INDEX, columns, known(INDEX))?;
         let walkers = known(WALKERS)
             .map(|bytes| GrowingTable::open(&made, WALKERS, &WALKER_COLUMNS, Some(bytes)))
             .transpose()?;

@@ -24,6 +24,7 @@ mod faults;
 mod guide;
 mod keep_going;
 mod kills;
+mod looking;
 mod made;
 mod outputs;
 mod people;

@@ -4,7 +4,7 @@ use super::InspectArgs;
 use crate::cli::layout::refuse_without_tree;
 use crate::cli::progress::Progress;
 use crate::dataset::Dataset;
-use crate::dataset::sequences::{Form, RecordingSummary, SequenceSource, Sequences, ViewLabel};
+use crate::dataset::sequences::{Form, RecordingSummary, SequenceSource, Sequences};
 use crate::draw::sweep::{FramingMode, Settings};
 use crate::draw::template::Template;
 use crate::error::{Error, Result};
@@ -88,14 +88,15 @@ pub(super) fn run(args: &InspectArgs) -> Result<()> {
             };
             let (recordings, refused) = recordings.readable(&[form], &|| progress.step())?;
             drop(progress);
-            let sequences = recordings.sequences().clone();
-            let recordings = args.cutting.cut(recordings, &mut header, &args.common)?;
-            let refused = refused.iter().map(ToString::to_string).collect();
+            let mut summary = FolderSummary::of(header, "tree", recordings.sequences());
+            let cut = args
+                .cutting
+                .cut(recordings, &mut summary.header, &args.common)?;
             FolderSummary {
-                recordings: recordings.listed()?,
-                refused,
+                recordings: cut.listed()?,
+                refused: refused.iter().map(ToString::to_string).collect(),
                 skipped,
-                ..FolderSummary::of(header, "tree", &sequences)
+                ..summary
             }
         }
         SequenceSource::Dataset(templates) => {
@@ -130,11 +131,7 @@ impl FolderSummary {
                 condition => format!("{}, {condition}", take.name),
             }
         };
-        let view = |at: usize| match sequences.view_label(at) {
-            ViewLabel::Named(name) => name.clone(),
-            ViewLabel::Angles(azimuth, elevation) if *elevation == 0.0 => azimuth.to_string(),
-            ViewLabel::Angles(azimuth, elevation) => format!("{azimuth}/{elevation}"),
-        };
+        let view = |at: usize| sequences.view_label(at).to_string();
         let person = |at: usize| sequences.subjects[sequences.subject(at)].clone();
         Self {
             header,

@@ -1,17 +1,22 @@
 //! Renders the gait cycles of a tree, or the images of a dataset.
 
-use super::groups::{ShownCycle, ShownGroup};
+use super::groups::{ShownCycle, ShownGroup, count};
 use super::{RenderArgs, RenderTarget, names};
-use crate::cli::layout::refuse_without_tree;
+use crate::cli::args::ViewArgs;
+use crate::cli::layout::{none_chosen, refuse_without_tree};
 use crate::cli::tree_cycles::CuttingArgs;
-use crate::dataset::sequences::{Form, Recordings, SequenceSource, ViewLabel};
+use crate::cli::walks::SelectionArgs;
+use crate::dataset::sequences::{
+    Form, Recordings, SequenceSource, Sequences, ViewLabel, silhouettes,
+};
 use crate::dataset::{Dataset, IndexRow, Tree};
 use crate::draw::sweep::{Settings, UNCUT_FPS, Views};
 use crate::draw::template::Template;
 use crate::error::{Error, Result};
 use crate::files::ResultHeader;
 use crate::report::{SheetRow, cells, contact_sheet, write_png};
-use edgegait_core::silhouette::{AnySilhouette, Coverage, Size};
+use edgegait_core::silhouette::AnySilhouette;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// The maximum number of gait cycles, or images of a dataset, that are read: more than a picture
@@ -44,20 +49,20 @@ fn of_tree(
     };
     Tree::require_framing(settings.framing)?;
     args.draw.refuse_for_trees()?;
-    let views = args.chosen_views()?;
+    let views = args.views.given()?;
     let recordings = recordings.chosen(&args.source.selection.selection(false), views.as_ref())?;
     if recordings.is_empty() {
-        return Err(none_of(path));
+        return Err(none_chosen(path));
     }
+    let Sequences { takes, views, .. } = recordings.sequences();
+    let (takes, viewpoints) = (takes.len(), views.len());
     let name = path.display().to_string();
     let mut header = ResultHeader::new("render", args.common.seed)
         .with("tree", name)
         .with("size", settings.size.name())
         .with("framing", settings.framing.name())
         .with("template", names(templates));
-    let fps = args.fps.map(|fps| fps as f32);
-    let cutting = CuttingArgs::new(fps, args.whole_recordings);
-    let recordings = cutting.cut(recordings, &mut header, &args.common)?;
+    let recordings = args.cutting().cut(recordings, &mut header, &args.common)?;
     // A template needs all frames; of more than these, evenly spaced ones are shown.
     let most = match templates {
         [] => settings.frames_per_cycle as usize,
@@ -78,8 +83,7 @@ fn of_tree(
         _ => format!("; {left} other gait cycles are left out (--subjects, --walks, --views)"),
     };
     args.say(&others, left_out);
-    let cycles = groups.iter().map(|group| group.members.len()).sum();
-    args.report(header, cycles, groups.len(), &groups)
+    args.report(header, takes, viewpoints, count(&groups))
 }
 
 /// Reads the gait cycles of each recording, at most `most` frames of each. Returns how many cycles
@@ -108,66 +112,40 @@ fn groups(
         let origin = sequences.origin(number);
         let view = match sequences.view_label(number) {
             ViewLabel::Named(name) => name.clone(),
-            angles => format!("azimuth {}", angle(angles.angles_deg().unwrap_or_default())),
+            angles @ ViewLabel::Angles(..) => format!("azimuth {angles}"),
         };
         let subject = &sequences.subjects[sequences.subject(number)];
         let name = format!("{subject}, {}, {view}", origin.walk);
         let mut frames = Vec::new();
         let counts = source.show(&[number], &form, &mut |_, bytes| {
-            frames = silhouettes(bytes, settings.size, most);
+            let all: Vec<AnySilhouette> = silhouettes(bytes, settings.size).collect();
+            let kept = all.len().min(most);
+            frames = (0..kept).map(|at| all[at * all.len() / kept]).collect();
             Ok(())
         })?;
         let read = (counts.silhouettes + counts.empty) as usize;
-        let last = first + read.saturating_sub(1);
-        let cycle = match origin.cycle {
-            Some(_) => format!("frames {first} to {last}"),
-            None => "whole".to_owned(),
-        };
+        let cycle = format!("{first} to {}", counts.last_frame(first));
         shown += 1;
         kept += frames.len();
-        let member = ShownCycle {
-            name: cycle,
-            frames,
-        };
-        match groups.last_mut().filter(|group| group.name == name) {
-            Some(group) => group.members.push(member),
-            None => groups.push(ShownGroup {
-                name,
-                together: String::new(),
-                each_s: each_s * read as f64 / member.frames.len().max(1) as f64,
-                later: (
-                    member.frames.len() / 4,
-                    format!("{}; phases 0 and 0.25", member.name),
-                ),
-                members: vec![member],
-            }),
+        if let Some(group) = groups.last_mut().filter(|group| group.name == name) {
+            group.together += &format!(", {cycle}");
+            let name = format!("frames {cycle}");
+            group.members.push(ShownCycle { name, frames });
+            continue;
         }
-    }
-    for group in &mut groups {
-        let cycles = group
-            .members
-            .iter()
-            .map(|member| member.name.trim_start_matches("frames "));
-        group.together = match cycles.collect::<Vec<_>>().join(", ") {
-            whole if whole == "whole" => whole,
-            frames => format!("frames {frames}"),
+        let what = match origin.cycle {
+            Some(_) => format!("frames {cycle}"),
+            None => "whole".to_owned(),
         };
+        groups.push(ShownGroup {
+            name,
+            together: what.clone(),
+            each_s: each_s * read as f64 / frames.len().max(1) as f64,
+            later: (frames.len() / 4, format!("{what}; phases 0 and 0.25")),
+            members: vec![ShownCycle { name: what, frames }],
+        });
     }
     Ok((groups, sequences.list.len() - shown))
-}
-
-/// Splits the bytes of silhouettes, and keeps at most this many, evenly spaced.
-fn silhouettes(bytes: &[u8], size: Size, most: usize) -> Vec<AnySilhouette> {
-    let all: Vec<&[u8]> = bytes.chunks_exact(size.pixels()).collect();
-    let kept = all.len().min(most);
-    let one = |at: usize| {
-        let mut coverage = Coverage::empty(size);
-        coverage
-            .pixels_mut()
-            .copy_from_slice(all[at * all.len() / kept]);
-        AnySilhouette::Grey(coverage)
-    };
-    (0..kept).map(one).collect()
 }
 
 /// Renders the images of a dataset: a row for each walk, condition and variation.
@@ -177,31 +155,26 @@ fn of_dataset(
     dataset: &Dataset,
     target: &RenderTarget<'_>,
 ) -> Result<()> {
-    let trees = [
-        ("--fps", args.fps.is_some()),
-        ("--whole-recordings", args.whole_recordings),
-    ];
-    refuse_without_tree(trees.into_iter().chain(args.layout.given()))?;
-    let none = Default::default();
-    let draw = &args.draw;
-    draw.refuse_for_folders(&none, None, &Default::default())?;
+    let cutting = args.cutting().given().into_iter();
+    refuse_without_tree(cutting.chain(args.layout.given()))?;
+    let none = SelectionArgs::default();
+    args.draw
+        .refuse_for_folders(&none, None, &ViewArgs::default())?;
     let RenderTarget::Png(out) = target else {
         return Err(Error::Usage(
             "a dataset holds finished images: expected --out with a .png".into(),
         ));
     };
     let selection = args.source.selection.selection(false);
-    let views = args.chosen_views()?;
+    let views = args.views.given()?;
     let is_chosen = |row: &IndexRow| {
-        let is_seen = |views: &Views| {
-            let angles = (row.azimuth_deg, row.elevation_deg);
-            views.list.iter().any(|view| view.angles_deg() == angles)
-        };
+        let is_seen = |views: &Views| views.has((row.azimuth_deg, row.elevation_deg));
         selection.has(&row.subject, &row.walk) && views.as_ref().is_none_or(is_seen)
     };
     let (template, size) = (dataset.template(), dataset.size());
     let (mut rows, mut left): (Vec<(SheetRow, Vec<String>)>, usize) = (Vec::new(), 0);
-    let mut shown = 0;
+    let (mut shown, mut silhouettes) = (0, 0);
+    let (mut walks, mut viewpoints) = (BTreeSet::new(), BTreeSet::new());
     for (row, bytes) in dataset.index().iter().zip(dataset.templates()) {
         if !is_chosen(row) {
             continue;
@@ -218,6 +191,8 @@ fn of_dataset(
             continue;
         }
         shown += images.len();
+        silhouettes += row.frames as usize;
+        walks.insert((&row.subject, &row.walk));
         let condition = [&row.condition, &row.alternative].map(String::as_str);
         let words = [row.subject.as_str(), &row.walk]
             .into_iter()
@@ -229,7 +204,8 @@ fn of_dataset(
             (None, variation) => format!("cycle {}, variation {variation}", row.cycle),
         };
         let label = format!("{}, {which}", words.join(", "));
-        let view = angle((row.azimuth_deg, row.elevation_deg));
+        let view = ViewLabel::Angles(row.azimuth_deg, row.elevation_deg).to_string();
+        viewpoints.insert(view.clone());
         match rows.last_mut().filter(|(row, _)| row.label == label) {
             Some((row, views)) => {
                 row.images.extend(images);
@@ -239,7 +215,7 @@ fn of_dataset(
         }
     }
     if rows.is_empty() {
-        return Err(none_of(path));
+        return Err(none_chosen(path));
     }
     let labelled = |(row, views): (SheetRow, Vec<String>)| SheetRow {
         label: format!("{}, azimuth {}", row.label, views.join(", ")),
@@ -253,32 +229,13 @@ fn of_dataset(
         .with("dataset", path.display().to_string())
         .with("template", template.name());
     header.inputs = Dataset::inputs(path)?;
-    args.report(header, rows.len(), shown, &[])
-}
-
-/// Returns the angles of a viewpoint, the elevation if it is not 0.
-fn angle((azimuth, elevation): (f64, f64)) -> String {
-    match elevation {
-        0.0 => azimuth.to_string(),
-        _ => format!("{azimuth}/{elevation}"),
-    }
-}
-
-/// Returns the error that nothing was chosen.
-fn none_of(path: &Path) -> Error {
-    Error::input(
-        path,
-        "expected some of the chosen people, takes and viewpoints, found none",
-    )
+    args.report(header, walks.len(), viewpoints.len(), silhouettes)
 }
 
 impl RenderArgs {
-    /// Returns the chosen viewpoints, if any were.
-    fn chosen_views(&self) -> Result<Option<Views>> {
-        self.views
-            .is_given()
-            .then(|| self.views.views("side"))
-            .transpose()
+    /// Returns the flags that choose how a tree is cut.
+    fn cutting(&self) -> CuttingArgs {
+        CuttingArgs::new(self.fps.map(|fps| fps as f32), self.whole_recordings)
     }
 
     /// Rejects flags about drawing walks, as the silhouettes exist.

@@ -74,11 +74,16 @@ impl ShownGroup {
         })
     }
 
+    /// Returns the label of all members together.
+    fn label(&self) -> String {
+        format!("{}, {}", self.name, self.together)
+    }
+
     /// Returns the row of a moving picture at a moment; a shorter cycle begins again.
     pub(super) fn at(&self, moment: usize) -> SheetRow {
         let of = |member: &ShownCycle| pixels(&member.frames[moment % member.frames.len()]);
         SheetRow {
-            label: format!("{}, {}", self.name, self.together),
+            label: self.label(),
             images: self.members.iter().map(of).collect(),
         }
     }
@@ -101,7 +106,7 @@ pub(super) fn rows(
         if let [template] = templates {
             let images = group.members.iter().map(|member| shown(template, member));
             rows.push(SheetRow {
-                label: format!("{}, {}", group.name, group.together),
+                label: group.label(),
                 images: joined(images.collect())?,
             });
             continue;
@@ -118,6 +123,12 @@ pub(super) fn rows(
         }
     }
     Ok(rows)
+}
+
+/// Returns the number of silhouettes in all groups.
+pub(super) fn count(groups: &[ShownGroup]) -> usize {
+    let members = groups.iter().flat_map(|group| &group.members);
+    members.map(|member| member.frames.len()).sum()
 }
 
 /// Returns the bytes of a frame.

@@ -2,6 +2,7 @@
 
 use super::{MadeDataset, SweepArgs};
 use crate::cli::args::Common;
+use crate::cli::layout::none_chosen;
 use crate::cli::progress::Progress;
 use crate::cli::tree_cycles::CuttingArgs;
 use crate::dataset::sequences::{Form, SequenceSource, ShownCounts, ViewLabel};
@@ -56,14 +57,11 @@ pub(super) fn run(args: &SweepArgs, path: &Path) -> Result<()> {
     let SequenceSource::Tree(recordings) = source else {
         return Err(other());
     };
-    let views = args.views.is_given().then(|| args.views.views("side"));
+    let views = args.views.given()?;
     let selection = args.source.selection.selection(false);
-    let recordings = recordings.chosen(&selection, views.transpose()?.as_ref())?;
+    let recordings = recordings.chosen(&selection, views.as_ref())?;
     if recordings.is_empty() {
-        return Err(Error::input(
-            path,
-            "expected some of the chosen people, takes and viewpoints, found none",
-        ));
+        return Err(none_chosen(path));
     }
     let progress = Progress::new(&args.common, ("reading", "folders"), recordings.len());
     recordings.check_sizes(&[], &|| progress.step())?;
@@ -164,8 +162,6 @@ fn stored(
                 .angles_deg()
                 .ok_or(Error::Missing("angles"))?;
             let origin = sequences.origin(number);
-            let first = starts[number] as u32;
-            let frames = (of_one.silhouettes + of_one.empty) as u32;
             let row = IndexRow {
                 subject: sequences.subjects[sequences.subject(number)].clone(),
                 walk: origin.walk.clone(),
@@ -178,8 +174,8 @@ fn stored(
                 alternative: String::new(),
                 frames: u32::try_from(of_one.silhouettes).unwrap_or(u32::MAX),
                 seed: 0,
-                first_frame: Some(first),
-                last_frame: Some(first + frames.saturating_sub(1)),
+                first_frame: Some(starts[number] as u32),
+                last_frame: Some(of_one.last_frame(starts[number]) as u32),
             };
             for &variant in variants {
                 let row = IndexRow {

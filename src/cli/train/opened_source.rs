@@ -189,10 +189,7 @@ impl TrainArgs {
         making: &TemplateSettings,
     ) -> Result<ChosenSource> {
         let mut header = ResultHeader::new("train", self.common.seed);
-        let is_seen = |angles: (f64, f64)| {
-            let mut views = making.views.list.iter();
-            !self.views.is_given() || views.any(|view| view.angles_deg() == angles)
-        };
+        let is_seen = |angles: (f64, f64)| !self.views.is_given() || making.views.has(angles);
         let walks = |source: PackSource| -> Result<(Opened, Vec<usize>)> {
             let walks = selection.selected_walks(&Pack::parse(&source.bytes)?)?;
             Ok((Opened::Pack(source), walks))

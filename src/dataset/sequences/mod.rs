@@ -14,7 +14,7 @@ pub(crate) use cohort::stored;
 pub(crate) use packs::require;
 pub(crate) use packs::{BUILT_IN_WALK, built_in, is_pack_or_folder};
 pub use packs::{PackSource, Selection};
-pub(crate) use tree::{CutRecordings, RecordingSummary, Recordings, in_form, summary};
+pub(crate) use tree::{CutRecordings, RecordingSummary, Recordings, in_form, silhouettes, summary};
 pub(crate) use walks::{MadeTake, PackWalks};
 
 use crate::dataset::{Dataset, Tree, TreeLayout};
@@ -285,6 +285,12 @@ pub struct ShownCounts {
 }
 
 impl ShownCounts {
+    /// Returns the number of the last frame of a sequence whose first frame has this number.
+    #[must_use]
+    pub const fn last_frame(&self, first: usize) -> usize {
+        first + (self.silhouettes + self.empty).saturating_sub(1) as usize
+    }
+
     /// Returns the sum of both counts.
     #[must_use]
     pub fn and(self, other: Self) -> Self {

@@ -1,15 +1,13 @@
 //! Sequences of a tree of silhouettes: whole recordings or gait cycles.
 
 use super::packs::{Selection, require};
-use super::{
-    Form, Labels, SequenceOrigin, SequencePurpose, Sequences, ShownCounts, ViewLabel, mean,
-};
+use super::{Form, Labels, SequenceOrigin, SequencePurpose, Sequences, ShownCounts, ViewLabel};
 use crate::dataset::gait_cycles::NoCycle;
 use crate::dataset::{Partition, Tree, TreeLayout, TreeSequence};
 use crate::draw::sweep::Views;
 use crate::draw::template::{Builder, Template};
 use crate::error::{Error, Result};
-use edgegait_core::silhouette::{AnySilhouette, Coverage, Size};
+use edgegait_core::silhouette::Size;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
@@ -17,9 +15,11 @@ use std::path::Path;
 
 mod cut;
 mod cycles;
+mod forms;
 mod listed;
 
 pub(crate) use cut::CutRecordings;
+pub(crate) use forms::{in_form, silhouettes};
 pub(crate) use listed::RecordingSummary;
 
 /// A whole recording of a tree, or a gait cycle of it.
@@ -285,15 +285,6 @@ impl Recordings {
         &self.sequences
     }
 
-    /// Returns the number of a sequence's first frame in its recording, from 0.
-    ///
-    /// # Panics
-    /// If there is no such sequence.
-    #[must_use]
-    pub fn first_frame(&self, sequence: usize) -> usize {
-        self.parts[sequence].frames.start
-    }
-
     /// Returns the number of sequences.
     #[must_use]
     pub const fn len(&self) -> usize {
@@ -326,10 +317,8 @@ impl Recordings {
         require("subject", &selection.subjects, &people)?;
         require("take", &selection.walks, &takes)?;
         let is_kept = |sequence: &TreeSequence| {
-            let is_seen = |views: &Views| {
-                let mut views = views.list.iter();
-                views.any(|view| Some(view.angles_deg()) == sequence.angles_deg)
-            };
+            let is_seen =
+                |views: &Views| sequence.angles_deg.is_some_and(|angles| views.has(angles));
             selection.has(&sequence.subject, &sequence.take) && views.is_none_or(is_seen)
         };
         if views.is_some()
@@ -461,32 +450,6 @@ impl Recordings {
     }
 }
 
-/// Converts the silhouettes of a recording or a gait cycle to a recognizer's input. Silhouettes
-/// are bytes of 0 to 255, at least one frame.
-///
-/// # Errors
-/// For more frames than [`Builder::MAX_FRAMES`], except for GEIs and silhouettes.
-pub(crate) fn in_form(silhouettes: Vec<u8>, form: &Form) -> Result<Vec<u8>> {
-    let size = form.settings.size;
-    let frames = silhouettes.len() / size.pixels();
-    match (form.settings.template, form.frames) {
-        (Template::Gei, _) => Ok(mean(&silhouettes, size)),
-        (Template::Silhouettes, None) => Ok(silhouettes),
-        (Template::Silhouettes, Some(wanted)) => Ok((0..wanted)
-            .flat_map(|at| {
-                // Evenly spaced frames, or a repetition from the start if there are too few.
-                let from = if frames > wanted {
-                    at * frames / wanted
-                } else {
-                    at % frames
-                };
-                silhouettes[from * size.pixels()..][..size.pixels()].to_vec()
-            })
-            .collect()),
-        (template, _) => whole(template, &silhouettes, size),
-    }
-}
-
 /// The maximum number of recordings that a warning names.
 const NAMED: usize = 5;
 
@@ -534,16 +497,4 @@ fn lacking(
             names.len()
         )
     }))
-}
-
-/// Makes a template from silhouettes, which count as one cycle.
-fn whole(template: Template, silhouettes: &[u8], size: Size) -> Result<Vec<u8>> {
-    let frames = silhouettes.chunks_exact(size.pixels());
-    let mut builder = Builder::new(template, size, frames.len() as u32);
-    for bytes in frames {
-        let mut coverage = Coverage::empty(size);
-        coverage.pixels_mut().copy_from_slice(bytes);
-        builder.add(&AnySilhouette::Grey(coverage))?;
-    }
-    Ok(builder.finish())
 }

@@ -112,6 +112,12 @@ impl Views {
         })
     }
 
+    /// Returns whether a view has this azimuth and elevation, degrees.
+    #[must_use]
+    pub fn has(&self, angles_deg: (f64, f64)) -> bool {
+        self.list.iter().any(|view| view.angles_deg() == angles_deg)
+    }
+
     /// Returns views by name (`paper`, `side`), or reads them from a CSV file with the columns
     /// `azimuth_deg` and `elevation_deg`.
     ///

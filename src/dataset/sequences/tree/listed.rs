@@ -24,6 +24,14 @@ pub(crate) struct RecordingSummary {
 }
 
 impl Recordings {
+    /// Returns the number of a sequence's first frame in its recording, from 0.
+    ///
+    /// # Panics
+    /// If there is no such sequence.
+    pub(crate) fn first_frame(&self, sequence: usize) -> usize {
+        self.parts[sequence].frames.start
+    }
+
     /// Lists the recordings that are kept, in the tree's order. Reads the names of all frames.
     ///
     /// # Errors
