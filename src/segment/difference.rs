@@ -18,6 +18,11 @@ const LEAST_NOISE: f32 = 0.2;
 /// Median length of a vector with three components of standard deviation 1: the root of the median
 /// of chi-squared with three degrees of freedom, 2.366.
 const MEDIAN_LENGTH: f32 = 1.538;
+/// Number of tiles over the height of a picture, and of tiles to each side whose medians' median is
+/// what varies slowly: two thirds of the height, of which a figure of the whole height and a third
+/// of that width covers half. Our choice.
+const TILES: usize = 16;
+const TILES_NEAR: usize = 5;
 /// Largest share by which a shadow reduces `L* + 16` and the chroma. Our choice, between shadows on
 /// the floors of rendered videos (up to 0.25, rarely above 0.17) and a share at which clothes would
 /// be ignored too. The remaining 0.8 is the cube root of 0.51 of the light.
@@ -85,7 +90,8 @@ impl EmptyScene {
             let Lab(found) = self.tables.lab(pixel.0, without);
             std::array::from_fn(|part| found[part] - empty[part])
         });
-        let away = smoothed(&away.collect::<Vec<[f32; 3]>>(), self.columns as usize);
+        let mut away = smoothed(&away.collect::<Vec<[f32; 3]>>(), self.columns as usize);
+        remove_slow(&mut away, self.columns as usize);
         let length = |of: &[f32; 3]| (of[0] * of[0] + of[1] * of[1] + of[2] * of[2]).sqrt();
         let raw: Vec<f32> = away.iter().map(length).collect();
         let some = raw.iter().step_by(STRIDE).copied();
@@ -160,6 +166,66 @@ pub(super) fn level(over_noise: f32) -> u8 {
 /// Returns the difference over the noise of a level.
 pub(super) fn over_noise(level: f64) -> f64 {
     libm::exp(level / f64::from(LEVELS)) - 1.0
+}
+
+/// Removes what varies slowly over the picture: a lens that flares, a lamp on one side, and tones
+/// that a camera bends as it changes its exposure. It is the median over tiles near each tile of
+/// their medians, of which a figure covers less than half, and linear between the tiles' centres.
+fn remove_slow(away: &mut [[f32; 3]], columns: usize) {
+    let rows = away.len() / columns;
+    let side = (rows / TILES).max(4);
+    let (across, down) = ((columns / side).max(1), (rows / side).max(1));
+    let of_tile = |at: usize| -> [f32; 3] {
+        let (row, column) = (at / across, at % across);
+        let part = |of: usize, parts: usize, all: usize| of * all / parts..(of + 1) * all / parts;
+        let rows = part(row, down, rows).step_by(2);
+        let pixels = rows.flat_map(|row| {
+            let columns_of = part(column, across, columns);
+            &away[row * columns..][columns_of]
+        });
+        let pixels: Vec<&[f32; 3]> = pixels.step_by(3).collect();
+        std::array::from_fn(|part| {
+            median(pixels.iter().map(|pixel| pixel[part]).collect()).unwrap_or(0.0)
+        })
+    };
+    let tiles: Vec<[f32; 3]> = (0..across * down).map(of_tile).collect();
+    let near =
+        |of: usize, all: usize| of.saturating_sub(TILES_NEAR)..(of + TILES_NEAR + 1).min(all);
+    let slow: Vec<[f32; 3]> = (0..tiles.len())
+        .map(|at| {
+            let rows = near(at / across, down);
+            let columns = near(at % across, across);
+            let tiles: Vec<&[f32; 3]> = { rows }
+                .flat_map(|row| &tiles[row * across..][columns.clone()])
+                .collect();
+            std::array::from_fn(|part| {
+                median(tiles.iter().map(|tile| tile[part]).collect()).unwrap_or(0.0)
+            })
+        })
+        .collect();
+    // The tiles before and after a pixel's centre, and the weight of the one after.
+    let between = |at: usize, all: usize, tiles: usize| {
+        let place = (at as f32 + 0.5) * tiles as f32 / all as f32 - 0.5;
+        let place = place.clamp(0.0, (tiles - 1) as f32);
+        let before = place as usize;
+        (before, (before + 1).min(tiles - 1), place - before as f32)
+    };
+    let mix = |from: [f32; 3], to: [f32; 3], weight: f32| -> [f32; 3] {
+        std::array::from_fn(|part| from[part] + weight * (to[part] - from[part]))
+    };
+    let columns_between: Vec<_> = (0..columns)
+        .map(|column| between(column, columns, across))
+        .collect();
+    for (row, pixels) in away.chunks_exact_mut(columns).enumerate() {
+        let (above, below, weight) = between(row, rows, down);
+        let line: Vec<[f32; 3]> = (0..across)
+            .map(|at| mix(slow[above * across + at], slow[below * across + at], weight))
+            .collect();
+        for (pixel, &(left, right, weight)) in pixels.iter_mut().zip(&columns_between) {
+            let slow = mix(line[left], line[right], weight);
+            *pixel = std::array::from_fn(|part| pixel[part] - slow[part]);
+        }
+    }
 }
 
 /// Returns binomial means over three by three pixels; the edges are repeated.
@@ -280,6 +346,33 @@ mod tests {
             [255, 255, 0]
         );
         assert!((over_noise(120.0) - 19.085_5).abs() < 1e-3);
+    }
+
+    #[test]
+    fn what_varies_slowly_is_removed_and_a_figure_is_not() {
+        // Twelve of LAB more on the right than on the left, and a figure of five sixths of the
+        // height and a quarter of the width.
+        let (columns, rows) = (160, 120);
+        let figure = |at: usize| {
+            let (x, y) = (at % columns, at / columns);
+            (50..90).contains(&x) && (10..110).contains(&y)
+        };
+        let away = |at: usize| {
+            let slow = 12.0 * (at % columns) as f32 / columns as f32;
+            [
+                if figure(at) { slow + 30.0 } else { slow },
+                1.0,
+                -slow / 3.0,
+            ]
+        };
+        let mut pixels: Vec<[f32; 3]> = (0..columns * rows).map(away).collect();
+        remove_slow(&mut pixels, columns);
+        for (at, pixel) in pixels.iter().enumerate() {
+            let left = pixel[0] - if figure(at) { 30.0 } else { 0.0 };
+            // The medians of cut neighbourhoods at the sides are off by up to half of them.
+            assert!(left.abs() < 4.0, "{at}: {left}");
+            assert!(pixel[1].abs() < 1e-6 && pixel[2].abs() < 4.0 / 3.0 + 1e-3);
+        }
     }
 
     #[test]

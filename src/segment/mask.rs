@@ -117,6 +117,30 @@ impl Mask {
         Self::new(self.columns, inner.copied().collect())
     }
 
+    /// Returns the parts with a pixel that is on in `others`.
+    pub(super) fn with(&self, others: impl IntoIterator<Item = bool>) -> Self {
+        let (part_of, parts) = self.parts();
+        let mut has = vec![false; parts + 1];
+        for (part, other) in part_of.iter().zip(others) {
+            has[*part as usize] |= other;
+        }
+        has[0] = false;
+        let on = part_of.iter().map(|part| has[*part as usize]);
+        Self::new(self.columns, on.collect())
+    }
+
+    /// Fills holes of at most `most` pixels, which are connected to nothing else that is off.
+    pub(super) fn filled(&self, most: usize) -> Self {
+        let (part_of, parts) = self.inverted().parts();
+        let mut areas = vec![0_usize; parts + 1];
+        for part in &part_of {
+            areas[*part as usize] += 1;
+        }
+        areas[0] = 0;
+        let on = part_of.iter().map(|part| areas[*part as usize] <= most);
+        Self::new(self.columns, on.collect())
+    }
+
     /// Returns the largest part. Pixels are connected to their eight neighbours and across gaps of
     /// at most `2 * gap` pixels. Of equal parts the first from above is kept.
     pub(super) fn largest(&self, gap: usize) -> Self {
@@ -284,6 +308,21 @@ mod tests {
         assert_eq!(far.largest(1).area(), 6);
         assert_eq!(with.largest(1), with);
         assert_eq!(mask(&["...", "..."]).largest(2).area(), 0);
+    }
+
+    #[test]
+    fn parts_with_a_seed_stay_and_small_holes_are_filled() {
+        let figure = mask(&["##..#", "##..#", ".....", "###..", "#.#..", "###.."]);
+        let seeds = mask(&[".....", ".#...", ".....", "...#.", ".....", "....."]);
+        let kept = mask(&["##...", "##...", ".....", ".....", ".....", "....."]);
+        assert_eq!(figure.with(seeds.on), kept);
+        let filled = mask(&["##..#", "##..#", ".....", "###..", "###..", "###.."]);
+        assert_eq!(figure.filled(0), figure);
+        assert_eq!(
+            [1, 14].map(|most| figure.filled(most)),
+            [filled.clone(), filled]
+        );
+        assert_eq!(figure.filled(15).area(), 30);
     }
 
     #[test]

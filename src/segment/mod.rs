@@ -6,15 +6,18 @@
 //! open are ours:
 //!
 //! 1. The light of each frame is estimated in red, green and blue, and removed. Differences are
-//!    smoothed over three by three pixels and measured in units of the frame's noise.
+//!    smoothed over three by three pixels, lose what varies slowly over the picture, and are
+//!    measured in units of the frame's noise.
 //! 2. A darkening that keeps the background's colour, up to a fifth of lightness, counts as shadow
 //!    and is ignored. Grey levels are logarithms of the remaining difference, since a figure whose
 //!    shirt differs from the wall by ten times the noise has trousers that differ by fifty.
-//! 3. Pixels that were ignored as shadow but lie between other pixels of the figure are added.
+//!    Parts with such a pixel are the figure down to the least difference of a figure.
+//! 3. Pixels that were ignored as shadow, or as noise, but lie between other pixels of the figure
+//!    are added.
 //! 4. Pixels at the rim whose difference is less than 0.45 of the greatest within two pixels are
 //!    mixed with the background, or a shadow at a foot. They are removed.
-//! 5. The largest part is kept, and small gaps in it are closed. The command keeps all parts
-//!    instead, and follows one walker among them from frame to frame.
+//! 5. The largest part is kept, narrow gaps in it are closed, and small holes are filled. The
+//!    command keeps all parts instead, and follows one walker among them from frame to frame.
 //!
 //! A figure differs by at least six times the noise. Where more than noise exceeds that beside the
 //! figure, as in compressed video, the least difference rises to at most 8 of LAB.
@@ -63,9 +66,11 @@ use difference::{EmptyScene, SceneDifference, over_noise};
 use image::RgbImage;
 use std::path::Path;
 
-/// The minimum difference of a figure over the noise. Our choice: noise in three components exceeds
-/// six standard deviations in one of 10^7 pixels, and two clusters of noise alone lie lower.
+/// The minimum difference of a figure over the noise, and of a pixel between others of the figure.
+/// Our choice: noise in three components exceeds six standard deviations in one of 10^7 pixels, and
+/// two clusters of noise alone lie lower; it exceeds three in 3 %.
 const LEAST_OVER_NOISE: f32 = 6.0;
+const LEAST_BETWEEN: f32 = 3.0;
 /// Half-width of the square that closes the gaps in which pixels are added, over the square root of
 /// the figure's area. Our choice: 11 pixels for a figure of 4,000 pixels (150 rows), less than the
 /// width of a thigh.
@@ -75,6 +80,9 @@ const TAKEN_BACK: f64 = 0.18;
 /// has half of that difference, a little less where smoothing spreads dark colours.
 const PEELS: usize = 2;
 const PEELED: f32 = 0.45;
+/// The maximum area of a hole that is filled, as a share of the figure's. Our choice: clothes of the
+/// background's colour have holes of up to 1 %, and what an arm leaves open is larger.
+const HOLE: f64 = 0.01;
 /// Gaps of up to twice this many pixels do not split a figure. Our choice.
 const BRIDGED: usize = 2;
 /// The largest least difference of a figure in LAB, and the share of the pixels beside it that may
@@ -196,9 +204,14 @@ impl Segmenter {
         let clusters = clusters(&found);
         let least = least_level(&found, clusters, columns);
         let level = clusters.max(f64::from(least));
-        let above = found.levels.iter().map(|of| f64::from(*of) > level);
-        let mut mask = Mask::new(columns, above.collect());
-        take_back(&mut mask, &found.raw, over_noise(f64::from(least)) as f32);
+        let above = |level: f64| found.levels.iter().map(move |of| f64::from(*of) > level);
+        let most = most_least(&found);
+        let lower = level.min(f64::from(most));
+        let mut mask = Mask::new(columns, above(lower).collect()).with(above(level));
+        let figure = mask.largest(0).area() as f64;
+        let between = LEAST_BETWEEN.max(LEAST_LAB / found.noise);
+        let between = between.min(over_noise(f64::from(least)) as f32);
+        take_back(&mut mask, figure, &found.raw, between);
         for _ in 0..PEELS {
             peel(&mut mask, &found.raw);
         }
@@ -206,6 +219,7 @@ impl Segmenter {
             mask = mask.largest(BRIDGED);
         }
         mask = mask.closed(self.settings.closing_px);
+        mask = mask.filled((HOLE * figure) as usize);
         if mask.area() < self.least_area() {
             mask = Mask::new(columns, vec![false; mask.pixels().len()]);
         }
@@ -227,11 +241,16 @@ fn clusters(found: &SceneDifference) -> f64 {
     threshold(&counts)
 }
 
+/// Returns the largest least level of a figure.
+fn most_least(found: &SceneDifference) -> u8 {
+    difference::level(LEAST_OVER_NOISE.max(LEAST_LAB / found.noise))
+}
+
 /// Returns the least level of a figure: six times the noise, or up to [`LEAST_LAB`] if more pixels
 /// than noise explains exceed that in columns without a figure.
 fn least_level(found: &SceneDifference, clusters: f64, columns: usize) -> u8 {
     let least = difference::level(LEAST_OVER_NOISE);
-    let most = difference::level(LEAST_OVER_NOISE.max(LEAST_LAB / found.noise));
+    let most = most_least(found);
     let sure = clusters.max(f64::from(most));
     let mut has_figure = vec![false; columns];
     for row in found.levels.chunks_exact(columns) {
@@ -255,10 +274,9 @@ fn least_level(found: &SceneDifference, clusters: f64, columns: usize) -> u8 {
     level.clamp(least, most)
 }
 
-/// Adds pixels in gaps of the figure that differ from the scene, even if a shadow would explain
-/// them.
-fn take_back(mask: &mut Mask, raw: &[f32], least: f32) {
-    let area = mask.largest(0).area() as f64;
+/// Adds pixels in gaps of the figure of this area that differ from the scene by more than `least`
+/// times the noise, even if a shadow would explain them.
+fn take_back(mask: &mut Mask, area: f64, raw: &[f32], least: f32) {
     // Rounded; at least a pixel.
     let reach = ((TAKEN_BACK * area.sqrt() + 0.5) as usize).max(1);
     let closed = mask.closed(reach);
