@@ -54,13 +54,8 @@ pub(super) struct SegmentArgs {
     #[arg(long, value_name = "N", conflicts_with = "all_parts", value_parser = clap::value_parser!(u16).range(1..))]
     walker: Option<u16>,
     /// Look only into this rectangle of the picture, pixels from its upper left corner
-    #[arg(
-        long,
-        value_name = "X,Y,WIDTH,HEIGHT",
-        value_delimiter = ',',
-        num_args = 4
-    )]
-    region: Vec<u32>,
+    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_parser = rectangle)]
+    region: Option<[u32; 4]>,
     /// Use only frames A to B-1, counted from 0
     #[arg(long = "frames", value_name = "A..B", value_parser = frame_range)]
     span: Option<Range<usize>>,
@@ -212,7 +207,7 @@ impl SegmentArgs {
     /// # Errors
     /// If it is empty or reaches out of the picture.
     fn region(&self, (columns, rows): (u32, u32)) -> Result<Option<Region>> {
-        let &[left, top, width, height] = &self.region[..] else {
+        let Some([left, top, width, height]) = self.region else {
             return Ok(None);
         };
         let is_in = |from: u32, length: u32, all: u32| {
@@ -246,6 +241,14 @@ impl Region {
         let pixels = mask.pixels().iter().enumerate();
         Mask::new(columns, pixels.map(|(at, on)| *on && is_in(at)).collect())
     }
+}
+
+/// Parses a rectangle.
+fn rectangle(text: &str) -> std::result::Result<[u32; 4], String> {
+    let numbers = text.split(',').map(|part| part.trim().parse().ok());
+    let numbers: Option<Vec<u32>> = numbers.collect();
+    { numbers.and_then(|numbers| numbers.try_into().ok()) }
+        .ok_or_else(|| "expected X,Y,WIDTH,HEIGHT in pixels, as in 0,40,640,360".to_owned())
 }
 
 /// Parses a range of frames.
@@ -323,12 +326,17 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
             span.start, span.end
         )));
     }
+    let shape = (size.0 as usize, size.1 as usize);
     let tracks = follower.finish();
     let candidates = candidates(&tracks, frames);
-    let track = args.chosen(&candidates)?;
-    let shape = (size.0 as usize, size.1 as usize);
+    let mut track = args.chosen(&candidates)?.cloned();
+    if let Some(track) = track.as_mut().filter(|_| !args.all_parts) {
+        let columns = region.as_ref().map(|region| region.columns.clone());
+        track.leave_out_cut(&columns.unwrap_or(0..shape.0));
+    }
     let none = || Mask::new(shape.0, vec![false; shape.0 * shape.1]);
-    let mask = |frame: usize| track.map_or_else(none, |track| track.mask(frame, shape));
+    let mask =
+        |frame: usize| { track.as_ref() }.map_or_else(none, |track| track.mask(frame, shape));
     let mut empty = 0;
     for first in (0..frames).step_by(WRITTEN) {
         let masks: Vec<Mask> = (first..frames.min(first + WRITTEN)).map(mask).collect();
@@ -350,10 +358,7 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
         .with("view", args.view.as_str())
         .with("all_parts", args.all_parts)
         .with("walker", args.walker)
-        .with(
-            "region",
-            (!args.region.is_empty()).then(|| args.region.clone()),
-        )
+        .with("region", args.region)
         .with(
             "frames",
             args.span.as_ref().map(|span| [span.start, span.end]),
@@ -363,9 +368,8 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
     header.inputs.push(video.input()?);
     header.inputs.extend(inputs);
     header.warnings = warnings(frames, empty);
-    header
-        .warnings
-        .extend(track.map(FollowedFigure::doubts).into_iter().flatten());
+    let doubts_of = |track: &FollowedFigure| track.doubts(span.start);
+    header.warnings.extend(track.iter().flat_map(doubts_of));
     header.warnings.extend(doubts);
     let folder = writer.finish()?;
     if let (Some(path), Some(picture)) = (

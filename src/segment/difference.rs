@@ -19,8 +19,8 @@ const LEAST_NOISE: f32 = 0.2;
 /// of chi-squared with three degrees of freedom, 2.366.
 const MEDIAN_LENGTH: f32 = 1.538;
 /// Number of tiles over the height of a picture, and of tiles to each side whose medians' median is
-/// what varies slowly: two thirds of the height, of which a figure of the whole height and a third
-/// of that width covers half. Our choice.
+/// what varies slowly. Our choice: squares of two thirds of the height, of which a figure of the
+/// whole height covers less than half, and small enough for a lens that flares.
 const TILES: usize = 16;
 const TILES_NEAR: usize = 5;
 /// Largest share by which a shadow reduces `L* + 16` and the chroma. Our choice, between shadows on
@@ -189,8 +189,12 @@ fn remove_slow(away: &mut [[f32; 3]], columns: usize) {
         })
     };
     let tiles: Vec<[f32; 3]> = (0..across * down).map(of_tile).collect();
-    let near =
-        |of: usize, all: usize| of.saturating_sub(TILES_NEAR)..(of + TILES_NEAR + 1).min(all);
+    // As many at the sides of the picture as in its middle.
+    let near = |of: usize, all: usize| {
+        let last = all.saturating_sub(2 * TILES_NEAR + 1);
+        let from = of.saturating_sub(TILES_NEAR).min(last);
+        from..(from + 2 * TILES_NEAR + 1).min(all)
+    };
     let slow: Vec<[f32; 3]> = (0..tiles.len())
         .map(|at| {
             let rows = near(at / across, down);

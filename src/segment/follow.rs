@@ -5,6 +5,7 @@
 //! without a shank, whose clothes have the wall's colour. A figure may be hidden for some frames.
 
 use super::mask::Mask;
+use std::ops::Range;
 
 /// The least overlap (Jaccard index) of a figure's expected and found boxes. Our choice: a person
 /// who walks at 1.5 m/s past a camera of 10 frames a second moves by half of their width.
@@ -29,6 +30,9 @@ const LATEST: f64 = 0.3;
 
 /// The number of times of a video whose median boxes show whether a figure moves. Our choice.
 const TIMES: usize = 6;
+
+/// The maximum number of spans of frames that a warning lists.
+const MOST_SPANS: usize = 5;
 
 /// The smallest upright rectangle around pixels: columns and rows, ends excluded.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -197,6 +201,21 @@ fn middle(boxes: &[PixelBox], of: impl Fn(PixelBox) -> f64) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
+/// Lists ascending numbers plus `from` as the first and last of each span, at most five of them.
+fn spans(numbers: &[usize], from: usize) -> String {
+    let mut spans = numbers.chunk_by(|a, b| a + 1 == *b);
+    let show = |span: &[usize]| match (span.first(), span.last()) {
+        (Some(first), Some(last)) if first < last => format!("{} to {}", first + from, last + from),
+        (first, _) => first.map_or_else(String::new, |only| (only + from).to_string()),
+    };
+    let mut shown: Vec<String> = spans.by_ref().take(MOST_SPANS).map(show).collect();
+    let more = spans.count();
+    if more > 0 {
+        shown.push(format!("and {more} more"));
+    }
+    shown.join(", ")
+}
+
 /// A figure that was followed.
 #[derive(Clone, Debug)]
 pub(crate) struct FollowedFigure {
@@ -210,6 +229,8 @@ pub(crate) struct FollowedFigure {
     hidden: usize,
     /// The frames in which it met another figure.
     met: Vec<usize>,
+    /// The frames in which a side of the picture cuts it.
+    cut: Vec<usize>,
 }
 
 impl FollowedFigure {
@@ -222,6 +243,7 @@ impl FollowedFigure {
             speed: (0.0, 0.0),
             hidden: 0,
             met: Vec::new(),
+            cut: Vec::new(),
         }
     }
 
@@ -289,33 +311,43 @@ impl FollowedFigure {
             || most(&heights) > least(&heights) * 4.0 / 3.0
     }
 
+    /// Leaves out frames in which it reaches the first or the last of these columns, beyond which the
+    /// rest of it may lie.
+    pub(crate) fn leave_out_cut(&mut self, columns: &Range<usize>) {
+        let (left, right) = (columns.start as f64, columns.end as f64);
+        for (frame, figure) in { self.first.. }.zip(&mut self.figures) {
+            let is_cut = |part: &mut Part| part.bounds.left <= left || part.bounds.right >= right;
+            if figure.take_if(is_cut).is_some() {
+                self.cut.push(frame);
+            }
+        }
+    }
+
     /// Returns whether it can hide a figure of this area.
     fn can_hide(&self, area: usize) -> bool {
         let least = LEAST_LEFT * area as f64;
         self.frames() >= ESTABLISHED && self.area as f64 >= least && self.moves()
     }
 
-    /// Returns warnings about frames in which it is not seen, though before and after.
-    pub(crate) fn doubts(&self) -> Vec<String> {
+    /// Returns warnings about frames in which it is not seen, though before and after, or cut.
+    /// Frame 0 has the number `from`.
+    pub(crate) fn doubts(&self, from: usize) -> Vec<String> {
+        let is_known = |frame: &usize| self.met.contains(frame) || self.cut.contains(frame);
         let hidden: Vec<usize> = { self.first..self.end() }
-            .filter(|frame| self.figures[frame - self.first].is_none())
-            .filter(|frame| !self.met.contains(frame))
+            .filter(|frame| self.figures[frame - self.first].is_none() && !is_known(frame))
             .collect();
         let mut met = self.met.clone();
         met.retain(|frame| *frame < self.end());
         [
-            ("in which the walker meets somebody", met),
-            ("in which the walker is not found", hidden),
+            ("the walker meets somebody", &met),
+            ("the walker is not found", &hidden),
+            ("a side of the picture cuts the walker", &self.cut),
         ]
         .into_iter()
         .filter(|(_, frames)| !frames.is_empty())
         .map(|(what, frames)| {
-            let ends = (frames[0], frames[frames.len() - 1]);
-            let count = frames.len();
-            format!(
-                "{count} frames are empty {what}, from {} to {}",
-                ends.0, ends.1
-            )
+            let (count, which) = (frames.len(), spans(frames, from));
+            format!("{count} frames are empty, in which {what}: {which}")
         })
         .collect()
     }
@@ -479,6 +511,31 @@ mod tests {
         assert_eq!(tracks.len(), 1);
         assert_eq!(tracks[0].frames(), 20);
         assert_eq!(tracks[0].mask(7, SIZE), mask(&frames[7]));
+    }
+
+    #[test]
+    fn who_is_cut_by_a_side_is_left_out_and_said() {
+        let frames: Vec<_> = (0..28).map(|at| vec![(4 * at, 10, 12, 40)]).collect();
+        let mut track = followed(&frames).remove(0);
+        assert_eq!(track.frames(), 28);
+        track.leave_out_cut(&(0..SIZE.0));
+        assert_eq!(track.frames(), 26);
+        let cut = "2 frames are empty, in which a side of the picture cuts the walker: 100, 127";
+        assert_eq!(track.doubts(100), [cut]);
+        track.leave_out_cut(&(30..60));
+        assert_eq!(
+            [7, 8, 11, 12].map(|at| track.mask(at, SIZE).area()),
+            [0, 480, 480, 0]
+        );
+    }
+
+    #[test]
+    fn spans_are_short() {
+        assert_eq!(spans(&[1, 2, 3, 7, 9, 10], 1), "2 to 4, 8, 10 to 11");
+        assert_eq!(
+            spans(&[0, 2, 4, 6, 8, 10, 12], 0),
+            "0, 2, 4, 6, 8, and 2 more"
+        );
     }
 
     #[test]

@@ -219,7 +219,8 @@ impl Segmenter {
             mask = mask.largest(BRIDGED);
         }
         mask = mask.closed(self.settings.closing_px);
-        mask = mask.filled((HOLE * figure) as usize);
+        let hole = HOLE * mask.largest(0).area() as f64;
+        mask = mask.filled(hole as usize);
         if mask.area() < self.least_area() {
             mask = Mask::new(columns, vec![false; mask.pixels().len()]);
         }

@@ -21,7 +21,7 @@ fn frame(at: Option<u32>) -> RgbImage {
 }
 
 fn place(number: u32) -> u32 {
-    4 * number
+    4 + 4 * number
 }
 
 /// Returns a folder with frames, `f1.png` to `f20.png`, and an image of the wall.
@@ -108,7 +108,7 @@ fn a_folder_of_frames_becomes_a_sequence_of_a_tree_on_any_number_of_threads() {
     // Four columns and five rows of frames.
     assert_eq!(sheet.dimensions(), (4 * 98 + 2, 5 * 66 + 2));
     // The first block's corner is outlined.
-    assert_eq!(sheet.get_pixel(2, 2 + 16).0, [255, 0, 255]);
+    assert_eq!(sheet.get_pixel(2 + 4, 2 + 16).0, [255, 0, 255]);
     let tree = edgegait::Tree::open(at.join("tree-1"), &edgegait::dataset::TreeLayout::default())
         .expect("a tree");
     assert_eq!(tree.sequences().len(), 1);
@@ -384,4 +384,70 @@ fn any_video_goes_through_ffmpeg_and_what_it_says_is_passed_on() {
     ));
     assert_eq!(code(&works), 0, "{}", text(&works.stderr));
     assert_blocks(&at.join("tree/001/nm-01/090"), "001-nm-01-090-", FRAMES);
+}
+
+/// Returns the first row, the number of pixels of each silhouette of a folder.
+fn rows_and_areas(folder: &Path) -> Vec<(u32, usize)> {
+    let mask = |name: String| {
+        let found = image::open(folder.join(name)).expect("a PNG").into_luma8();
+        let on = found
+            .enumerate_pixels()
+            .filter(|(_, _, pixel)| pixel.0[0] > 0);
+        let rows: Vec<u32> = on.map(|(_, row, _)| row).collect();
+        (rows.first().copied().unwrap_or(0), rows.len())
+    };
+    names(folder).into_iter().map(mask).collect()
+}
+
+#[test]
+fn one_of_two_walkers_is_chosen_by_number_by_place_or_by_time() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    fs::create_dir(at.join("frames")).expect("a folder");
+    for number in 0..20 {
+        // The upper one, of 10x20 pixels, walks to the right, and the lower one, of 12x24, to the
+        // left until a side cuts it in the last two frames.
+        let mut picture = frame(None);
+        let (upper, lower) = (4 + 4 * number, 72 - 4 * number.min(18));
+        for (columns, rows) in [(upper..upper + 10, 4..24), (lower..lower + 12, 36..60)] {
+            for (x, y) in columns.flat_map(|x| rows.clone().map(move |y| (x, y))) {
+                picture.put_pixel(x, y, Rgb([200, 40, 40]));
+            }
+        }
+        let path = at.join(format!("frames/{number:02}.png"));
+        picture.save(path).expect("a frame");
+    }
+    frame(None).save(at.join("wall.png")).expect("a picture");
+    let common = ["segment", "frames", "--background", "wall.png", "--out"];
+    let which = "expected one walker, found 2: 1 in frames 0 to 19, 2 in frames 0 to 19 (choose one with --walker N";
+    refused(at, &[&common[..], &["none"]].concat(), 1, &[which]);
+    let segmented = |out: &str, options: &[&str]| {
+        done(
+            at,
+            &[&common[..], &[out, "--json", "r.json"], options].concat(),
+        );
+        let json = fs::read_to_string(at.join("r.json")).expect("results");
+        (rows_and_areas(&at.join(out).join("001/nm-01/090")), json)
+    };
+    let (lower, said) = segmented("lower", &["--walker", "1"]);
+    assert_eq!(lower, [vec![(36, 288); 18], vec![(0, 0); 2]].concat());
+    let cut = "2 frames are empty, in which a side of the picture cuts the walker: 18 to 19";
+    assert!(said.contains(cut), "{said}");
+    let (upper, _) = segmented("upper", &["--walker", "2"]);
+    assert_eq!(upper, [(4, 200); 20]);
+    let (place, _) = segmented("place", &["--region", "0,0,96,30"]);
+    assert_eq!(place, upper);
+    let (time, said) = segmented("time", &["--walker", "1", "--frames", "6..19"]);
+    assert_eq!(time, [vec![(36, 288); 12], vec![(0, 0)]].concat());
+    assert!(said.contains("cuts the walker: 18"), "{said}");
+    let beyond = [&common[..], &["none", "--frames", "30..40"]].concat();
+    refused(
+        at,
+        &beyond,
+        2,
+        &["--frames 30..40: the video has 20 frames"],
+    );
+    let third = [&common[..], &["none", "--walker", "3"]].concat();
+    refused(at, &third, 1, &["--walker 3: expected 1 to 2"]);
+    assert!(!at.join("none").exists());
 }
