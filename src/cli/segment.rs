@@ -8,7 +8,7 @@ use crate::files::ResultHeader;
 use crate::report::write_png;
 use crate::segment::{
     FollowedFigure, Follower, Mask, Part, SegmentSettings, Segmented, Segmenter, SequenceNames,
-    SequenceWriter, Sheet, Video, check_replaceable,
+    SequenceWriter, Sheet, Video, check_replaceable, warning,
 };
 use rayon::prelude::*;
 use serde::Serialize;
@@ -282,6 +282,7 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
     let (mut read, mut frames) = (0, 0);
     let [mut threshold, mut noise, mut gain, mut area] = [Spread::default(); 4];
     let mut follower = Follower::default();
+    let mut elsewhere = Vec::new();
     while read < span.end {
         let mut batch = video.batch()?;
         if batch.is_empty() {
@@ -306,6 +307,9 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
             frames += 1;
             threshold.add(found.threshold);
             noise.add(f64::from(found.noise));
+            if found.is_elsewhere {
+                elsewhere.push(frames - 1);
+            }
             for of in found.gain {
                 gain.add(f64::from(of));
             }
@@ -325,6 +329,20 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
             "--frames {}..{}: the video has {read} frames",
             span.start, span.end
         )));
+    }
+    let moved = warning(
+        &elsewhere,
+        span.start,
+        "show another place than the background (the camera moves, or the video is cut)",
+    );
+    if let Some(moved) = moved.as_ref().filter(|_| 2 * elsewhere.len() > frames) {
+        let expected = "expected a camera that stands still before the scene of the background";
+        return Err(Error::input(
+            &args.frames,
+            format!(
+                "{expected}, found that {moved} (use --frames A..B for a part, or masks of a segmentation network)"
+            ),
+        ));
     }
     let shape = (size.0 as usize, size.1 as usize);
     let tracks = follower.finish();
@@ -368,6 +386,7 @@ pub(super) fn run(args: &SegmentArgs) -> Result<()> {
     header.inputs.push(video.input()?);
     header.inputs.extend(inputs);
     header.warnings = warnings(frames, empty);
+    header.warnings.extend(moved);
     let doubts_of = |track: &FollowedFigure| track.doubts(span.start);
     header.warnings.extend(track.iter().flat_map(doubts_of));
     header.warnings.extend(doubts);

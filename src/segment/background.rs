@@ -112,7 +112,7 @@ pub(super) fn check_background(
     Err(Error::input(
         path,
         format!(
-            "expected a figure that moves over the image, so that the median of the frames is the background, found {:.0} % of the differences at pixels that differ in nearly half of the frames: the figure stays there (a person who walks towards the camera, or a short video)",
+            "expected a figure that moves over the image, so that the median of the frames is the background, found {:.0} % of the differences at pixels that differ in nearly half of the frames: the figure stays there (a person who walks towards the camera, or a short video), or the camera moves",
             100.0 * share
         ),
     )

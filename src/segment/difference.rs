@@ -27,6 +27,8 @@ const TILES_NEAR: usize = 5;
 /// the floors of rendered videos (up to 0.25, rarely above 0.17) and a share at which clothes would
 /// be ignored too. The remaining 0.8 is the cube root of 0.51 of the light.
 const SHADOW: f32 = 0.2;
+/// The share of the scene's pixels that are edges: those where lightness changes most. Our choice.
+const EDGES: f64 = 0.05;
 /// Grey levels for each factor of e of a difference. Our choice: 255 levels reach 587 times the
 /// noise.
 const LEVELS: f32 = 40.0;
@@ -39,6 +41,8 @@ pub(super) struct EmptyScene {
     rows: u32,
     picture: RgbImage,
     lab: Vec<Lab>,
+    /// The pixels at edges.
+    edges: Vec<usize>,
 }
 
 /// The difference between a frame and the scene, row by row.
@@ -52,15 +56,19 @@ pub(super) struct SceneDifference {
     pub noise: f32,
     /// The frame's light over the scene's, in red, green and blue.
     pub gain: [f32; 3],
+    /// Median difference at the scene's edges, in LAB.
+    pub at_edges: f32,
 }
 
 impl EmptyScene {
     pub(super) fn new(picture: RgbImage) -> Self {
         let tables = Tables::new();
+        let lab = tables.picture(&picture);
         Self {
             columns: picture.width(),
             rows: picture.height(),
-            lab: tables.picture(&picture),
+            edges: edges(&lab, picture.width() as usize),
+            lab,
             picture,
             tables,
         }
@@ -99,7 +107,9 @@ impl EmptyScene {
         let noise = noise.max(LEAST_NOISE);
         let pairs = away.iter().zip(&empty);
         let levels = pairs.map(|(away, Lab(empty))| level(lit(*away, *empty) / noise));
+        let at_edges = self.edges.iter().map(|at| raw[*at]);
         SceneDifference {
+            at_edges: median(at_edges.collect()).unwrap_or(0.0),
             levels: levels.collect(),
             raw: raw.iter().map(|raw| raw / noise).collect(),
             noise,
@@ -140,6 +150,32 @@ impl EmptyScene {
             found.clamp(GAIN.0, GAIN.1)
         })
     }
+}
+
+/// Returns the pixels at which lightness changes most to the right or below, of every
+/// [`STRIDE`]th pixel.
+fn edges(lab: &[Lab], columns: usize) -> Vec<usize> {
+    let change = |at: usize| {
+        let to = |at: usize| lab.get(at).map_or(0.0, |Lab(other)| other[0]);
+        let Lab([here, ..]) = lab[at];
+        let right = if (at + 1) % columns == 0 {
+            here
+        } else {
+            to(at + 1)
+        };
+        let below = if at + columns < lab.len() {
+            to(at + columns)
+        } else {
+            here
+        };
+        (right - here).abs().max((below - here).abs())
+    };
+    let mut some: Vec<(f32, usize)> = { (0..lab.len()).step_by(STRIDE) }
+        .map(|at| (change(at), at))
+        .collect();
+    some.sort_by(|a, b| b.0.total_cmp(&a.0));
+    some.truncate((EDGES * some.len() as f64).ceil() as usize);
+    some.into_iter().map(|(_, at)| at).collect()
 }
 
 /// Returns the length of a difference without the part that a shadow on the scene's colour

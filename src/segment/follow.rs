@@ -201,6 +201,12 @@ fn middle(boxes: &[PixelBox], of: impl Fn(PixelBox) -> f64) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
+/// Says that frames are so; none without frames. Frame 0 has the number `from`.
+pub(crate) fn warning(frames: &[usize], from: usize, what: &str) -> Option<String> {
+    let count = frames.len();
+    (count > 0).then(|| format!("{count} frames {what}: {}", spans(frames, from)))
+}
+
 /// Lists ascending numbers plus `from` as the first and last of each span, at most five of them.
 fn spans(numbers: &[usize], from: usize) -> String {
     let mut spans = numbers.chunk_by(|a, b| a + 1 == *b);
@@ -293,12 +299,16 @@ impl FollowedFigure {
             .sum()
     }
 
+    /// Returns its boxes where it is seen.
+    fn seen(&self) -> Vec<PixelBox> {
+        let figures = self.figures.iter().flatten();
+        figures.map(|figure| figure.bounds).collect()
+    }
+
     /// Returns whether it moves by more than its width, or grows or shrinks by a third, as those do
     /// who walk towards the camera. The parts of a wall that flicker do not.
     pub(crate) fn moves(&self) -> bool {
-        let seen: Vec<PixelBox> = { self.figures.iter().flatten() }
-            .map(|figure| figure.bounds)
-            .collect();
+        let seen = self.seen();
         let times = seen.chunks(seen.len().div_ceil(TIMES).max(1));
         let (mut centres, mut heights) = (Vec::new(), Vec::new());
         for boxes in times {
@@ -338,17 +348,17 @@ impl FollowedFigure {
             .collect();
         let mut met = self.met.clone();
         met.retain(|frame| *frame < self.end());
+        let is_wide =
+            middle(&self.seen(), PixelBox::width) > middle(&self.seen(), PixelBox::height);
+        let turned = "the walker is wider than tall (is the video turned by 90 degrees?)";
         [
             ("the walker meets somebody", &met),
             ("the walker is not found", &hidden),
             ("a side of the picture cuts the walker", &self.cut),
         ]
         .into_iter()
-        .filter(|(_, frames)| !frames.is_empty())
-        .map(|(what, frames)| {
-            let (count, which) = (frames.len(), spans(frames, from));
-            format!("{count} frames are empty, in which {what}: {which}")
-        })
+        .filter_map(|(what, frames)| warning(frames, from, &format!("are empty, in which {what}")))
+        .chain(is_wide.then(|| turned.to_owned()))
         .collect()
     }
 

@@ -153,12 +153,12 @@ impl Video {
     }
 
     /// Returns what is doubtful about the order of a folder's pictures, or about their being evenly
-    /// spaced in time.
+    /// spaced in time, or what `ffmpeg` found wrong up to the end.
     #[must_use]
     pub fn doubts(&self) -> Option<String> {
         match &self.source {
             FrameSource::Folder(files, _) => doubts(files),
-            FrameSource::Stream(_) => None,
+            FrameSource::Stream(stream) => stream.doubts(),
         }
     }
 

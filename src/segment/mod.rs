@@ -50,7 +50,7 @@ mod writer;
 mod y4m;
 
 pub use background::median;
-pub(crate) use follow::{FollowedFigure, Follower, Part};
+pub(crate) use follow::{FollowedFigure, Follower, Part, warning};
 pub use frames::Video;
 pub use mask::Mask;
 pub(crate) use painted::Painted;
@@ -91,6 +91,10 @@ const BRIDGED: usize = 2;
 /// are and as H.264 at three rates.
 const LEAST_LAB: f32 = 8.0;
 const FALSE_ALARMS: f64 = 0.0002;
+/// The median difference at the edges of the scene, in LAB, above which a frame shows another place.
+/// Our choice: it is up to 4.3 in compressed video and in light that jumps, and 20 or more where the
+/// camera moves.
+const ELSEWHERE: f32 = 6.0;
 /// The minimum area of a figure as a share of the picture. Our choice: smaller areas are JPEG
 /// blocks in dark, saturated colours (up to 0.14 % of our empty frames), or a figure too small for
 /// 50 rows.
@@ -126,6 +130,9 @@ pub struct Segmented {
     pub noise: f32,
     /// The frame's light over the background's, in red, green and blue.
     pub gain: [f32; 3],
+    /// Whether the frame shows another place than the background: the camera has moved, or the video
+    /// was cut.
+    pub is_elsewhere: bool,
 }
 
 /// A segmenter, which compares frames with an empty scene.
@@ -229,6 +236,7 @@ impl Segmenter {
             threshold: over_noise(level) * f64::from(found.noise),
             noise: found.noise,
             gain: found.gain,
+            is_elsewhere: found.at_edges > ELSEWHERE,
         }
     }
 }

@@ -27,6 +27,8 @@ pub(super) struct Stream {
 struct Ffmpeg {
     process: Child,
     said: Option<JoinHandle<String>>,
+    /// What it said though it did not fail.
+    doubts: String,
 }
 
 impl Stream {
@@ -112,6 +114,12 @@ impl Stream {
         self.ffmpeg.is_some()
     }
 
+    /// Returns what `ffmpeg` said though it did not fail, as of a file that was cut off.
+    pub(super) fn doubts(&self) -> Option<String> {
+        let said = &self.ffmpeg.as_ref()?.doubts;
+        (!said.is_empty()).then(|| format!("ffmpeg says: {said}"))
+    }
+
     /// Returns the video as an input with the SHA-256 of the bytes read, or of the whole file if
     /// `ffmpeg` decodes it.
     ///
@@ -167,6 +175,7 @@ impl Ffmpeg {
         let mut ffmpeg = Self {
             process,
             said: None,
+            doubts: String::new(),
         };
         ffmpeg.said = said.map_err(Error::Threads)?;
         Ok((ffmpeg, frames))
@@ -184,6 +193,7 @@ impl Ffmpeg {
         let status = status.map_err(|error| Error::Failed(format!("ffmpeg: {error}")))?;
         let said = said.join().unwrap_or_default();
         if status.success() {
+            said.trim().clone_into(&mut self.doubts);
             return Ok(());
         }
         Err(Error::input(

@@ -451,3 +451,61 @@ fn one_of_two_walkers_is_chosen_by_number_by_place_or_by_time() {
     refused(at, &third, 1, &["--walker 3: expected 1 to 2"]);
     assert!(!at.join("none").exists());
 }
+
+#[test]
+fn a_camera_that_moves_and_a_video_that_lies_on_its_side_are_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    // A chequered wall, which the camera sees four pixels further to the right from a frame on. A
+    // block of these columns and rows crosses it.
+    let made = |name: &str, moves_at: u32, block: (u32, u32)| {
+        let folder = at.join(name);
+        fs::create_dir(&folder).expect("a folder");
+        for number in 0..20 {
+            let shift = if number < moves_at { 0 } else { 4 };
+            let picture = RgbImage::from_fn(SIZE.0, SIZE.1, |x, y| {
+                let (from, down) = (2 + 3 * number, 10);
+                let is_on =
+                    (from..from + block.0).contains(&x) && (down..down + block.1).contains(&y);
+                let tone = if ((x + shift) / 12 + y / 16) % 2 == 0 {
+                    110
+                } else {
+                    160
+                };
+                Rgb(if is_on { [40, 50, 220] } else { [tone; 3] })
+            });
+            let path = folder.join(format!("{number:02}.png"));
+            picture.save(path).expect("a frame");
+        }
+    };
+    made("wall", 20, (0, 0));
+    let options = |name| {
+        [
+            "segment",
+            name,
+            "--background",
+            "wall",
+            "--out",
+            "tree",
+            "--json",
+            "r.json",
+            "--overwrite",
+        ]
+    };
+    let warnings = |name| {
+        done(at, &options(name));
+        let json = fs::read_to_string(at.join("r.json")).expect("results");
+        let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        value["warnings"].to_string()
+    };
+    made("still", 20, (12, 36));
+    assert_eq!(warnings("still"), "[]");
+    made("moved", 15, (12, 36));
+    let moved = "5 frames show another place than the background (the camera moves, or the video is cut): 15 to 19";
+    assert!(warnings("moved").contains(moved), "{}", warnings("moved"));
+    made("turned", 20, (36, 12));
+    assert!(warnings("turned").contains("turned by 90 degrees"));
+    made("moves", 5, (12, 36));
+    let expected = "moves: expected a camera that stands still before the scene of the background, found that 15 frames show";
+    refused(at, &options("moves"), 1, &[expected]);
+}
