@@ -117,16 +117,20 @@ impl Mask {
         Self::new(self.columns, inner.copied().collect())
     }
 
-    /// Returns the parts with a pixel that is on in `others`.
-    pub(super) fn with(&self, others: impl IntoIterator<Item = bool>) -> Self {
+    /// Returns the parts with a pixel that is on in `others`, and the area of the largest of them.
+    pub(super) fn with(&self, others: impl IntoIterator<Item = bool>) -> (Self, usize) {
         let (part_of, parts) = self.parts();
+        let mut areas = vec![0_usize; parts + 1];
         let mut has = vec![false; parts + 1];
         for (part, other) in part_of.iter().zip(others) {
+            areas[*part as usize] += 1;
             has[*part as usize] |= other;
         }
         has[0] = false;
         let on = part_of.iter().map(|part| has[*part as usize]);
-        Self::new(self.columns, on.collect())
+        let kept = areas.iter().zip(&has).filter(|(_, has)| **has);
+        let largest = kept.map(|(area, _)| *area).max().unwrap_or(0);
+        (Self::new(self.columns, on.collect()), largest)
     }
 
     /// Fills holes of at most `most` pixels, which are connected to nothing else that is off.
@@ -315,7 +319,7 @@ mod tests {
         let figure = mask(&["##..#", "##..#", ".....", "###..", "#.#..", "###.."]);
         let seeds = mask(&[".....", ".#...", ".....", "...#.", ".....", "....."]);
         let kept = mask(&["##...", "##...", ".....", ".....", ".....", "....."]);
-        assert_eq!(figure.with(seeds.on), kept);
+        assert_eq!(figure.with(seeds.on), (kept, 4));
         let filled = mask(&["##..#", "##..#", ".....", "###..", "###..", "###.."]);
         assert_eq!(figure.filled(0), figure);
         assert_eq!(
