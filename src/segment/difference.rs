@@ -167,7 +167,7 @@ fn edges(lab: &[Lab], columns: usize) -> Vec<usize> {
     let change = |at: usize| {
         let to = |at: usize| lab.get(at).map_or(0.0, |Lab(other)| other[0]);
         let Lab([here, ..]) = lab[at];
-        let right = if (at + 1) % columns == 0 {
+        let right = if (at + 1).is_multiple_of(columns) {
             here
         } else {
             to(at + 1)
