@@ -399,11 +399,11 @@ mod tests {
     #[test]
     fn what_varies_slowly_is_removed_and_a_figure_is_not() {
         // Twelve of LAB more on the right than on the left, and a figure of five sixths of the
-        // height and a quarter of the width.
+        // height and a fifth of that in width.
         let (columns, rows) = (160, 120);
         let figure = |at: usize| {
             let (x, y) = (at % columns, at / columns);
-            (50..90).contains(&x) && (10..110).contains(&y)
+            (60..84).contains(&x) && (10..110).contains(&y)
         };
         let away = |at: usize| {
             let slow = 12.0 * (at % columns) as f32 / columns as f32;
@@ -418,7 +418,7 @@ mod tests {
         for (at, pixel) in pixels.iter().enumerate() {
             let left = pixel[0] - if figure(at) { 30.0 } else { 0.0 };
             // At the sides the squares reach further inwards than outwards: by up to 5 tiles of 7.5
-            // pixels, 2.8 of LAB, and by as much again where the figure lies between.
+            // pixels, 2.8 of LAB, and by up to as much again where the figure lies between.
             assert!(left.abs() < 5.6, "{at}: {left}");
             assert!(pixel[1].abs() < 1e-6 && pixel[2].abs() < 5.6 / 3.0);
         }

@@ -125,14 +125,17 @@ fn a_gap_in_the_numbers_of_frames_and_a_number_twice_are_said() {
         said.contains("061.png and 61.png have the same number"),
         "{said}"
     );
-    // A video has its frames in a folder too.
+    // A video has its frames in a folder too. Its scene is black.
+    let frame = image::open(folder.join("1.png")).expect("a PNG");
+    let scene = image::GrayImage::new(frame.width(), frame.height());
+    scene.save(at.join("scene.png")).expect("a picture");
     let output = edgegait(
         at,
         &[
             "segment",
             "t/p1/nm-01/090",
             "--background",
-            "t/p1/nm-01/090/1.png",
+            "scene.png",
             "--out",
             "s",
         ],
