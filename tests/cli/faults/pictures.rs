@@ -127,7 +127,7 @@ fn a_gap_in_the_numbers_of_frames_and_a_number_twice_are_said() {
     );
     // A video has its frames in a folder too. Its scene is black.
     let frame = image::open(folder.join("1.png")).expect("a PNG");
-    let scene = image::GrayImage::new(frame.width(), frame.height());
+    let scene = GrayImage::new(frame.width(), frame.height());
     scene.save(at.join("scene.png")).expect("a picture");
     let output = edgegait(
         at,
