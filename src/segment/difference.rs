@@ -2,6 +2,7 @@
 //! units of the noise.
 
 use super::cie_lab::{Lab, Tables};
+use super::slow_light::{median, remove_slow};
 use image::RgbImage;
 use libm::logf;
 
@@ -18,11 +19,6 @@ const LEAST_NOISE: f32 = 0.2;
 /// Median length of a vector with three components of standard deviation 1: the root of the median
 /// of chi-squared with three degrees of freedom, 2.366.
 const MEDIAN_LENGTH: f32 = 1.538;
-/// Number of tiles over the height of a picture, and of tiles to each side whose medians' median is
-/// what varies slowly. Our choice: squares of two thirds of the height, of which a figure of the
-/// whole height covers less than half, and small enough for a lens that flares.
-const TILES: usize = 16;
-const TILES_NEAR: usize = 5;
 /// Largest share by which a shadow reduces `L* + 16` and the chroma. Our choice, between shadows on
 /// the floors of rendered videos (up to 0.25, rarely above 0.17) and a share at which clothes would
 /// be ignored too. The remaining 0.8 is the cube root of 0.51 of the light.
@@ -165,18 +161,11 @@ impl EmptyScene {
 /// [`STRIDE`]th pixel.
 fn edges(lab: &[Lab], columns: usize) -> Vec<usize> {
     let change = |at: usize| {
-        let to = |at: usize| lab.get(at).map_or(0.0, |Lab(other)| other[0]);
-        let Lab([here, ..]) = lab[at];
-        let right = if (at + 1).is_multiple_of(columns) {
-            here
-        } else {
-            to(at + 1)
-        };
-        let below = if at + columns < lab.len() {
-            to(at + columns)
-        } else {
-            here
-        };
+        let lightness = |at: usize| lab[at].0[0];
+        let here = lightness(at);
+        let is_last = (at + 1).is_multiple_of(columns);
+        let right = if is_last { here } else { lightness(at + 1) };
+        let below = { lab.get(at + columns) }.map_or(here, |Lab(below)| below[0]);
         (right - here).abs().max((below - here).abs())
     };
     let mut some: Vec<(f32, usize)> = { (0..lab.len()).step_by(STRIDE) }
@@ -213,70 +202,6 @@ pub(super) fn over_noise(level: f64) -> f64 {
     libm::exp(level / f64::from(LEVELS)) - 1.0
 }
 
-/// Removes what varies slowly over the picture: a lens that flares, a lamp on one side, and tones
-/// that a camera bends as it changes its exposure. It is the median over tiles near each tile of
-/// their medians, of which a figure covers less than half, and linear between the tiles' centres.
-fn remove_slow(away: &mut [[f32; 3]], columns: usize) {
-    let rows = away.len() / columns;
-    let side = (rows / TILES).max(4);
-    let (across, down) = ((columns / side).max(1), (rows / side).max(1));
-    let of_tile = |at: usize| -> [f32; 3] {
-        let (row, column) = (at / across, at % across);
-        let part = |of: usize, parts: usize, all: usize| of * all / parts..(of + 1) * all / parts;
-        let rows = part(row, down, rows).step_by(3);
-        let pixels = rows.flat_map(|row| {
-            let columns_of = part(column, across, columns);
-            &away[row * columns..][columns_of]
-        });
-        let pixels: Vec<&[f32; 3]> = pixels.step_by(4).collect();
-        std::array::from_fn(|part| {
-            median(pixels.iter().map(|pixel| pixel[part]).collect()).unwrap_or(0.0)
-        })
-    };
-    let tiles: Vec<[f32; 3]> = (0..across * down).map(of_tile).collect();
-    // As many at the sides of the picture as in its middle.
-    let near = |of: usize, all: usize| {
-        let last = all.saturating_sub(2 * TILES_NEAR + 1);
-        let from = of.saturating_sub(TILES_NEAR).min(last);
-        from..(from + 2 * TILES_NEAR + 1).min(all)
-    };
-    let slow: Vec<[f32; 3]> = (0..tiles.len())
-        .map(|at| {
-            let rows = near(at / across, down);
-            let columns = near(at % across, across);
-            let tiles: Vec<&[f32; 3]> = { rows }
-                .flat_map(|row| &tiles[row * across..][columns.clone()])
-                .collect();
-            std::array::from_fn(|part| {
-                median(tiles.iter().map(|tile| tile[part]).collect()).unwrap_or(0.0)
-            })
-        })
-        .collect();
-    // The tiles before and after a pixel's centre, and the weight of the one after.
-    let between = |at: usize, all: usize, tiles: usize| {
-        let place = (at as f32 + 0.5) * tiles as f32 / all as f32 - 0.5;
-        let place = place.clamp(0.0, (tiles - 1) as f32);
-        let before = place as usize;
-        (before, (before + 1).min(tiles - 1), place - before as f32)
-    };
-    let mix = |from: [f32; 3], to: [f32; 3], weight: f32| -> [f32; 3] {
-        std::array::from_fn(|part| from[part] + weight * (to[part] - from[part]))
-    };
-    let columns_between: Vec<_> = (0..columns)
-        .map(|column| between(column, columns, across))
-        .collect();
-    for (row, pixels) in away.chunks_exact_mut(columns).enumerate() {
-        let (above, below, weight) = between(row, rows, down);
-        let line: Vec<[f32; 3]> = (0..across)
-            .map(|at| mix(slow[above * across + at], slow[below * across + at], weight))
-            .collect();
-        for (pixel, &(left, right, weight)) in pixels.iter_mut().zip(&columns_between) {
-            let slow = mix(line[left], line[right], weight);
-            *pixel = std::array::from_fn(|part| pixel[part] - slow[part]);
-        }
-    }
-}
-
 /// Returns binomial means over three by three pixels of these rows; the edges are repeated.
 fn smoothed(rows: usize, row: impl Fn(usize) -> Vec<[f32; 3]>) -> Vec<[f32; 3]> {
     let mean = |before: [f32; 3], here: [f32; 3], after: [f32; 3]| {
@@ -303,16 +228,6 @@ fn smoothed(rows: usize, row: impl Fn(usize) -> Vec<[f32; 3]>) -> Vec<[f32; 3]> 
         above = std::mem::replace(&mut here, below);
     }
     both
-}
-
-/// Returns the median (the upper of two middle values); none for an empty list.
-fn median(mut values: Vec<f32>) -> Option<f32> {
-    let middle = values.len() / 2;
-    if values.is_empty() {
-        return None;
-    }
-    let (_, median, _) = values.select_nth_unstable_by(middle, f32::total_cmp);
-    Some(*median)
 }
 
 #[cfg(test)]
@@ -394,34 +309,6 @@ mod tests {
             [255, 255, 0]
         );
         assert!((over_noise(120.0) - 19.085_5).abs() < 1e-3);
-    }
-
-    #[test]
-    fn what_varies_slowly_is_removed_and_a_figure_is_not() {
-        // Twelve of LAB more on the right than on the left, and a figure of five sixths of the
-        // height and a fifth of that in width.
-        let (columns, rows) = (160, 120);
-        let figure = |at: usize| {
-            let (x, y) = (at % columns, at / columns);
-            (60..84).contains(&x) && (10..110).contains(&y)
-        };
-        let away = |at: usize| {
-            let slow = 12.0 * (at % columns) as f32 / columns as f32;
-            [
-                if figure(at) { slow + 30.0 } else { slow },
-                1.0,
-                -slow / 3.0,
-            ]
-        };
-        let mut pixels: Vec<[f32; 3]> = (0..columns * rows).map(away).collect();
-        remove_slow(&mut pixels, columns);
-        for (at, pixel) in pixels.iter().enumerate() {
-            let left = pixel[0] - if figure(at) { 30.0 } else { 0.0 };
-            // At the sides the squares reach further inwards than outwards: by up to 5 tiles of 7.5
-            // pixels, 2.8 of LAB, and by up to as much again where the figure lies between.
-            assert!(left.abs() < 5.6, "{at}: {left}");
-            assert!(pixel[1].abs() < 1e-6 && pixel[2].abs() < 5.6 / 3.0);
-        }
     }
 
     #[test]

@@ -120,14 +120,13 @@ impl Mask {
     /// Returns the parts with a pixel that is on in `others`, and the area of the largest of them.
     pub(super) fn with(&self, others: impl IntoIterator<Item = bool>) -> (Self, usize) {
         let (part_of, parts) = self.parts();
-        let mut areas = vec![0_usize; parts + 1];
         let mut has = vec![false; parts + 1];
         for (part, other) in part_of.iter().zip(others) {
-            areas[*part as usize] += 1;
             has[*part as usize] |= other;
         }
         has[0] = false;
         let on = part_of.iter().map(|part| has[*part as usize]);
+        let areas = areas(&part_of, parts);
         let kept = areas.iter().zip(&has).filter(|(_, has)| **has);
         let largest = kept.map(|(area, _)| *area).max().unwrap_or(0);
         (Self::new(self.columns, on.collect()), largest)
@@ -136,11 +135,7 @@ impl Mask {
     /// Fills holes of at most `most` pixels, which are connected to nothing else that is off.
     pub(super) fn filled(&self, most: usize) -> Self {
         let (part_of, parts) = self.inverted().parts();
-        let mut areas = vec![0_usize; parts + 1];
-        for part in &part_of {
-            areas[*part as usize] += 1;
-        }
-        areas[0] = 0;
+        let areas = areas(&part_of, parts);
         let on = part_of.iter().map(|part| areas[*part as usize] <= most);
         Self::new(self.columns, on.collect())
     }
@@ -233,6 +228,16 @@ fn gathered(mut pixels: Vec<bool>, unit: usize, width: usize) -> Vec<bool> {
         covered += step;
     }
     pixels
+}
+
+/// Returns the area of each part by its number; 0 for what is in none.
+fn areas(part_of: &[u32], parts: usize) -> Vec<usize> {
+    let mut areas = vec![0; parts + 1];
+    for part in part_of {
+        areas[*part as usize] += 1;
+    }
+    areas[0] = 0;
+    areas
 }
 
 /// Returns the root of the runs that are connected to this one.

@@ -44,18 +44,21 @@ mod follow;
 mod frames;
 mod mask;
 mod painted;
+mod part;
 mod sheet;
+mod slow_light;
 mod stream;
 mod writer;
 mod y4m;
 
 pub use background::median;
-pub(crate) use follow::{FollowedFigure, Follower, Part, warning};
+pub(crate) use follow::{FollowedFigure, Follower, warning};
 pub use frames::Video;
 pub use mask::Mask;
 pub(crate) use painted::Painted;
 #[cfg(all(feature = "import", feature = "train", feature = "plots"))]
 pub(crate) use painted::softened;
+pub(crate) use part::Part;
 pub use sheet::Sheet;
 pub use writer::{SequenceNames, SequenceWriter, check_replaceable};
 
@@ -92,8 +95,8 @@ const BRIDGED: usize = 2;
 const LEAST_LAB: f32 = 8.0;
 const FALSE_ALARMS: f64 = 0.0002;
 /// The median difference at the edges of the scene, in LAB, above which a frame shows another place.
-/// Our choice: it is up to 4.3 in compressed video and in light that jumps, and 20 or more where the
-/// camera moves.
+/// Our choice: it is up to 4.3 in compressed video and in light that jumps, and reaches 23 to 32 where
+/// a camera shakes by some pixels, moves on, or the video is cut.
 const ELSEWHERE: f32 = 6.0;
 /// The minimum area of a figure as a share of the picture. Our choice: smaller areas are JPEG
 /// blocks in dark, saturated colours (up to 0.14 % of our empty frames), or a figure too small for

@@ -5,3 +5,4 @@ mod command;
 
 mod made;
 mod videos;
+mod walkers;
